@@ -17,7 +17,6 @@ from typing import Any
 from phasmid import load_scenario, plan, report, save_recording, simulate, summarise
 from phasmid.reporting import walk_picture
 from phasmid.reporting.catalogue import report_figures
-from phasmid.reporting.runs import gather
 from phasmid.reporting.style import encoded_figure
 from phasmid.reporting.webpage import Picture, page_html
 
@@ -71,10 +70,9 @@ def page_of(recording) -> tuple[str, dict[str, float]]:
         return made
 
     def figures() -> list[Picture]:
-        run = gather([recording])[0]
         return [
-            Picture(name, kind.sentence, encoded_figure(kind.draw([run], legs), "svg"))
-            for name, kind, legs in report_figures(run)
+            Picture(name, kind.sentence, encoded_figure(figure, "svg"))
+            for name, kind, figure in report_figures(recording)
             if kind.in_page
         ]
 

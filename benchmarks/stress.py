@@ -35,7 +35,7 @@ def begun(folder: Path, options: list[str]) -> subprocess.Popen:
 
 def outcome(folder: Path) -> tuple[str, int]:
     """What stands in a folder after a run, and how many samples it holds."""
-    run, log = folder / "walk", folder / "walk.rec"
+    run, log = folder / "walk", folder / "walk.mcap"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if run.exists():
@@ -62,7 +62,7 @@ def kill(folder: Path, moment: float, options: list[str]) -> tuple[str, int]:
     """Kill a walk; what stands there, and how many samples were lost that had been there."""
     process = begun(folder, options)
     time.sleep(moment)
-    seen = samples_of(folder / "walk.rec")
+    seen = samples_of(folder / "walk.mcap")
     process.kill()
     process.wait()
     what, samples = outcome(folder)

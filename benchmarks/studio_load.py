@@ -115,8 +115,8 @@ def main() -> None:
         simulation.start()
         for one in options.set:
             name, value = one.split("=", 1)
-            simulation.ask(Change(name=name, value=_value(value))).result(300)
-        simulation.ask(Play(how="play")).result(300)
+            simulation.submit(Change(name=name, value=_value(value))).result(300)
+        simulation.submit(Play(how="play")).result(300)
         print(json.dumps(measured(simulation, looker, rng, options)))
         simulation.close()
 
@@ -147,7 +147,7 @@ def measured(
         if not options.calm and now >= next_doing:
             next_doing, done = now + options.every, done + 1
             try:
-                simulation.ask(doings(rng, calm=done % 3 == 0)).result(300)
+                simulation.submit(doings(rng, calm=done % 3 == 0)).result(300)
             except PhasmidError:
                 refused += 1
     passed, late = time.monotonic() - begin, memory()

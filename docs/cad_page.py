@@ -23,7 +23,7 @@ from phasmid.cad.step import write_step
 from phasmid.cad.weights import mass_table
 from phasmid.reporting.camera import camera_axes, fitted_view
 from phasmid.reporting.renderer import SceneRenderer
-from phasmid.reporting.robot_mesh import robot_mesh
+from phasmid.reporting.robot_mesh import robot_corners
 from phasmid.robot import JOINTS, load_robot
 from phasmid.scenario import load_scenario
 
@@ -80,7 +80,7 @@ Correct it, and `robot.step` is a robot wherever one is asked for:
 ```toml
 name = "mine"
 servo = "AX-12A"
-density_kg_m3 = 1200                     # of parts of which nothing else is said
+density_kg_m3 = 1200                     # of parts without a density of their own
 
 [parts."*servo*"]                        # by path in the assembly, or by the part's own name
 mass_g = 54.6                            # each; or density_kg_m3, density_g_cm3
@@ -127,7 +127,7 @@ def draw(robot):
     X_world_body = np.eye(4)
     X_world_body[2, 3] = -float(robot.legs[0].neutral_foot[2])
     q = kinematics.joint_angles(robot.arrays, robot.arrays.neutral_foot)
-    corners = robot_mesh(robot, q, X_world_body).corners.reshape(-1, 3)
+    corners = robot_corners(robot, q, X_world_body).reshape(-1, 3)
     view = fitted_view(corners, camera_axes(AZIMUTH, ELEVATION), SIZE, (0.86, 0.86))
     ground = load_scenario("paper").load_terrain()
     renderer = SceneRenderer(robot, ground, X_world_body[None, :2, 3], view, 0.1)

@@ -15,7 +15,7 @@ import numpy as np
 import phasmid
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting.drawing import draw_robot, swing_moment
-from phasmid.reporting.source import read_source
+from phasmid.reporting.run import read_run
 from phasmid.reporting.style import save_figure
 
 HERE = Path(__file__).parent
@@ -112,7 +112,7 @@ def section(name, words, table, folder):
     scenario = phasmid.load_scenario("paper").replace(**WALK, **terrain)
     walk = phasmid.plan(scenario)
     run = phasmid.simulate(scenario, walk)
-    moment = swing_moment(run, read_source(run))
+    moment = swing_moment(read_run(run))
     picture = HERE / "images" / f"terrain-{name}.png"
     save_figure(draw_robot(run, moment), picture, dpi=PIXELS_PER_INCH)
     return (

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import phasmid
-from phasmid.reporting.warnings import largest_joint
+from phasmid.reporting.checks import largest_joint
 
 paper = phasmid.load_scenario("paper").replace(drive="servo", duration=4)
 robot = phasmid.load_robot("phantomx-paper")

@@ -57,9 +57,9 @@ def whole_files(folder: Path) -> dict[str, bytes]:
     for name in ("robot.urdf", "robot.xml"):
         save_robot(robot, folder / name)
     scenario = load_scenario("paper").replace(duration=0.02)
-    simulate(scenario, plan(scenario), log=folder / "run.rec")
-    save_recording(load_recording(folder / "run.rec"), folder / "run.nc")
-    names = ("robot.urdf", "robot.xml", "run.rec", "run.nc")
+    simulate(scenario, plan(scenario), log=folder / "run.mcap")
+    save_recording(load_recording(folder / "run.mcap"), folder / "run.nc")
+    names = ("robot.urdf", "robot.xml", "run.mcap", "run.nc")
     return {name: (folder / name).read_bytes() for name in names}
 
 
@@ -378,7 +378,7 @@ def trajectories() -> Iterator[BadInput]:
 
 
 def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
-    nc, rec = whole["run.nc"], whole["run.rec"]
+    nc, rec = whole["run.nc"], whole["run.mcap"]
 
     def flipped(content: bytes, share: float) -> bytes:
         place = int(share * len(content))
@@ -391,9 +391,9 @@ def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
         "a.nc: empty": b"",
         "a.nc: text": b"time,x\n0,1\n",
         "a.nc: head alone": nc[:512],
-        "a.rec: head alone": rec[:20],
-        "a.rec: a flipped bit in its head": flipped(rec, 0.0),
-        "a.rec: empty": b"",
+        "a.mcap: head alone": rec[:20],
+        "a.mcap: a flipped bit in its head": flipped(rec, 0.0),
+        "a.mcap: empty": b"",
     }
     for name, content in damaged.items():
         file = name.partition(":")[0]

@@ -27,8 +27,8 @@ class Heard:
         else:
             self.texts.append(json.loads(what))
 
-    def ask(self, request):
-        return self.stage.ask(request).result(PATIENCE)
+    def submit(self, request):
+        return self.stage.submit(request).result(PATIENCE)
 
     def newest(self, kind):
         return next(text[kind] for text in reversed(self.texts) if kind in text)

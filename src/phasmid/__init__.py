@@ -1,7 +1,7 @@
 """Model, simulate and control walking robots with four, six or more legs.
 
-What a user imports stands here; each name is loaded when it is first used, so that importing
-phasmid loads no engine, plotting or web code.
+The names of this module load when they are first used, so that importing phasmid loads no engine,
+plotting or web code.
 """
 
 from __future__ import annotations
@@ -38,12 +38,13 @@ if TYPE_CHECKING:
     from phasmid.sensors import sense
     from phasmid.simulation import replay, simulate, simulate_many
     from phasmid.simulation.drive import drive
+    from phasmid.studies import load_study, study
     from phasmid.verification import verify
     from phasmid.video import save_video
 
     __version__: str
 
-_ROOM_OF = {
+_PACKAGE_OF = {
     "Body": "robot",
     "Gait": "gait",
     "ImportOptions": "formats",
@@ -70,6 +71,7 @@ _ROOM_OF = {
     "load_recording": "recording",
     "load_robot": "formats",
     "load_scenario": "formats",
+    "load_study": "studies",
     "load_trajectory": "motion",
     "plan": "motion",
     "plot": "reporting",
@@ -82,10 +84,11 @@ _ROOM_OF = {
     "sense": "sensors",
     "simulate": "simulation",
     "simulate_many": "simulation",
+    "study": "studies",
     "summarise": "reporting",
     "verify": "verification",
 }
-_ROOMS = (
+_PACKAGES = (
     "control",
     "dynamics",
     "forces",
@@ -124,6 +127,7 @@ __all__ = [
     "load_recording",
     "load_robot",
     "load_scenario",
+    "load_study",
     "load_trajectory",
     "plan",
     "plot",
@@ -136,6 +140,7 @@ __all__ = [
     "sense",
     "simulate",
     "simulate_many",
+    "study",
     "summarise",
     "verify",
 ]
@@ -144,12 +149,12 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("importlib.metadata").version("phasmid")
-    if name in _ROOM_OF:
-        return getattr(import_module(f"phasmid.{_ROOM_OF[name]}"), name)
-    if name in _ROOMS:
+    if name in _PACKAGE_OF:
+        return getattr(import_module(f"phasmid.{_PACKAGE_OF[name]}"), name)
+    if name in _PACKAGES:
         return import_module(f"phasmid.{name}")
     raise AttributeError(f"module 'phasmid' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, *_ROOMS, "__version__"])
+    return sorted([*__all__, *_PACKAGES, "__version__"])

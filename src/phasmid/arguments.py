@@ -13,7 +13,7 @@ SHORT = 40
 
 
 def numbers(values: object, name: str) -> np.ndarray:
-    """A new array of floats.
+    """Return a new array of floats.
 
     Raises:
         InvalidInput: The values are not real numbers, or ragged.
@@ -28,7 +28,7 @@ def numbers(values: object, name: str) -> np.ndarray:
 
 
 def described(value: object) -> str:
-    """A value in a few words, for messages."""
+    """Describe a value in a few words, for messages."""
     if isinstance(value, type):
         return f"the class {value.__name__}"
     if isinstance(value, np.ndarray):

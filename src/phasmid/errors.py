@@ -171,8 +171,8 @@ class FailedRuns(PhasmidError):
         if isinstance(error, PhasmidError):
             super().__init__(which + error.what + more, where=error.where, hint=error.hint)
         else:
-            said = f"{type(error).__name__}: {error}".rstrip(".: ")
-            super().__init__(f"{which}{said}.{more}")
+            cause = f"{type(error).__name__}: {error}".rstrip(".: ")
+            super().__init__(f"{which}{cause}.{more}")
 
 
 class OutputError(PhasmidError):
@@ -196,6 +196,6 @@ def located(where: str) -> Iterator[None]:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The known name that a person most likely meant; empty where none is near."""
+    """Return the known name nearest to a misspelt one; empty if none is near."""
     matches = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
     return matches[0] if matches else ""

@@ -24,7 +24,7 @@ class Quantity:
     """Marks a field that carries a dimension.
 
     Attributes:
-        unit: Ending of the unit that people use for it; without an ending a key is SI.
+        unit: Ending of its usual unit; a key without an ending is in SI.
     """
 
     unit: str
@@ -109,7 +109,7 @@ def _scale(value: Any, ending: str) -> Any:
 
 
 def quantity(field: FieldInfo) -> Quantity | None:
-    """The dimension that a field carries, also where it is a list or optional."""
+    """Return the dimension that a field carries, also where it is a list or optional."""
     found = [m for m in field.metadata if isinstance(m, Quantity)]
     pending = [field.annotation]
     while pending and not found:
@@ -120,7 +120,7 @@ def quantity(field: FieldInfo) -> Quantity | None:
 
 
 def _field_of(table: type[Table], key: str) -> tuple[str, str]:
-    """The field that a key names and the unit that ends the key, if they fit together."""
+    """Return the field that a key names and the unit that ends the key, if they fit together."""
     if key in table.model_fields:
         return key, ""
     name, ending = units.split_unit(key)
@@ -204,7 +204,7 @@ def _speak(
 
 
 def _hint_for_key(key: str, table: type[Table], parent: type[Table]) -> str:
-    """Where an unknown key belongs, or which known one it may have meant."""
+    """Return the table of an unknown key, or the known key nearest to it."""
     stem = units.split_unit(key)[0]
     for path, _ in leaves(table):
         if len(path) > 1 and path[-1] in (key, stem) and path[-1] not in parent.model_fields:
@@ -315,7 +315,7 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
 
 
 def in_file(path: Path, content: str) -> Locator:
-    """A locator for values that stand in a file."""
+    """Return a locator for values in a file."""
 
     def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
         line, _ = line_of(content, loc)
@@ -325,7 +325,7 @@ def in_file(path: Path, content: str) -> Locator:
 
 
 def dotted(loc: tuple[str | int, ...]) -> str:
-    """A location as people read it, such as ``gait.offsets[2]``."""
+    """Format a location, such as ``gait.offsets[2]``."""
     words = ""
     for part in loc:
         words += f"[{part}]" if isinstance(part, int) else f".{part}"
@@ -333,7 +333,7 @@ def dotted(loc: tuple[str | int, ...]) -> str:
 
 
 def leaves(table: type[Table]) -> Iterator[tuple[tuple[str, ...], FieldInfo]]:
-    """Every field of a table and of the tables inside it, with its path."""
+    """Yield every field of a table and of its inner tables, with its path."""
     for name, field in table.model_fields.items():
         inner = _table_in(field.annotation)
         if inner is None:
@@ -344,7 +344,7 @@ def leaves(table: type[Table]) -> Iterator[tuple[tuple[str, ...], FieldInfo]]:
 
 
 def choices(field: FieldInfo) -> tuple[str, ...]:
-    """The words that a field accepts; empty where it is not a choice."""
+    """Return the choices of a field; empty if it has none."""
     # A choice that may be absent is one of a union.
     kinds = (field.annotation, *get_args(field.annotation))
     return next((get_args(kind) for kind in kinds if get_origin(kind) is Literal), ())

@@ -14,7 +14,7 @@ from phasmid.errors import InvalidInput, nearest
 from phasmid.units import split_unit
 
 LARGEST_FILE = 1_000_000
-"""Files above this many bytes are not robots or scenarios that a person wrote."""
+"""Files above this many bytes are no robots or scenarios written by hand."""
 
 MOST_PARTS = 16
 """Most parts of a dotted key: the parser's memory grows with their square."""
@@ -41,17 +41,17 @@ _TOO_LONG = re.compile(
 
 
 def preset_names(package: str) -> tuple[str, ...]:
-    """Names of the files that come with a room, in its folder ``presets``."""
+    """Return the names of a package's preset files, in its folder ``presets``."""
     folder = resources.files(package) / "presets"
     return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".toml")))
 
 
 def find_file(source: str | Path, package: str, noun: str) -> Path:
-    """The file that a name or a path stands for.
+    """Return the file of a preset's name or of a path.
 
     Args:
         source: Name of a preset, or path of a ``.toml`` file.
-        package: The room whose presets are meant.
+        package: The package with the presets.
         noun: Kind of the file, for messages.
 
     Raises:
@@ -69,7 +69,7 @@ def find_file(source: str | Path, package: str, noun: str) -> Path:
 
 
 def is_file(path: Path) -> bool:
-    """Whether a path is that of a file; one that no file system takes is none."""
+    """Return whether a path is a file; False for a name that no file system accepts."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -97,25 +97,31 @@ def read_text(path: Path, largest: int) -> str:
     Raises:
         InvalidInput: The file is absent, no regular file, too large, or not UTF-8.
     """
-    if not is_file(path):
-        try:
-            exists = path.exists()
-        except (OSError, ValueError):
-            exists = False
-        raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
     try:
+        # Some editors put a byte order mark first.
+        return read_bytes(path, largest).decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        raise InvalidInput(f"{path} is not text in UTF-8.") from None
+
+
+def read_bytes(path: Path, largest: int) -> bytes:
+    """Return the content of a file of a largest size [bytes].
+
+    Raises:
+        InvalidInput: The file is absent, no regular file, too large, or cannot be read.
+    """
+    try:
+        if not path.is_file():
+            exists = path.exists()
+            raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
         with path.open("rb") as file:
             raw = file.read(largest + 1)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
         raise InvalidInput(f"cannot read {path}: {reason}.") from None
     if len(raw) > largest:
         raise InvalidInput(f"{path} holds more than {largest} bytes; such files are refused.")
-    try:
-        # Some editors put a byte order mark first.
-        return raw.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError:
-        raise InvalidInput(f"{path} is not text in UTF-8.") from None
+    return raw
 
 
 def parse_toml(content: str, name: str) -> dict[str, Any]:
@@ -167,7 +173,7 @@ def _toml_error(content: str, name: str, message: str) -> InvalidInput:
 
 
 def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:
-    """The line of a TOML text on which a value stands, or the nearest line above it.
+    """Return the line of a value in a TOML text, or the nearest line above it.
 
     Args:
         content: The file's text.
@@ -210,11 +216,11 @@ def _parts(dotted: str) -> list[str]:
 
 
 def toml_string(text: str) -> str:
-    """A text as a TOML basic string."""
+    """Return a text as a TOML basic string."""
     named = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
 
     def written(c: str) -> str:
-        # What cannot be seen, such as a mark that turns the way of writing, is told by its number.
+        # Invisible characters, such as marks of writing direction, are written by number.
         if c in named or c.isprintable() or 0xD800 <= ord(c) < 0xE000:
             return named.get(c, c)
         return f"\\u{ord(c):04x}" if ord(c) <= 0xFFFF else f"\\U{ord(c):08x}"
@@ -223,5 +229,5 @@ def toml_string(text: str) -> str:
 
 
 def toml_key(name: str) -> str:
-    """A name as a TOML key, quoted where it must be."""
+    """Return a name as a TOML key, quoted where it must be."""
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_string(name)

@@ -97,6 +97,6 @@ def split_unit(key: str) -> tuple[str, str]:
 
 
 def text(value: float, ending: str) -> str:
-    """A number in SI as a person reads it in the given unit, such as ``-82 mm``."""
+    """Format an SI number in the given unit, such as ``-82 mm``."""
     unit = UNITS[ending]
     return f"{unit.from_si(value):.4g} {unit.symbol}"

@@ -88,7 +88,7 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
         (["--velocity", "0,0,0", "--rate", "9" * 400], "rate is inf; it must be a finite number"),
         (["--velocity", "0,0,0", "--rate", "x"], '--rate is "x"; it must be a number.'),
         (["--velocity", "0,0,0", "--rate", "300"], "rate is 300 updates a second"),
-        (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must say what fails'),
+        (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must be what fails'),
         (["--commands", "absent.toml"], "absent.toml does not exist."),
     ],
 )

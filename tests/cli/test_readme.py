@@ -44,6 +44,10 @@ def test_no_command_of_the_readme_refuses_another(tmp_path, monkeypatch, capsys)
     assert main(["walk", "--out", "results/paper", "--force", "--duration", "0.3"]) == 0
     assert main(["convert", "phantomx-paper", "robot.urdf"]) == 0
     assert main(["export", "results/paper", "--out", "my-angles.csv"]) == 0
+    Path("my-study.toml").write_text(
+        'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\n'
+        '[set]\nduration_s = 0.5\n[axes]\ngait = ["tripod", "wave"]\n'
+    )
     for heading in ("Try another walk", "Bring your own robot", "Look at a walk"):
         for arguments in commands(heading):
             if arguments[0] == "cad" and importlib.util.find_spec("build123d") is None:
@@ -70,7 +74,7 @@ def test_a_folder_that_is_taken_gets_the_next_number(tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     walk = ["walk", "--duration", "0.1", "--no-figures"]
     Path("results").mkdir()
-    Path("results/paper_duration-0.1-2.rec").write_text("the log of a run that was cut off")
+    Path("results/paper_duration-0.1-2.mcap").write_text("the log of a run that was cut off")
     names = []
     for _ in range(2):
         assert main(walk) == 0
@@ -82,5 +86,5 @@ def test_a_folder_that_is_taken_gets_the_next_number(tmp_path, monkeypatch, caps
     assert capsys.readouterr().err == f"phasmid: results/paper_duration-0.1 {said}"
     assert {path.name for path in Path("results").iterdir()} == {
         *names,
-        "paper_duration-0.1-2.rec",
+        "paper_duration-0.1-2.mcap",
     }

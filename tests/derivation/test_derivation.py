@@ -37,15 +37,6 @@ def test_two_ways_of_writing_one_function_have_one_normal_form() -> None:
     assert _single(s**2) != _single(s)
 
 
-def test_neither_the_coxa_angle_nor_the_length_of_the_tibia_counts(
-    derived: SymbolicMatrices,
-) -> None:
-    # The vertical is an axis of symmetry, and nothing hangs on the end of the tibia.
-    symbols = set().union(*(part.free_symbols for part in derived))
-    assert symbols.isdisjoint({ANGLES[0], LENGTHS[2]})
-    assert {GRAVITY, *ANGLES[1:], *LENGTHS[:2]} < symbols
-
-
 def test_the_tibia_by_itself_is_a_physical_pendulum(derived: SymbolicMatrices) -> None:
     # About its own axis: inertia I_zz + m (x² + y²), weight m g times the horizontal lever.
     link = LINKS[2]
@@ -54,14 +45,6 @@ def test_the_tibia_by_itself_is_a_physical_pendulum(derived: SymbolicMatrices) -
     lever = sp.expand_trig(x * sp.cos(elevation) - y * sp.sin(elevation))
     assert derived.M[2, 2] == _single(link.inertia[2, 2] + link.mass * (x**2 + y**2))
     assert derived.G[2] == _single(link.mass * GRAVITY * sp.expand(lever))
-
-
-def test_only_links_beside_the_legs_plane_couple_the_coxa_to_the_others(
-    derived: SymbolicMatrices, mid_length: SymbolicMatrices
-) -> None:
-    assert derived.M[0, 1] != 0
-    assert derived.M[0, 2] != 0
-    assert mid_length.M[0, 1] == mid_length.M[0, 2] == 0
 
 
 def test_the_papers_form_is_the_derived_equation(mid_length: SymbolicMatrices) -> None:
@@ -105,15 +88,3 @@ def test_without_sympy_it_says_what_to_install(
 def test_importing_it_loads_no_sympy() -> None:
     code = "import sys, phasmid.derivation; sys.exit('sympy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-
-
-def test_its_command_refuses_arguments_and_explains_itself(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    for argument, status in (("bogus", 2), ("--help", 0)):
-        with pytest.raises(SystemExit) as stopped:
-            main([argument])
-        assert stopped.value.code == status
-    said = capsys.readouterr()
-    assert "unrecognized arguments: bogus" in said.err
-    assert said.out.startswith("usage: python -m phasmid.derivation [-h]\n")

@@ -89,6 +89,30 @@ def test_the_scenario_of_the_docs_is_one(tmp_path):
     assert scenario.load_robot().name == "phantomx-ax"
 
 
+def test_the_study_of_the_docs_runs(tmp_path):
+    from phasmid.studies import load_study_file
+
+    page = (ROOT / "docs/studies.md").read_text("utf-8")
+    text = re.search(r"```toml\n(.*?)```", page, re.DOTALL).group(1)
+    (tmp_path / "gaits.toml").write_text(text, encoding="utf-8")
+    study, _ = load_study_file(tmp_path / "gaits.toml")
+    example, _ = load_study_file(ROOT / "examples/studies/gaits.toml")
+    assert study == example
+    assert study.count() == 45
+    text = text.replace("duration_s = 4", "duration_s = 0.1").replace("count = 5", "count = 1")
+    (tmp_path / "gaits.toml").write_text(text, encoding="utf-8")
+    code = "\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL))
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert "slip.mean" in run.stdout
+
+
 def test_the_files_of_commands_in_the_docs_are_read(tmp_path):
     from phasmid.control.script import load_script
 

@@ -6,11 +6,9 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 import pytest
 
-from dynamics.mujoco_model import mujoco_model
 from general_robot import general_robot
 from phasmid.robot import Robot, load_robot, preset_names
 
@@ -59,31 +57,3 @@ collect_ignore = (
     if sys.platform == "win32"
     else []
 )
-
-Inverse = Callable[..., np.ndarray]
-
-
-@pytest.fixture
-def mujoco_inverse() -> Callable[..., Inverse]:
-    """Builds mj_inverse of a robot whose trunk is fixed in the world, or free."""
-
-    def build(robot: Robot, *, free: bool) -> Inverse:
-        model = mujoco_model(robot, free=free)
-        data = mujoco.MjData(model)
-        jacobian = np.empty((3, model.nv))
-
-        def inverse(
-            qpos: np.ndarray, qvel: np.ndarray, qacc: np.ndarray, foot_force: np.ndarray
-        ) -> np.ndarray:
-            """Generalised forces besides those of the ground on the feet (L, 3)."""
-            data.qpos, data.qvel, data.qacc = qpos, qvel, qacc
-            mujoco.mj_inverse(model, data)
-            total = data.qfrc_inverse.copy()
-            for site, force in enumerate(foot_force):
-                mujoco.mj_jacSite(model, data, jacobian, None, site)
-                total -= jacobian.T @ force
-            return total
-
-        return inverse
-
-    return build

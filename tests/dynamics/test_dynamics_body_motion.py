@@ -11,14 +11,6 @@ from phasmid.errors import InvalidInput
 ZERO = np.zeros(3)
 
 
-def test_at_rest_the_trunk_has_a_pose_and_no_motion() -> None:
-    body = BodyMotion.at_rest(np.ones((4, 3)))
-    assert body.position.shape == body.velocity.shape == (4, 3)
-    assert body.rotation.shape == (4, 3, 3)
-    for part in (body.velocity, body.angular_velocity, body.acceleration):
-        np.testing.assert_array_equal(part, 0.0)
-
-
 def test_its_numbers_cannot_be_changed_from_outside() -> None:
     position = np.zeros(3)
     body = BodyMotion.at_rest(position)

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from general_robot import upright
 from phasmid import derivation, dynamics
 from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS
 from phasmid.dynamics.matrices import in_plane
-from phasmid.robot import Leg, Robot, with_mass_model
+from phasmid.robot import Leg, Robot
 
 # Torques below 10 N·m, as in row 10 of the physics charter; entries are sums of some hundred
 # terms, so that round-off stays below 100 * 2.2e-16 * 10 = 2e-13.
@@ -51,14 +50,6 @@ def general() -> Derived:
     return [sp.lambdify([*ANGLES, *_symbols()], entry) for entry in entries]
 
 
-@pytest.fixture(scope="module")
-def mid_length() -> Derived:
-    """The same by Newton and Euler, for centres of mass at mid-length and principal inertias."""
-    parts = derivation.mid_length(derivation.newton_euler())
-    entries = [parts[part][i, j] for part, i, j in ENTRIES]
-    return [sp.lambdify([*ANGLES, *_symbols()], entry) for entry in entries]
-
-
 def _compare(leg: Leg, derived: Derived, rng: np.random.Generator) -> None:
     q = rng.uniform(-np.pi, np.pi, size=(10_000, 3))
     # The derivation knows upright hips only.
@@ -75,12 +66,6 @@ def test_each_of_the_30_entries_is_that_of_lagranges_equations(
 ) -> None:
     for leg in (robot.legs[0], robot.legs[-1]):
         _compare(leg, general, rng)
-
-
-def test_each_of_the_30_entries_at_mid_length_is_that_of_newton_and_euler(
-    robot: Robot, rng: np.random.Generator, mid_length: Derived
-) -> None:
-    _compare(upright(with_mass_model(robot, "mid-length")).legs[0], mid_length, rng)
 
 
 def test_every_entry_that_can_move_a_joint_does(general: Derived, rng: np.random.Generator) -> None:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from general_robot import upright
 from phasmid import dynamics
-from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_matrices, printed_leg_torque
-from phasmid.errors import InvalidInput
+from phasmid.dynamics.printed import printed_leg_matrices
 from phasmid.robot import Robot, load_robot, with_mass_model
 
 # Matrices below 1 kg·m² and torques below 10 N·m are sums of about twenty terms: round-off below
@@ -30,64 +28,6 @@ def test_the_papers_form_with_every_misprint_mended_is_the_equation_of_motion(
         paper = printed_leg_matrices(legs, angles, misprints=())
         for ours, true in zip(paper, dynamics.leg_matrices(legs, angles), strict=True):
             np.testing.assert_allclose(ours, true, rtol=0, atol=ENTRY)
-
-
-def test_torques_with_every_misprint_mended_are_the_leg_torques(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    robot = upright(with_mass_model(robot, "mid-length"))
-    q = _angles(robot, rng)
-    qd, qdd, force = rng.uniform(-10, 10, size=(3, *q.shape))
-    motion = (robot.arrays, q, qd, qdd)
-    paper = printed_leg_torque(*motion, foot_force=force, misprints=())
-    true = dynamics.leg_torque(*motion, foot_force=force)
-    # Torques below 100 N·m here: 20 * 2.2e-16 * 100 = 4e-13.
-    np.testing.assert_allclose(paper, true, rtol=0, atol=1e-11)
-
-
-def test_m12_m13_m23_m33_b23_c32_and_gravity_are_right_as_printed(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    robot = upright(with_mass_model(robot, "mid-length"))
-    q = _angles(robot, rng)
-    printed, true = printed_leg_matrices(robot.arrays, q), dynamics.leg_matrices(robot.arrays, q)
-    right = {
-        "M": [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1), (2, 2)],
-        "B": [(0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)],
-        "C": [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 2)],
-    }
-    for part, entries in right.items():
-        for i, j in entries:
-            ours, expected = (getattr(m, part)[..., i, j] for m in (printed, true))
-            np.testing.assert_allclose(ours, expected, rtol=0, atol=ENTRY)
-    np.testing.assert_allclose(printed.G, true.G, rtol=0, atol=ENTRY)
-    # Else two zeros would agree.
-    for part, i, j in (("M", 1, 2), ("M", 2, 2), ("B", 1, 2), ("C", 2, 1)):
-        assert np.abs(getattr(printed, part)[..., i, j]).max() > 1e-6
-
-
-def test_the_printed_mass_matrix_passes_for_one_although_it_is_wrong() -> None:
-    # Within the joint limits of the paper's robot it is symmetric and positive definite, which
-    # therefore proves nothing; beyond them it is not.
-    leg = load_robot("phantomx-paper").legs[0]
-    femur, tibia = (np.radians(np.arange(*limits)) for limits in ((-100, 101), (-180, -22)))
-    q = np.stack(np.meshgrid(0.0, femur, tibia), axis=-1)
-    M = printed_leg_matrices(leg, q).M
-    np.testing.assert_array_equal(M, np.swapaxes(M, -1, -2))
-    assert np.linalg.eigvalsh(M).min() > 2e-5
-    folded_back = printed_leg_matrices(leg, np.radians([0.0, -145.0, -115.0])).M
-    assert np.linalg.eigvalsh(folded_back).min() < -1e-4
-
-
-def test_offsets_and_products_of_inertia_count_for_nothing_in_the_print(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    q = _angles(robot, rng)
-    middle = with_mass_model(robot, "mid-length")
-    for given, centred in zip(
-        printed_leg_matrices(robot.arrays, q), printed_leg_matrices(middle.arrays, q), strict=True
-    ):
-        np.testing.assert_array_equal(given, centred)
 
 
 def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng: np.random.Generator) -> None:
@@ -136,52 +76,3 @@ def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng: np.random.Gen
             expected = np.broadcast_to(entries.get(name, 0.0), 100)
             entry = matrix[:, *index]
             np.testing.assert_allclose(entry, expected, rtol=0, atol=1e-15, err_msg=name)
-
-
-def test_by_default_all_thirteen_misprints_of_eq_10_stand(robot: Robot) -> None:
-    q = np.full((len(robot.legs), 3), 0.3)
-    default = printed_leg_matrices(robot.arrays, q)
-    every = printed_leg_matrices(robot.arrays, q, misprints=EQ_10)
-    assert all(np.array_equal(a, b) for a, b in zip(default, every, strict=True))
-    assert len(EQ_10) == 13
-    assert LegMisprint.THETA_3_AS_FED not in EQ_10
-
-
-def test_a_misprint_of_an_unknown_name_is_refused(robot: Robot) -> None:
-    with pytest.raises(ValueError, match="'c23-twise' is not a valid LegMisprint"):
-        printed_leg_matrices(robot.arrays, np.zeros(3), misprints=["c23-twise"])
-
-
-def test_leg_matrices_gives_the_print_where_it_is_asked_for(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    q = _angles(robot, rng)
-    asked = dynamics.leg_matrices(robot.arrays, q, form="as-printed", gravity=3.7)
-    for ours, print_ in zip(asked, printed_leg_matrices(robot.arrays, q, gravity=3.7), strict=True):
-        np.testing.assert_array_equal(ours, print_)
-    right = dynamics.leg_matrices(robot.arrays, q, form="corrected").M
-    assert np.abs(asked.M - right).max() > 1e-4
-
-
-def test_leg_torque_gives_the_print_where_it_is_asked_for(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    q = _angles(robot, rng)
-    qd, qdd, force = rng.uniform(-10, 10, size=(3, *q.shape))
-    motion = (robot.arrays, q, qd, qdd)
-    asked = dynamics.leg_torque(*motion, foot_force=force, form="as-printed", gravity=3.7)
-    print_ = printed_leg_torque(*motion, foot_force=force, gravity=3.7)
-    np.testing.assert_array_equal(asked, print_)
-    right = dynamics.leg_torque(*motion, foot_force=force, form="corrected", gravity=3.7)
-    # The sign of Eq. 11 alone doubles what the ground does to the coxa: 10 N at some 0.1 m.
-    assert np.abs(asked - right).max() > 0.1
-
-
-def test_another_form_is_refused() -> None:
-    leg, q = load_robot("phantomx-paper").legs[0], np.zeros(3)
-    for call in (
-        lambda: dynamics.leg_matrices(leg, q, form="printed"),
-        lambda: dynamics.leg_torque(leg, q, q, q, form="printed"),
-    ):
-        with pytest.raises(InvalidInput, match='form is "printed"; it must be "corrected" or "as-'):
-            call()

@@ -31,11 +31,6 @@ def _random_joints(rng: np.random.Generator, robot: Robot, *lead: int) -> list[n
     return [q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)]
 
 
-def _feet_in_world(robot: Robot, body: dynamics.BodyMotion, q: np.ndarray) -> np.ndarray:
-    feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q))
-    return body.position[..., None, :] + feet @ np.swapaxes(body.rotation, -1, -2)
-
-
 def test_a_robot_in_free_fall_with_locked_joints_feels_nothing(
     robot: Robot, rng: np.random.Generator
 ) -> None:
@@ -67,56 +62,6 @@ def test_without_feet_on_the_ground_the_wrench_at_rest_carries_the_weight(
     np.testing.assert_allclose(wrench, expected, rtol=0, atol=1e-12)
 
 
-def test_foot_forces_that_balance_the_weight_leave_no_wrench(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    # Σ f = (0, 0, m g) and Σ (p - c) × f = 0 about the centre of mass c, solved by least norm.
-    # Row 15's bound for statics, 1e-9; the solver's own residual is about 1e-13.
-    q = np.tile(kinematics.joint_angles(robot.arrays, robot.arrays.neutral_foot), (5, 1, 1))
-    q += 0.1 * rng.normal(size=q.shape)
-    _, pose = _random_motion(rng, 5)
-    body = dynamics.BodyMotion.at_rest(pose.position, pose.rotation)
-    com = (pose.rotation @ kinematics.centre_of_mass(robot, q)[..., None])[..., 0]
-    arms = _feet_in_world(robot, body, q) - (pose.position + com)[:, None, :]
-    cross = np.cross(arms[..., None, :], np.eye(3)).swapaxes(-1, -2)
-    unit = np.broadcast_to(np.eye(3), cross.shape)
-    grasp = np.concatenate([unit, cross], axis=-2).swapaxes(1, 2).reshape(5, 6, -1)
-    weight = np.array([0.0, 0.0, robot.mass * 9.81, 0.0, 0.0, 0.0])
-    force = (np.linalg.pinv(grasp) @ weight).reshape(q.shape)
-
-    still = np.zeros_like(q)
-    result = dynamics.inverse_dynamics(robot, body, q, still, still, foot_force=force)
-    np.testing.assert_allclose(result.wrench, 0.0, rtol=0, atol=1e-9)
-    assert np.abs(result.joint_torque).max() > 1e-2
-
-
-def test_turning_the_world_turns_the_wrench_and_leaves_the_torques(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    # Gravity is vertical, so that a yaw of everything changes nothing but the axes.
-    _, body = _random_motion(rng, 20)
-    q, qd, qdd, force = _random_joints(rng, robot, 20)
-    yaw = kinematics.quaternion_rotation(kinematics.yaw_quaternion(np.array(0.7)))
-    turned = dynamics.BodyMotion(
-        body.position @ yaw.T,
-        yaw @ body.rotation,
-        *(
-            v @ yaw.T
-            for v in (
-                body.velocity,
-                body.angular_velocity,
-                body.acceleration,
-                body.angular_acceleration,
-            )
-        ),
-    )
-    here = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force)
-    there = dynamics.inverse_dynamics(robot, turned, q, qd, qdd, foot_force=force @ yaw.T)
-    np.testing.assert_allclose(there.joint_torque, here.joint_torque, rtol=0, atol=WHOLE)
-    in_turned_axes = (here.wrench.reshape(20, 2, 3) @ yaw.T).reshape(20, 6)
-    np.testing.assert_allclose(there.wrench, in_turned_axes, rtol=0, atol=WHOLE)
-
-
 @pytest.mark.parametrize("lead", [(), (4,), (2, 3)])
 def test_one_trunk_serves_any_number_of_joint_states(robot: Robot, lead: tuple[int, ...]) -> None:
     # The same arithmetic whatever the leading axes; forces of 1e2 N within some units in the
@@ -139,15 +84,6 @@ def test_one_trunk_serves_any_number_of_joint_states(robot: Robot, lead: tuple[i
         np.testing.assert_allclose(result.wrench[i], one.wrench, rtol=0, atol=1e-12)
 
 
-def test_many_trunks_may_share_one_joint_state(robot: Robot, rng: np.random.Generator) -> None:
-    _, body = _random_motion(rng, 4)
-    q, qd, qdd, _ = _random_joints(rng, robot)
-    shared = dynamics.inverse_dynamics(robot, body, q, qd, qdd)
-    tiled = dynamics.inverse_dynamics(robot, body, *(np.tile(v, (4, 1, 1)) for v in (q, qd, qdd)))
-    np.testing.assert_allclose(shared.joint_torque, tiled.joint_torque, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(shared.wrench, tiled.wrench, rtol=0, atol=1e-12)
-
-
 def test_angles_of_the_wrong_number_of_legs_are_refused(robot: Robot) -> None:
     count = len(robot.legs)
     q = np.zeros((count - 1, 3))
@@ -166,12 +102,3 @@ def test_gravity_as_a_vector_is_refused(robot: Robot) -> None:
     ):
         with pytest.raises(InvalidInput, match=r"gravity has shape \(3,\); it must be one number"):
             call()
-
-
-def test_trunk_and_joints_of_unlike_lengths_are_refused(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    _, body = _random_motion(rng, 4)
-    q = np.zeros((3, len(robot.legs), 3))
-    with pytest.raises(ValueError, match="broadcast"):
-        dynamics.kinetic_energy(robot, body, q, q)

@@ -6,9 +6,6 @@ from scipy import sparse
 
 from phasmid.forces import Contacts, JointLoad, MinimumTorque, WeightedMinimumNorm
 
-GAP = 1e-9
-"""Part of its cost to which the second solver's result is right."""
-
 
 def wrench_of(feet, force):
     return np.concatenate([force.sum(axis=-2), np.cross(feet, force).sum(axis=-2)], axis=-1)
@@ -56,16 +53,15 @@ def cost_matrices(model, contacts, joints):
     return H, c
 
 
-def reference(contacts, wrench, sample, *, H=None, c=None, joints=None, largest=None, gap=GAP):
-    """The same forces by clarabel, which knows second-order cones; written from the definition.
+def reference(contacts, wrench, sample, *, largest=False):
+    """The forces of least norm by clarabel, which knows second-order cones.
 
-    The unknowns are the standing feet's forces; ``largest`` adds the least largest load as one
-    more (``"find"``) or bounds it. The cost is right to ``gap`` of itself.
+    With ``largest`` it finds the smallest largest load per share instead: one more unknown.
     """
     share = contacts.share[sample]
     feet = np.flatnonzero(share > 0)
-    k, find = len(feet), largest == "find"
-    n = 3 * k + find
+    k = len(feet)
+    n = 3 * k + largest
     P, q = np.zeros((n, n)), np.zeros(n)
     rows, right, cones = [np.zeros((6, n))], [wrench[sample]], [clarabel.ZeroConeT(6)]
     for j, i in enumerate(feet):
@@ -73,52 +69,34 @@ def reference(contacts, wrench, sample, *, H=None, c=None, joints=None, largest=
         x, y, z = contacts.feet[sample, i]
         rows[0][:3, at] = np.eye(3)
         rows[0][3:, at] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
-        block = np.eye(3) if H is None else H[sample, i]
-        if not find:
-            P[at, at] = block / share[i]
-            q[at] = 0.0 if c is None else -c[sample, i]
         cone = np.zeros((3, n))
         cone[:, at] = -contacts.axes[sample, i].T
         cone[0] *= contacts.friction[sample, i]
         rows.append(cone)
         right.append(np.zeros(3))
         cones.append(clarabel.SecondOrderConeT(3))
-        limits = []
-        if joints is not None:
-            J, tau, limit = (v[sample, i] for v in (joints.jacobian, joints.torque, joints.limit))
-            limits += [(-J.T, limit - tau), (J.T, limit + tau)]
-        if largest is not None:
-            normal = contacts.normals[sample, i][None]
-            limits.append((normal, np.array([0.0 if find else largest * share[i]])))
-        for A, upper in limits:
-            row = np.zeros((len(A), n))
-            row[:, at] = A
-            if find and len(A) == 1:
-                row[:, -1] = -share[i]
-            rows.append(row)
-            right.append(upper)
-            cones.append(clarabel.NonnegativeConeT(len(A)))
-    if find:
+        if not largest:
+            P[at, at] = np.eye(3) / share[i]
+            continue
+        row = np.zeros((1, n))
+        row[0, at], row[0, -1] = contacts.normals[sample, i], -share[i]
+        rows.append(row)
+        right.append(np.zeros(1))
+        cones.append(clarabel.NonnegativeConeT(1))
+    if largest:
         q[-1] = 1.0
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.tol_gap_abs = settings.tol_gap_rel = 1e-13
     settings.tol_feas = 1e-12
     # Where it gets no further it must at least have come as far as this.
-    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = gap
-    settings.reduced_tol_feas = gap
-    solver = clarabel.DefaultSolver(
-        sparse.csc_matrix(np.triu(P)),
-        q,
-        sparse.csc_matrix(np.concatenate(rows)),
-        np.concatenate(right),
-        cones,
-        settings,
-    )
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = 1e-9
+    A, b = sparse.csc_matrix(np.concatenate(rows)), np.concatenate(right)
+    solver = clarabel.DefaultSolver(sparse.csc_matrix(P), q, A, b, cones, settings)
     solution = solver.solve()
     solved = {clarabel.SolverStatus.Solved, clarabel.SolverStatus.AlmostSolved}
     assert solution.status in solved, solution.status
-    if find:
+    if largest:
         return solution.x[-1]
     force = np.zeros(contacts.feet.shape[1:])
     force[feet] = np.asarray(solution.x).reshape(-1, 3)

@@ -60,16 +60,6 @@ def test_the_joints_give_the_power_that_the_energy_takes(name):
     assert np.abs(given - taken).max() < 1e-6
 
 
-def test_normal_forces_are_those_along_the_grounds_normal():
-    walk = plan(PAPER.replace(**TERRAINS["slope-up"], step_turn=0.0))
-    run = analysed(walk, AMID)
-    angle = np.radians(15)
-    n = np.array([-np.sin(angle), 0, np.cos(angle)])
-    assert (
-        np.abs(run.foot_normal_force_model.values - run.foot_force_model.values @ n).max() < 1e-13
-    )
-
-
 def test_forces_stay_in_cones_about_the_slopes_normal():
     # tan 15 degrees = 0.268: with a friction of 0.32 the robot can stand and walk slowly, with
     # that of 0.28 it cannot hurry.

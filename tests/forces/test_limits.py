@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from forces.loads import GAP, cost_matrices, random_load, reference, wrench_of
+from forces.loads import cost_matrices, random_load, reference, wrench_of
 from phasmid.forces import (
     Contacts,
     FrictionCone,
@@ -13,7 +13,6 @@ from phasmid.forces import (
     MinimumTorque,
     SmallestLargestLoad,
     WeightedMinimumNorm,
-    minimum_norm,
     share_load,
 )
 
@@ -47,39 +46,6 @@ def limited(joints, truth):
     return JointLoad(joints.jacobian, joints.torque, tight)
 
 
-@pytest.mark.parametrize("cost", COSTS[:3], ids=str)
-def test_so_are_they_with_other_costs_and_with_torque_limits(cost):
-    contacts, wrench, joints, truth = random_load(25, 6, 5, seed=1)
-    joints = limited(joints, truth)
-    force = share_load(contacts, wrench, FrictionCone(cost), joints=joints)
-    held = np.abs(joints.with_ground(force)) - joints.limit
-    # The solver's tolerance of 1e-12 of some newtons.
-    assert held[contacts.stance].max() < 1e-9
-    assert held[contacts.stance].max() > -1e-6  # Some joint is at its limit.
-    H, c = cost_matrices(cost, contacts, joints)
-    for i in range(25):
-        other = reference(contacts, wrench, i, H=H, c=c, joints=joints)
-        ours, theirs = (cost_of(contacts, H, c, i, F) for F in (force[i], other))
-        # Both are the least cost; theirs is right to GAP of the cost's parts, and ours to its
-        # equations and limits, 1e-11 of the load, times multipliers of the load's size. (With the
-        # shortest lever it gets stuck; the conditions of the optimum below hold ours to account.)
-        assert abs(ours - theirs) < GAP * size_of_cost(contacts, H, c, i, force[i])
-
-
-def size_of_cost(contacts, H, c, sample, force):
-    """Sum of the cost's parts, none of which takes from another."""
-    on = contacts.share[sample] > 0
-    square = cost_of(contacts, H, 0 * c, sample, force)
-    return square + np.abs(c[sample][on] * force[on]).sum()
-
-
-def cost_of(contacts, H, c, sample, force):
-    on = contacts.share[sample] > 0
-    F, gain = force[on], c[sample][on]
-    square = np.einsum("li,lij,lj->l", F, H[sample][on], F) / contacts.share[sample][on]
-    return 0.5 * square.sum() - np.sum(gain * F)
-
-
 @pytest.mark.parametrize(("legs", "standing"), CASES)
 @pytest.mark.parametrize("name", LIMITED)
 def test_no_force_pulls_or_leaves_its_cone(name, legs, standing):
@@ -92,65 +58,6 @@ def test_no_force_pulls_or_leaves_its_cone(name, legs, standing):
     assert np.abs(wrench_of(contacts.feet, force) - wrench).max() < 1e-9
 
 
-def test_the_conditions_of_the_optimum_hold():
-    # F / share = A^T lambda + z with z in the dual cone and z . F = 0 (Karush, Kuhn, Tucker for
-    # cones): inside the cone z = 0; on its surface z is a multiple of the cone's inner normal; at
-    # the tip z is anything in the dual cone |z_t| <= z_n / friction... The residual is fitted.
-    contacts, wrench, _, _ = random_load(150, 6, 6, seed=2, full=True)
-    f = contact_forces(contacts, share_load(contacts, wrench, "friction-cone"))
-    mu, on_cone = 0.6, 0
-    for i in range(150):
-        columns, kinds = [], []
-        A = np.zeros((6, 18))
-        for j in range(6):
-            x, y, z = contacts.feet[i, j]
-            skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-            axes = contacts.axes[i, j]
-            A[:3, 3 * j : 3 * j + 3], A[3:, 3 * j : 3 * j + 3] = axes, skew @ axes
-            normal, tangential = f[i, j, 0], np.hypot(*f[i, j, 1:])
-            at = np.zeros((18, 3))
-            at[3 * j : 3 * j + 3] = np.eye(3)
-            if normal < 1e-8:
-                columns += list(at.T)
-                kinds += [("tip", j)] * 3
-            elif mu * normal - tangential < 1e-8:
-                inner = np.array([mu, *(-f[i, j, 1:] / tangential)])
-                columns.append(at @ inner)
-                kinds.append(("surface", j))
-        basis = np.column_stack([A.T, *columns])
-        fitted = np.linalg.lstsq(basis, f[i].ravel(), rcond=None)[0]
-        # Angles of the forces are right to 1e-11; gradients are 10 N.
-        assert np.abs(basis @ fitted - f[i].ravel()).max() < 1e-9
-        pressure = fitted[6:]
-        on_cone += sum(kind == "surface" for kind, _ in kinds)
-        surface = [p for p, (kind, _) in zip(pressure, kinds, strict=True) if kind == "surface"]
-        assert min(surface, default=0.0) > -1e-8
-        for j in {j for kind, j in kinds if kind == "tip"}:
-            z = [p for p, kind in zip(pressure, kinds, strict=True) if kind == ("tip", j)]
-            assert mu * np.hypot(z[1], z[2]) <= z[0] + 1e-8
-    assert on_cone > 50
-
-
-def test_no_admissible_forces_cost_less():
-    # Convexity: on the way to any other admissible forces, such as those from which the load was
-    # made, the cost rises from the start.
-    contacts, wrench, _, truth = random_load(200, 6, 6, seed=3, full=True)
-    force = share_load(contacts, wrench, "friction-cone")
-    for step in (1e-4, 1e-2, 1.0):
-        other = force + step * (truth - force)
-        # Cost of 1e2 N^2 to 1e-11 of itself.
-        assert (np.sum(other**2, axis=(1, 2)) > np.sum(force**2, axis=(1, 2)) - 1e-8).all()
-
-
-def test_at_rest_on_level_ground_the_cone_is_the_minimum_norm():
-    # Amid its feet the weight gives vertical forces that push: no limit counts.
-    feet = np.array([[0.2, -0.2, -0.1], [-0.2, -0.2, -0.1], [0, 0.25, -0.1]])
-    wrench = np.array([0, 0, 26.0, 0, 0, 0])
-    force = share_load(Contacts(feet, np.ones(3)), wrench, "friction-cone")
-    assert force == pytest.approx(minimum_norm(feet, np.ones(3, dtype=bool), wrench), abs=1e-12)
-    assert np.abs(force[:, :2]).max() < 1e-12
-
-
 @pytest.mark.parametrize("standing", [4, 5, 6])
 def test_the_largest_load_is_the_smallest_possible(standing):
     # Against the linear programme over cones of a second solver; ours may exceed it by its slack,
@@ -161,22 +68,8 @@ def test_the_largest_load_is_the_smallest_possible(standing):
     with np.errstate(invalid="ignore"):
         ours = np.nanmax(np.where(contacts.stance, normal / contacts.share, np.nan), axis=1)
     for i in range(25):
-        least = reference(contacts, wrench, i, largest="find")
+        least = reference(contacts, wrench, i, largest=True)
         assert least * (1 - 1e-6) < ours[i] < least * (1 + 2e-5)
-
-
-def test_of_all_forces_with_that_load_the_least_are_taken():
-    # The same bound given to the second solver; where the bound leaves little room it gets no
-    # further than 1e-6 of the squares' sum. The least sum is strictly convex, so forces differ by
-    # the root of that at most.
-    contacts, wrench, _, _ = random_load(25, 6, 5, seed=4, full=True)
-    force = share_load(contacts, wrench, SmallestLargestLoad(slack=1e-2))
-    normal = contact_forces(contacts, force)[..., 0]
-    for i in range(25):
-        other = reference(contacts, wrench, i, largest=normal[i].max(), gap=1e-6)
-        squares = np.sum(force[i] ** 2)
-        assert abs(squares - np.sum(other**2)) < 1e-6 * squares
-        assert force[i] == pytest.approx(other, abs=np.sqrt(1e-6 * squares))
 
 
 def test_four_feet_under_a_centred_weight_carry_a_quarter_each():
@@ -216,12 +109,11 @@ def test_five_feet_differ_between_least_norm_and_smallest_largest_load():
 
 
 def test_a_least_normal_force_is_kept():
-    contacts, wrench, _, _ = random_load(50, 6, 5, seed=5, full=True)
-    force = share_load(contacts, wrench, FrictionCone(least_normal=0.4))
-    normal = contact_forces(contacts, force)[..., 0]
     # The loads are made of normal forces of 0.5 N and more; the solver's tolerance of 1e-11 * 30 N.
-    assert normal[contacts.stance].min() > 0.4 - 1e-9
-    assert normal[contacts.stance].min() < 0.4 + 1e-6
+    contacts, wrench, _, _ = random_load(50, 6, 5, seed=5)
+    force = share_load(contacts, wrench, FrictionCone(least_normal=0.4))
+    room = (contact_forces(contacts, force)[..., 0] - 0.4 * contacts.share)[contacts.stance]
+    assert -1e-9 < room.min() < 1e-6
 
 
 def test_the_cone_is_round():
@@ -243,16 +135,12 @@ def test_the_cone_is_round():
     ("model", "count", "standing", "friction", "seed"),
     [
         (FrictionCone(), 4000, 4, 0.6, 1),
-        (FrictionCone(MinimumTorque(0.05)), 4000, 4, 0.6, 1),
         (FrictionCone(MinimumTorque()), 1000, 6, 0.05, 10),
-        (SmallestLargestLoad(), 800, 6, 0.6, 2),
         (SmallestLargestLoad(), 300, 6, 0.05, 4),
     ],
     ids=[
         "friction-cone",
-        "least-torque",
         "least-torque-on-ice",
-        "smallest-largest-load",
         "smallest-largest-load-on-ice",
     ],
 )

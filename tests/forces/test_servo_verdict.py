@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.forces import Holding, scenario_verdict, servo_verdict
+from phasmid.forces import Holding, servo_verdict
 from phasmid.gait import load_gait
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import load_robot, load_servo, with_payload
-from phasmid.scenario import load_scenario
 
 PAPER = load_robot("phantomx-paper")
 TRIPOD = load_gait("tripod")
@@ -76,19 +75,6 @@ def test_a_robot_is_held_up_to_the_stall_torque_and_for_long_up_to_the_continuou
     assert holding(stall_torque=9.0, continuous_torque=1.001 * rms) is Holding.HOLDS
     # A tripod bears for half of the cycle: its rms torque is the largest over the root of two.
     assert rms == pytest.approx(torque / math.sqrt(2), rel=0.02)
-
-
-def test_neither_friction_nor_drive_changes_what_is_asked_of_a_servo():
-    torque = servo_verdict(PAPER, TRIPOD).torque
-    slow = with_servo(PAPER, friction=0.4, viscous_friction=0.1, backlash=0.1)
-    assert servo_verdict(slow, TRIPOD).torque == torque
-    paper = load_scenario("paper")
-    texts = {
-        scenario_verdict(paper.replace(drive=drive, friction=friction)).lines
-        for drive in ("prescribed", "servo", "ideal-servo", "torque")
-        for friction in (0.1, 2.0)
-    }
-    assert texts == {servo_verdict(PAPER, TRIPOD).lines}
 
 
 def test_a_heavy_robot_on_small_servos_is_told_with_joint_torque_and_feet():

@@ -14,7 +14,7 @@ from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.formats import ImportOptions, Tree, import_robot, tree_of
 from phasmid.formats.mjcf_in import read_mjcf
 from phasmid.formats.mjcf_out import mjcf_files
-from phasmid.formats.outgoing import neutral_angles
+from phasmid.formats.tree import neutral_angles
 from phasmid.robot import Appearance, Part, Robot, load_robot, preset_names
 
 ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}

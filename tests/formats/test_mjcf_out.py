@@ -15,7 +15,7 @@ from phasmid.dynamics import BodyMotion
 from phasmid.errors import InvalidRobot
 from phasmid.formats import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.formats.mjcf_out import mjcf_files
-from phasmid.formats.outgoing import neutral_angles
+from phasmid.formats.tree import neutral_angles
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Appearance, Part, Robot, load_robot, preset_names
 

@@ -13,12 +13,12 @@ pytest.importorskip("build123d")
 from phasmid.cad import Assembly, build, mass_properties
 from phasmid.cad import drawing as drawings
 from phasmid.cad.drawing import DrawnPart, read_drawing
-from phasmid.cad.step import write_step
+from phasmid.cad.step import step_text
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats import robot_from_tree
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.step import first_guess, read_step, sidecar_of, step_files, tree_of_parts
-from phasmid.formats.step_sidecar import read_sidecar, sidecar_text
+from phasmid.formats.step_in import SidecarReader, read_step, sidecar_of
+from phasmid.formats.step_out import first_guess, sidecar_text, step_files
 from phasmid.formats.tree import Tree
 from phasmid.robot import JOINTS, Robot, load_robot, load_servo
 
@@ -34,7 +34,7 @@ def assembly() -> Assembly:
 def folder(assembly: Assembly, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The paper's robot as a STEP file, with its sidecar."""
     folder = tmp_path_factory.mktemp("step")
-    write_step(assembly, folder / "robot.step")
+    (folder / "robot.step").write_bytes(step_text(assembly))
     text = sidecar_text(ROBOT, assembly)
     (folder / "robot.step.toml").write_text(text, encoding="utf-8")
     return folder
@@ -150,8 +150,7 @@ def tree(folder: Path, drawing: tuple[DrawnPart, ...], text: str) -> Tree:
     """The tree that a changed sidecar makes of the drawing, which is read only once."""
     path = folder / "changed.step"
     sidecar_of(path).write_text(text, encoding="utf-8")
-    sidecar, content = read_sidecar(path)
-    return tree_of_parts(path, sidecar, content, drawing, None)
+    return SidecarReader(path).tree(drawing)
 
 
 def own_text(folder: Path) -> str:
@@ -161,7 +160,7 @@ def own_text(folder: Path) -> str:
 def test_a_first_guess_finds_links_axes_and_feet(
     folder: Path, drawing: tuple[DrawnPart, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("phasmid.formats.step_guess.read_drawing", lambda _: drawing)
+    monkeypatch.setattr("phasmid.formats.step_out.read_drawing", lambda _: drawing)
     robot = robot_from_tree(
         tree(folder, drawing, first_guess(folder / "robot.step")), ImportOptions(servo="AX-12A")
     ).robot
@@ -173,16 +172,12 @@ def test_a_first_guess_finds_links_axes_and_feet(
 
 
 def test_the_sidecars_servo_is_the_robots_with_its_own_law(
-    folder: Path, drawing: tuple[DrawnPart, ...], tmp_path: Path
+    folder: Path, drawing: tuple[DrawnPart, ...]
 ) -> None:
-    path = tmp_path / "robot.step"
-    written = own_text(folder).replace('servo = "AX-12A"', 'servo = "XL430-W250"')
-    sidecar_of(path).write_text(written, encoding="utf-8")
-    table, content = read_sidecar(path)
-    motor = load_servo("XL430-W250")
-    imported = robot_from_tree(tree_of_parts(path, table, content, drawing, motor))
+    text = own_text(folder).replace('servo = "AX-12A"', 'servo = "XL430-W250"')
+    imported = robot_from_tree(tree(folder, drawing, text))
     assert imported.robot is not None
-    assert imported.robot.servo == motor
+    assert imported.robot.servo == load_servo("XL430-W250")
 
 
 def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(

@@ -129,7 +129,7 @@ def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_pa
     text = path.read_text(encoding="utf-8")
     # Six hips, and three links of six legs.
     assert text.count("<cylinder") == 6 + 18
-    assert text.count(f'<sphere radius="{FOOT_RADIUS}"/>') == 6
+    assert text.count(f'<sphere radius="{FOOT_RADIUS}" />') == 6
     assert not any(link.parts for link in read_urdf(path).links.values())
 
 

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from phasmid.errors import InvalidInput
 from phasmid.kinematics import dh_transform, foot_position, joint_angles, rotation_rpy
 from phasmid.kinematics.printed import (
-    AS_PRINTED,
     printed_body_rotation,
     printed_dh_transform,
     printed_joint_angles,
@@ -41,12 +39,6 @@ def test_eq_1_mended_is_the_transform_of_the_chain():
     np.testing.assert_array_equal(mended, dh_transform(*numbers))
 
 
-def test_as_printed_a_right_angle_is_a_link_of_90_mm():
-    # Table 1 gives alpha in degrees and a in millimetres.
-    X = printed_dh_transform(np.array(np.pi / 2), np.array(0.052), np.array(0.0), np.array(0.3))
-    assert X[0, 3] == pytest.approx(0.090, abs=1e-15)
-
-
 def test_eq_2_mended_is_the_pose_of_the_hip():
     for leg in load_robot("phantomx-paper").legs:
         p = leg.mount_position + np.array([0.0, 0.0, 0.01])
@@ -64,46 +56,12 @@ def test_the_body_rotation_mended_is_that_of_the_package_with_y_ahead():
     np.testing.assert_allclose(turned, rotation_rpy(roll, -pitch, yaw), rtol=0, atol=1e-15)
 
 
-def test_the_print_is_given_where_it_is_asked_for():
-    leg = load_robot("phantomx-paper").legs[0]
-    numbers = np.random.default_rng(3).uniform(-1.5, 1.5, (4, 50))
-    pairs = [
-        (joint_angles(leg, leg.neutral_foot, form="as-printed"),
-         printed_joint_angles(leg, leg.neutral_foot)),
-        (dh_transform(*numbers, form="as-printed"), printed_dh_transform(*numbers)),
-    ]  # fmt: skip
-    for asked, print_ in pairs:
-        np.testing.assert_array_equal(asked, print_)
-    assert not np.array_equal(pairs[0][0], joint_angles(leg, leg.neutral_foot, form="corrected"))
-    assert not np.array_equal(pairs[1][0], dh_transform(*numbers, form="corrected"))
-
-
-def test_the_printed_rotation_in_our_axes_has_a_cosine_for_a_sine():
-    # T_B^G's entry (2,1) is printed with cos α cos γ where it needs cos α sin γ; a matrix R of the
-    # paper's axes is P R Pᵀ in ours, and P takes its (2,1) to minus our (1,2).
+def test_the_printed_rotation_has_a_cosine_for_a_sine():
+    # T_B^G's entry (2,1) is printed with cos α cos γ where it needs cos α sin γ.
     roll, pitch, yaw = np.random.default_rng(4).uniform(-1.5, 1.5, (3, 50))
-    printed = rotation_rpy(roll, pitch, yaw, form="as-printed")
     expected = np.zeros((50, 3, 3))
-    expected[:, 0, 1] = -np.cos(roll) * (np.cos(yaw) - np.sin(yaw))
+    expected[:, 1, 0] = np.cos(roll) * (np.cos(yaw) - np.sin(yaw))
     # Numbers of at most 2, a few roundings each.
-    wrong = printed - rotation_rpy(roll, pitch, yaw)
+    angles = roll, pitch, yaw
+    wrong = printed_body_rotation(*angles) - printed_body_rotation(*angles, misprints=())
     np.testing.assert_allclose(wrong, expected, rtol=0, atol=2e-15)
-
-
-@pytest.mark.parametrize("name", ["joint_angles", "dh_transform", "rotation_rpy"])
-def test_another_form_is_refused(name):
-    leg, one = load_robot("phantomx-paper").legs[0], np.array(1.0)
-    call = {
-        "joint_angles": lambda: joint_angles(leg, leg.neutral_foot, form="printed"),
-        "dh_transform": lambda: dh_transform(one, one, one, one, form="printed"),
-        "rotation_rpy": lambda: rotation_rpy(one, one, one, form="printed"),
-    }[name]
-    with pytest.raises(InvalidInput, match='form is "printed"; it must be "corrected" or "as-'):
-        call()
-
-
-def test_a_misprint_of_an_unknown_name_is_refused():
-    leg = load_robot("phantomx-paper").legs[0]
-    with pytest.raises(ValueError, match="'eq-6-rot' is not a valid KinematicMisprint"):
-        printed_joint_angles(leg, np.zeros(3), misprints=["eq-6-rot"])
-    assert len(AS_PRINTED) == 9

@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from phasmid.paper.misprints import MISPRINTS
-
 DOCS = Path(__file__).parents[2] / "docs"
 sys.path.append(str(DOCS))
 from errata_page import errata  # noqa: E402, needs the path above
@@ -22,10 +20,3 @@ def page() -> str:
 def test_docs_errata_md_is_what_the_table_says(page: str) -> None:
     # Written anew by make errata; two digits do not depend on the machine.
     assert PAGE.read_text(encoding="utf-8") == page
-
-
-def test_each_misprint_has_its_line(page: str) -> None:
-    lines = page.splitlines()
-    for row in MISPRINTS:
-        start = f"| {row.where} | {row.printed} | {row.right} | "
-        assert sum(line.startswith(start) for line in lines) == 1

@@ -2,13 +2,12 @@
 
 import contextlib
 import errno
-import json
+import functools
 import os
+import re
 import stat
-import struct
 import threading
 import warnings
-import zlib
 
 import numpy as np
 import pytest
@@ -28,7 +27,6 @@ from phasmid.recording import (
 SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4, "way": 3}
 CUT = {"ending": "CUT", "ending_reason": "The run was cut off."}
 DONE = {"ending": "COMPLETED", "ending_reason": "The walk was completed."}
-FRAME = 28
 
 
 def everything(samples):
@@ -56,56 +54,66 @@ def test_a_log_keeps_every_bit_and_says_how_it_ended(tmp_path):
     channels = everything(20)
     # Signed zero, the smallest number and what is no number must come back as they are.
     channels["body_position"][:5, 0] = [-0.0, 5e-324, np.nan, -np.inf, 1 + 2**-52]
-    written = write(tmp_path / "walk.rec", channels=channels, scenario="é", time_step=0.5, seed=7)
-    read = load_recording(tmp_path / "walk.rec")
+    written = write(tmp_path / "walk.mcap", channels=channels, scenario="é", time_step=0.5, seed=7)
+    read = load_recording(tmp_path / "walk.mcap")
     assert read.identical(written)
     for name in channels:
         assert read[name].values.tobytes() == channels[name].tobytes()
-    assert [p.name for p in tmp_path.iterdir()] == ["walk.rec"]
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.mcap"]
 
 
-def test_a_truncated_log_is_read_up_to_its_last_whole_frame(tmp_path):  # J6
-    path = tmp_path / "walk.rec"
+def chunks(content):
+    """Return the places at which chunks begin: opcode 6, then the length in eight bytes."""
+    place, found = 8, []
+    while place < len(content) - 8:
+        if content[place] == 6:
+            found.append(place)
+        place += 9 + int.from_bytes(content[place + 1 : place + 9], "little")
+    return found
+
+
+def test_a_truncated_log_is_read_up_to_its_last_whole_sample(tmp_path):  # J6
+    path = tmp_path / "walk.mcap"
     written = write(path)
-    # The end frame and a byte of the fourth: 3 of 4 frames of 5 samples are whole.
-    end = FRAME + len(json.dumps(DONE))
-    content = path.read_bytes()[: -end - 1]
+    # Chunks: attributes, 20 samples, attributes; the cut is in sample 15.
+    content = path.read_bytes()
+    content = content[: chunks(content)[16] + 100]
     path.write_bytes(content)
     with pytest.warns(DamagedRecording) as caught:
         read = load_recording(path)
-    said = "walk.rec ends mid-frame: 3 of about 4 frames recovered; the original is untouched."
+    said = "walk.mcap is cut off: 15 of 20 samples were read; the original is untouched."
     assert str(caught[0].message) == said
+    assert not caught[0].message.wrong
     assert read.drop_attrs().identical(written.isel(time=slice(0, 15)).drop_attrs())
     assert read.attrs["ending"] == "CUT"
     assert read.attrs["ending_reason"] == f"The run was cut off: {said}"
     assert path.read_bytes() == content
 
 
-def test_a_log_without_its_end_is_read_whole_and_said_to_be_cut_off(tmp_path):
-    write(tmp_path / "walk.rec", finish=False)
-    with pytest.warns(DamagedRecording, match="walk.rec has no end: 4 of about 4 frames"):
-        assert load_recording(tmp_path / "walk.rec").sizes["time"] == 20
+def test_a_log_without_its_end_is_read_whole_and_reported_as_cut_off(tmp_path):
+    write(tmp_path / "walk.mcap", finish=False)
+    with pytest.warns(DamagedRecording, match="walk.mcap is cut off: 20 of 20 samples"):
+        assert load_recording(tmp_path / "walk.mcap").sizes["time"] == 20
 
 
 def test_a_flipped_bit_ends_the_reading_before_it(tmp_path):  # J7
-    path = tmp_path / "walk.rec"
+    path = tmp_path / "walk.mcap"
     write(path)
     content = bytearray(path.read_bytes())
-    end = FRAME + len(json.dumps(DONE))
-    content[-end - 1] ^= 16
+    content[chunks(content)[16] + 1000] ^= 16
     path.write_bytes(content)
     with pytest.warns(DamagedRecording) as caught:
         read = load_recording(path)
     assert str(caught[0].message) == (
-        "walk.rec frame 3 fails its checksum; frames 0 to 2 were read."
+        "walk.mcap is damaged: 15 of 20 samples were read; the original is untouched."
     )
     assert caught[0].message.wrong
     assert read.sizes["time"] == 15
 
 
-def test_every_single_flipped_bit_is_noticed(tmp_path):
-    # CRC-32 finds every single bit that is wrong: nothing is ever read as if it were right.
-    path = tmp_path / "walk.rec"
+def test_no_flipped_bit_changes_a_number_unnoticed(tmp_path):
+    # CRC-32 finds every single wrong bit of a chunk; sequence numbers find a chunk that is skipped.
+    path = tmp_path / "walk.mcap"
     position = {"body_position": np.arange(12.0).reshape(4, 3)}
     whole = write(path, 4, 2, channels=position)
     content = path.read_bytes()
@@ -119,26 +127,42 @@ def test_every_single_flipped_bit_is_noticed(tmp_path):
                 read = load_recording(path)
             except InvalidInput:
                 continue
-        assert [w.category for w in caught] == [DamagedRecording]
-        count = read.sizes["time"]
-        assert count in (2, 4)
-        assert np.array_equal(read.body_position, whole.body_position[:count])
+        if caught:
+            assert [w.category for w in caught] == [DamagedRecording]
+            count = read.sizes["time"]
+            assert np.array_equal(read.body_position, whole.body_position[:count])
+        else:
+            assert read.identical(whole)
 
 
-def test_a_newer_log_is_refused(tmp_path):  # J8
-    path = tmp_path / "walk.rec"
+def test_a_newer_log_is_refused(tmp_path, monkeypatch):  # J8
+    path = tmp_path / "walk.mcap"
+    monkeypatch.setattr(log, "FORMAT", 3)
     write(path)
-    content = bytearray(path.read_bytes())
-    content[12:16] = struct.pack("<I", 3)
-    path.write_bytes(content)
     with pytest.raises(InvalidInput) as caught:
         load_recording(path)
     assert caught.value.what == f"{path} uses format 3; this version reads up to 1."
     assert caught.value.hint == "upgrade phasmid"
 
 
+def test_ros_tools_read_a_log(tmp_path):
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    path = tmp_path / "walk.mcap"
+    written = write(path, 3, 3)
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        samples = list(reader.iter_decoded_messages(topics=["/recording"]))
+    assert [m.message.log_time for m in samples] == [0, 500_000_000, 1_000_000_000]
+    for row, message in enumerate(samples):
+        for name in CHANNELS:
+            values = getattr(message.decoded_message, name)
+            assert np.array_equal(np.ravel(values), written[name].values[row].ravel()), name
+
+
 def test_a_log_appears_with_its_first_samples_and_not_before(tmp_path):
-    path, arrays = tmp_path / "walk.rec", everything(2)
+    path, arrays = tmp_path / "walk.mcap", everything(2)
     time = np.arange(2.0)
     with RecordingLog(path, arrays, CUT, time=time) as log:
         assert not path.exists()
@@ -148,14 +172,14 @@ def test_a_log_appears_with_its_first_samples_and_not_before(tmp_path):
         with pytest.warns(DamagedRecording):
             assert load_recording(path).sizes["time"] == 2
     assert log.acknowledged == 2
-    (tmp_path / "walk.rec").unlink()
+    (tmp_path / "walk.mcap").unlink()
     with pytest.raises(KeyboardInterrupt), RecordingLog(path, arrays, CUT, time=time):
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_older_log_is_replaced_only_by_force(tmp_path):
-    path, arrays = tmp_path / "walk.rec", everything(2)
+    path, arrays = tmp_path / "walk.mcap", everything(2)
     write(path)
     before = path.read_bytes()
     with pytest.raises(InvalidInput) as caught:
@@ -184,7 +208,7 @@ def fill_until_full(path, time, arrays, resource, hard):
 def test_a_full_disk_keeps_what_was_saved_and_says_how_much(tmp_path):  # C6
     resource = pytest.importorskip("resource")
     signal = pytest.importorskip("signal")
-    path, arrays = tmp_path / "walk.rec", everything(60)
+    path, arrays = tmp_path / "walk.mcap", everything(60)
     time = np.arange(60.0)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -198,8 +222,8 @@ def test_a_full_disk_keeps_what_was_saved_and_says_how_much(tmp_path):  # C6
         f"cannot write {path}: file too large; 41 s of 59 s were saved and can be read."
     )
     assert caught.value.exit_status == 1
-    with pytest.warns(DamagedRecording, match="has no end: 7 of about 10 frames"):
-        assert load_recording(path).sizes["time"] == 42
+    with pytest.warns(DamagedRecording, match="is cut off: 4[2-7] of 60 samples"):
+        assert load_recording(path).sizes["time"] >= 42
 
 
 def test_a_disk_without_room_is_found_before_the_run(tmp_path, monkeypatch):
@@ -207,69 +231,71 @@ def test_a_disk_without_room_is_found_before_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr(log.shutil, "disk_usage", lambda _: type("", (), {"free": 10**9})())
     time = np.broadcast_to(0.0, 10**8)
     with pytest.raises(OutputError) as caught:
-        RecordingLog(tmp_path / "a.rec", {"body_position": np.zeros((1, 3))}, CUT, time=time)
+        RecordingLog(tmp_path / "a.mcap", {"body_position": np.zeros((1, 3))}, CUT, time=time)
     assert (
-        caught.value.what == f"{tmp_path / 'a.rec'} needs about 3.2 GB; 1 GB are free on its disk."
+        caught.value.what == f"{tmp_path / 'a.mcap'} needs about 3.2 GB; 1 GB are free on its disk."
     )
-
-
-def frame(kind, payload, first=0):
-    head = struct.pack("<4sQQI", kind, len(payload), first, zlib.crc32(payload))
-    return head + struct.pack("<I", zlib.crc32(head)) + payload
-
-
-OPENING = b"\x89PHASMID\r\n\x1a\n" + struct.pack("<I", 1)
-POSITION = {
-    "name": "body_position",
-    "dims": ["time", "axis"],
-    "units": "m",
-    "kind": "float",
-    "shape": [3],
-}
 
 
 @pytest.mark.parametrize(
-    "head",
+    "attributes",
     [
         b"",
         b"[]",
-        b"{}",
+        b"3",
         b"[" * 100_000,
-        json.dumps({"attributes": {}, "channels": 3}).encode(),
-        json.dumps({"attributes": {}, "channels": [{"name": "pressure"}]}).encode(),
-        json.dumps({"attributes": {}, "channels": [POSITION, POSITION]}).encode(),
-        json.dumps({"attributes": {}, "channels": [POSITION | {"shape": [10**12]}]}).encode(),
-        json.dumps({"attributes": {}, "channels": [POSITION | {"units": "mm"}]}).encode(),
-        json.dumps({"attributes": [], "channels": [POSITION]}).encode(),
-        json.dumps({"attributes": {"format": 9}, "channels": [POSITION]}).encode(),
-        json.dumps({"attributes": {"a": [1]}, "channels": [POSITION]}).encode(),
-        b'{"attributes": {"a": 1' + b"0" * 5000 + b'}, "channels": []}',
-        json.dumps({"attributes": {"a": 10**30}, "channels": [POSITION]}).encode(),
+        b'{"format": 9}',
+        b'{"a": [1]}',
+        b'{"a": 1' + b"0" * 5000 + b"}",
+        b'{"a": 1000000000000000000000000000000}',
+        b'{"planned_samples": "many"}',
     ],
 )
-def test_a_log_that_lies_about_itself_is_refused(tmp_path, head):
-    path = tmp_path / "a.rec"
-    samples = np.zeros(4, "<f8").tobytes()
-    path.write_bytes(
-        OPENING + frame(b"HEAD", head) + frame(b"DATA", samples) + frame(b"DONE", b"{}", 1)
-    )
+def test_a_log_with_wrong_attributes_is_refused(tmp_path, monkeypatch, attributes):
+    path = tmp_path / "a.mcap"
+    monkeypatch.setattr(log.json, "dumps", lambda *_, **__: attributes.decode())
+    write(path)
+    monkeypatch.undo()
     with pytest.raises(InvalidInput):
         load_recording(path)
 
 
-@pytest.mark.parametrize("legs", [10**9, 0, -1, 2.0, True])
-def test_a_small_log_cannot_claim_many_legs(tmp_path, legs):
-    path = tmp_path / "a.rec"
-    torque = {"name": "joint_torque", "units": "N·m", "shape": [legs, 3]}
-    head = json.dumps({"attributes": {}, "channels": [torque]}).encode()
-    path.write_bytes(OPENING + frame(b"HEAD", head) + frame(b"DATA", bytes(32)))
-    with pytest.raises(InvalidInput):
+@pytest.mark.parametrize(
+    ("channel", "message"),
+    [
+        ("float64[3] pressure  # Pa", 'its channel "pressure" is unknown.'),
+        ("float64[3] body_position  # mm", "its channels have other units or shapes."),
+        ("float64[4] body_position  # m", "its channels have other units or shapes."),
+        ("bool[3] body_position  # m", "its channels have other units or shapes."),
+        ("float64[3000000000] joint_torque  # N·m", "holds no whole sample"),
+        ("float64[0] joint_torque  # N·m", "holds no whole sample"),
+    ],
+)
+def test_a_log_of_other_channels_is_refused(tmp_path, monkeypatch, channel, message):
+    path = tmp_path / "a.mcap"
+    position = {"body_position": np.zeros((4, 3))}
+    channel = f"float64 time  # s\n{channel}"
+    with RecordingLog(path, position, CUT, time=np.arange(4.0)) as one:
+        one._definition = channel
+        one.append(np.arange(4.0), position)
+    with pytest.raises(InvalidInput, match=re.escape(message)):
+        load_recording(path)
+
+
+def test_a_compressed_log_cannot_fill_the_memory(tmp_path, monkeypatch):
+    from mcap import writer
+
+    path = tmp_path / "a.mcap"
+    zstd = functools.partial(writer.Writer, chunk_size=0)
+    monkeypatch.setattr(writer, "Writer", lambda file, **_: zstd(file))
+    write(path)
+    with pytest.raises(InvalidInput, match="it is compressed"):
         load_recording(path)
 
 
 @given(st.data())
 def test_damaged_logs_are_refused_or_read_and_nothing_else(tmp_path_factory, data):
-    path = tmp_path_factory.mktemp("log") / "a.rec"
+    path = tmp_path_factory.mktemp("log") / "a.mcap"
     write(path, 6, 2, channels={"body_position": np.zeros((6, 3)), "stance": np.ones((6, 4), bool)})
     content = bytearray(path.read_bytes())
     for _ in range(data.draw(st.integers(0, 8))):
@@ -296,18 +322,18 @@ def test_a_disk_that_fails_is_told_though_every_write_succeeded(tmp_path, monkey
 
     monkeypatch.setattr(log.os, "fsync", failing)
     with pytest.raises(OutputError, match="to the disk: input/output error; 0 of 20 samples"):
-        write(tmp_path / "walk.rec")
+        write(tmp_path / "walk.mcap")
 
 
 def test_the_folders_of_a_log_are_forced_to_the_disk_with_it(tmp_path, monkeypatch):
     forced = []
     monkeypatch.setattr(log, "sync_folder", forced.append)
-    write(tmp_path / "a/b/walk.rec")
+    write(tmp_path / "a/b/walk.mcap")
     assert forced == [tmp_path / "a/b", tmp_path / "a", tmp_path]
 
 
 def test_a_run_whose_log_was_replaced_meanwhile_says_so(tmp_path):
-    path, arrays, time = tmp_path / "walk.rec", everything(2), np.arange(2.0)
+    path, arrays, time = tmp_path / "walk.mcap", everything(2), np.arange(2.0)
     first = RecordingLog(path, arrays, CUT, time=time, force=True)
     with first:
         first.append(time, arrays)
@@ -327,7 +353,7 @@ def test_an_interrupt_as_a_log_appears_leaves_no_thread(tmp_path, monkeypatch):
         start(thread)
         raise KeyboardInterrupt
 
-    one = RecordingLog(tmp_path / "walk.rec", arrays, CUT, time=time)
+    one = RecordingLog(tmp_path / "walk.mcap", arrays, CUT, time=time)
     monkeypatch.setattr(threading.Thread, "start", interrupted)
     with pytest.raises(KeyboardInterrupt), one:
         one.append(time, arrays)

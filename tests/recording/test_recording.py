@@ -396,7 +396,7 @@ def test_a_text_from_a_file_cannot_drive_a_terminal():
 
 def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     make = getattr(os, "mkfifo", None)
-    for name in ("a.nc", "a.rec"):
+    for name in ("a.nc", "a.mcap"):
         if make is None:
             return
         make(tmp_path / name)

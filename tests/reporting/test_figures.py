@@ -7,9 +7,9 @@ import pytest
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting import draw_robot, figures, plot, walk_picture
-from phasmid.reporting.leg_figures import leg_groups
 from phasmid.reporting.renderer import Lack
-from phasmid.reporting.style import save_figure, thin
+from phasmid.reporting.run import finite_part
+from phasmid.reporting.style import new_figure, save_figure, shrink, styled, thin, wrap
 from phasmid.scenario import load_scenario
 
 PAPER = {f"fig{number}" for number in range(12, 17)}
@@ -20,18 +20,6 @@ def words(figure):
     from matplotlib.text import Text
 
     return " | ".join(text.get_text() for text in figure.findobj(Text))
-
-
-def trajectory_figure(recording, legs):
-    return plot(recording, "joint-angle", legs=legs)
-
-
-def torque_figure(recording, legs):
-    return plot(recording, "joint-torque", legs=legs)
-
-
-def normal_force_figure(recording, legs):
-    return plot(recording, "normal-force", legs=legs)
 
 
 @pytest.fixture
@@ -57,21 +45,11 @@ def test_figures_say_what_they_show_and_in_which_unit(short_walk):
     assert "weight 26 N" in words(found["fig15"])
 
 
-def test_torque_figures_hold_simulation_and_model_side_by_side(short_walk):
-    axis = torque_figure(short_walk, (4,)).axes[0]
-    lines = [line.get_ydata() for line in axis.lines]
-    assert len(lines) == 6
-    tau, model = short_walk["joint_torque"].values, short_walk["joint_torque_model"].values
-    for joint in range(3):
-        np.testing.assert_array_equal(lines[2 * joint], tau[:, 3, joint])
-        np.testing.assert_array_equal(lines[2 * joint + 1], model[:, 3, joint])
-
-
 def test_angles_are_drawn_in_degrees(short_walk):
     planned = short_walk["joint_position_target"].values
     seen = planned + 0.01
     recording = short_walk.assign(joint_position=(short_walk["joint_position"].dims, seen))
-    figure = trajectory_figure(recording, (2, 5))
+    figure = plot(recording, "joint-angle", legs=(2, 5))
     # Each joint's plan lies dashed on what was seen.
     _, _, coxa, others = figure.axes
     for axis, number, joint, angles in (
@@ -87,32 +65,8 @@ def test_angles_are_drawn_in_degrees(short_walk):
     assert "simulated" in words(figure)
 
 
-def test_the_coxa_has_an_axis_of_its_own(short_walk):
-    figure = trajectory_figure(short_walk, (1, 2))
-    assert [axis.get_title(loc="left") for axis in figure.axes] == [
-        "Leg 1, right front: coxa",
-        "femur and tibia",
-        "Leg 2, right middle: coxa",
-        "femur and tibia",
-    ]
-    first, others, second, _ = figure.axes
-    # Panels of one column are compared by eye: they share their limits.
-    assert first.get_ylim() == second.get_ylim()
-    assert first.get_ylim() != others.get_ylim()
-
-
-def test_each_joints_model_curve_has_its_own_colour(short_walk):
-    lines = torque_figure(short_walk, (1,)).axes[0].lines
-    assert len({line.get_color() for line in lines}) == 6
-    for seen, model in zip(lines[::2], lines[1::2], strict=True):
-        assert model.is_dashed()
-        assert not seen.is_dashed()
-        assert model.get_zorder() >= seen.get_zorder()
-
-
-@pytest.mark.parametrize("draw", [trajectory_figure, torque_figure, normal_force_figure])
 @pytest.mark.parametrize("name", ["W" * 64, "walking machine of the institute of locomotion", "a"])
-def test_no_text_leaves_its_figure(walk, draw, name):
+def test_no_text_leaves_its_figure(walk, name):
     from dataclasses import replace
 
     from matplotlib.text import Text
@@ -120,7 +74,8 @@ def test_no_text_leaves_its_figure(walk, draw, name):
     from phasmid.robot import load_robot
 
     robot = replace(load_robot("phantomx-paper"), name=name)
-    figure = draw(walk(duration=30.0, interval=0.05, robot=robot), (1, 2))
+    recording = walk(duration=30.0, interval=0.05, robot=robot)
+    figure = plot(recording, "normal-force", legs=(1, 2))
     figure.canvas.draw()
     for text in figure.findobj(Text):
         if text.get_text() and text.get_visible():
@@ -128,18 +83,17 @@ def test_no_text_leaves_its_figure(walk, draw, name):
             assert text.get_window_extent().y1 <= figure.bbox.y1
     flat = words(figure).replace("\n", "")
     assert name.replace(" ", "") in flat.replace(" ", "")
-    if draw is normal_force_figure:
-        assert "weight 26 N" in words(figure)
+    assert "weight 26 N" in words(figure)
 
 
 def test_of_a_long_walk_the_last_cycles_are_drawn(walk):
     recording = walk(duration=24.0, interval=0.05)
-    figure = torque_figure(recording, (1,))
+    figure = plot(recording, "joint-torque", legs=(1,))
     assert "last 5 of 12 cycles" in words(figure)
     # A cycle is 2 s.
     assert figure.axes[0].get_xlim() == pytest.approx((14.0, 24.0), abs=1e-9)
     assert recording.sizes["time"] == 481
-    six = torque_figure(walk(duration=12.0, interval=0.05), (1,))
+    six = plot(walk(duration=12.0, interval=0.05), "joint-torque", legs=(1,))
     assert "cycles" not in words(six)
     assert six.axes[0].get_xlim() == pytest.approx((0.0, 12.0), abs=1e-9)
 
@@ -157,9 +111,9 @@ def test_figures_without_their_channel_are_left_out(walk):
     recording = walk(duration=2.0, interval=0.05, drop=forces)
     assert set(figures(recording)) == PAPER - {"fig15", "fig16"}
     with pytest.raises(InvalidInput, match="has no foot_normal_force"):
-        normal_force_figure(recording, (1,))
+        plot(recording, "normal-force", legs=(1,))
     with pytest.raises(InvalidInput, match="there is no leg 7; legs are 1 to 6"):
-        torque_figure(recording, (7,))
+        plot(recording, "joint-torque", legs=(7,))
 
 
 def test_more_legs_give_more_files_of_a_kind(walk, eight_legs):
@@ -170,28 +124,13 @@ def test_more_legs_give_more_files_of_a_kind(walk, eight_legs):
     assert "legs 7 and 8" in words(found["fig14b"])
 
 
-def test_legs_are_shared_out_evenly():
-    assert leg_groups(4) == [(1, 2), (3, 4)]
-    assert leg_groups(6) == [(1, 2, 3), (4, 5, 6)]
-    assert leg_groups(8) == [(1, 2, 3), (4, 5, 6), (7, 8)]
-
-
-def test_the_same_recording_gives_the_same_files(walk, tmp_path):
-    for name in ("a", "b"):
-        recording = walk(duration=2.0, interval=0.02)
-        for suffix in (".svg", ".png"):
-            save_figure(torque_figure(recording, (1, 2)), tmp_path / f"{name}{suffix}")
-    for suffix in (".svg", ".png"):
-        assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
-
-
 def test_names_with_formulas_and_strange_letters_are_shown_as_text(walk, tmp_path):
     from dataclasses import replace
 
     from phasmid.robot import load_robot
 
     robot = replace(load_robot("phantomx-paper"), name="a $x^ <b> 歩く")
-    figure = torque_figure(walk(duration=1.0, interval=0.05, robot=robot), (1,))
+    figure = plot(walk(duration=1.0, interval=0.05, robot=robot), "joint-torque", legs=(1,))
     for suffix in (".svg", ".png"):
         save_figure(figure, tmp_path / f"a{suffix}")
     text = "".join(ET.parse(tmp_path / "a.svg").getroot().itertext())
@@ -201,10 +140,10 @@ def test_names_with_formulas_and_strange_letters_are_shown_as_text(walk, tmp_pat
 def test_the_users_own_settings_do_not_show(short_walk, tmp_path):
     import matplotlib
 
-    figure = trajectory_figure(short_walk, (1,))
+    figure = plot(short_walk, "joint-angle", legs=(1,))
     save_figure(figure, tmp_path / "a.svg")
     with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 30, "svg.fonttype": "path"}):
-        save_figure(trajectory_figure(short_walk, (1,)), tmp_path / "b.svg")
+        save_figure(plot(short_walk, "joint-angle", legs=(1,)), tmp_path / "b.svg")
         assert matplotlib.rcParams["font.size"] == 30
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
 
@@ -221,11 +160,6 @@ def test_thinning_keeps_every_spike_and_both_ends():
     assert (v.max(), v.min()) == (50.0, -50.0)
     # Every kept point is one of the line's own.
     np.testing.assert_array_equal(v, values[np.round(t / 1e-3).astype(int)])
-
-
-def test_thinning_leaves_short_lines_alone():
-    time = np.linspace(0, 1, 2000)
-    assert thin(time, time)[1] is time
 
 
 def test_without_opengl_the_picture_is_a_stick_figure_on_its_feet(
@@ -296,3 +230,33 @@ def test_a_picture_needs_a_pose(walk):
     recording = walk(duration=1.0, interval=0.05, drop=("body_orientation",))
     with pytest.raises(InvalidInput, match="has no body_position and body_orientation"):
         draw_robot(recording, 0.5)
+
+
+def test_parts_are_wrapped_and_a_text_is_shrunk_into_its_width():
+    with styled():
+        figure = new_figure(4.0, 1.0, 100)
+        text = figure.text(0.0, 0.0, "", fontsize=9.0)
+        parts = ["tripod gait", "servo AX-12A, prescribed drive", "a" * 120, "last"]
+        lines = wrap(text, parts, 300.0)
+        shown = text.get_text().split("\n")
+        assert len(shown) == lines > 2
+        assert text.get_window_extent().width <= 300.0
+        # Between lines there is no dot.
+        kept = str.maketrans("", "", " ·")
+        assert "".join(shown).translate(kept) == "".join(parts).translate(kept)
+        label = figure.text(0.0, 0.0, "front right " * 20, fontsize=9.0)
+        shrink(label, 200.0, least=6.0)
+        assert label.get_fontsize() == 6.0
+        assert label.get_window_extent().width <= 200.0
+        assert label.get_text().endswith("…")
+
+
+def test_a_recording_that_is_finite_is_kept_as_it_is(paper_walk):
+    assert finite_part(paper_walk) is paper_walk
+    broken = paper_walk.copy(deep=True)
+    broken["joint_position"].values[700:, 2] = np.nan
+    assert finite_part(broken).sizes["time"] == 700
+    # The sum of what is finite need not be.
+    large = paper_walk.copy(deep=True)
+    large["joint_position"].values[:, 0] = 1e308
+    assert finite_part(large) is large

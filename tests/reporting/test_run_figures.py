@@ -7,15 +7,23 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from phasmid import kinematics
+from phasmid import kinematics, sense
 from phasmid.errors import InvalidInput
 from phasmid.recording import CHANNELS
-from phasmid.reporting import CATALOGUE, plot, read_source, summarise
-from phasmid.reporting.envelope import beyond, ideal_limits, motor_limits, servo_limits
-from phasmid.reporting.foot_path import feet_in_body
-from phasmid.reporting.friction import LEAST_LOAD, friction_demand
-from phasmid.reporting.power import power_of
-from phasmid.reporting.support import margin_over_time
+from phasmid.reporting import CATALOGUE, figures, plot, read_run, summarise
+from phasmid.reporting.path_figures import (
+    beyond,
+    feet_in_body,
+    ideal_limits,
+    motor_limits,
+    servo_limits,
+)
+from phasmid.reporting.time_figures import (
+    LEAST_LOAD,
+    friction_demand,
+    margin_over_time,
+    power_of,
+)
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 from phasmid.simulation.servo import SERVO_STATE, servo_parameters, servo_step
@@ -121,7 +129,7 @@ def test_the_gait_diagram_shows_stance_and_contact_where_they_are(walk):
 
 
 def test_the_support_margin_is_the_distance_to_the_hull_of_the_standing_feet(short_walk):
-    source = read_source(short_walk)
+    source = read_run(short_walk)
     axis = plot(short_walk, "support-margin").axes[0]
     seen = axis.lines[0].get_ydata()
     angles, body = short_walk["joint_position"].values, short_walk["body_position"].values
@@ -140,20 +148,10 @@ def test_the_support_margin_is_the_distance_to_the_hull_of_the_standing_feet(sho
     assert "while three feet stand" not in words(axis.figure)
 
 
-def test_a_margin_that_is_at_times_none_is_told_as_that_of_three_feet(walk):
-    recording = walk(duration=2.0, interval=0.01)
-    contact = recording["contact"].values.copy()
-    contact[:7] = False
-    recording["contact"] = (recording["contact"].dims, contact)
-    said = words(plot(recording, "support-margin"))
-    assert "while three feet stand" in said
-    assert "shaded: fewer than three feet" in said
-
-
 def test_without_all_poses_the_margin_is_that_of_the_body_and_says_so(walk):
     recording = walk(duration=2.0, interval=0.01, drop=("body_orientation",))
     assert "of the body's origin" in words(plot(recording, "support-margin"))
-    margin, what = margin_over_time(recording, read_source(recording), "contact")
+    margin, what = margin_over_time(read_run(recording), "contact")
     assert what == "body's origin"
     assert np.isfinite(margin).all()
 
@@ -166,6 +164,7 @@ def test_where_fewer_than_three_feet_stand_there_is_no_margin(short_walk):
     line = figure.axes[0].lines[0].get_ydata()
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(line)), np.arange(100, 150))
     assert "shaded: fewer than three feet" in words(figure)
+    assert "while three feet stand" in words(figure)
     assert "shaded" not in words(plot(short_walk, "support-margin"))
 
 
@@ -215,7 +214,7 @@ def test_the_envelope_meets_the_data_sheet_and_mirrors_itself():
 def test_the_envelope_takes_the_voltage_of_servos_that_drive_the_walk(walk):
     def words_of(**fields):
         scenario = load_scenario("paper").replace(**fields)
-        return servo_limits(read_source(walk(duration=1.0, interval=0.05, scenario=scenario)))[1]
+        return servo_limits(read_run(walk(duration=1.0, interval=0.05, scenario=scenario)))[1]
 
     assert words_of() == "limit at 12 V"
     assert words_of(drive="servo", voltage=9) == "limit at 9 V"
@@ -223,29 +222,15 @@ def test_the_envelope_takes_the_voltage_of_servos_that_drive_the_walk(walk):
     assert words_of(drive="ideal-servo") == "line from stall to no-load speed"
 
 
-def test_torque_over_speed_is_drawn_sample_by_sample(short_walk):
-    figure = plot(short_walk, "servo-envelope")
-    tau, qd = short_walk["joint_torque"].values, short_walk["joint_velocity"].values
-    for joint, axis in enumerate(figure.axes):
-        for leg in range(6):
-            np.testing.assert_array_equal(axis.lines[leg].get_xdata(), qd[:, leg, joint])
-            np.testing.assert_array_equal(axis.lines[leg].get_ydata(), tau[:, leg, joint])
-        advice = [line.get_ydata()[0] for line in axis.lines if len(line.get_ydata()) == 2]
-        stall = read_source(short_walk).robot.servo.stall_torque
-        np.testing.assert_allclose(sorted(advice), [-stall / 5, stall / 5])
-    torque = summarise(short_walk)["torque"]["simulation"]
-    assert f"{100 * torque['share_above_continuous']:.2g} % above continuous" in words(figure)
-
-
 def test_samples_beyond_the_envelope_are_counted_and_never_left_out(walk, monkeypatch):
     recording = walk(duration=4.0, interval=0.01)
     tau = np.zeros((401, 6, 3))
     tau[124, 4, 1] = 9.0
     recording = given(recording, joint_torque=tau)
-    assert np.argwhere(beyond(read_source(recording), tau, np.zeros_like(tau))).tolist() == [
+    assert np.argwhere(beyond(read_run(recording), tau, np.zeros_like(tau))).tolist() == [
         [124, 4, 1]
     ]
-    monkeypatch.setattr("phasmid.reporting.envelope.MOST_MARKS", 10)
+    monkeypatch.setattr("phasmid.reporting.path_figures.MOST_MARKS", 10)
     figure = plot(recording, "servo-envelope")
     marks = figure.axes[1].lines[4].get_ydata()
     assert len(marks) == 11
@@ -257,7 +242,7 @@ def test_friction_demand_is_tangential_over_normal_force_in_loaded_stances(short
     stance, normal = short_walk["stance"].values, short_walk["foot_normal_force"].values
     force = short_walk["foot_force"].values.copy()
     force[..., 0], force[..., 1] = 0.3 * normal, 0.4 * normal
-    light = LEAST_LOAD * read_source(short_walk).weight * 0.99
+    light = LEAST_LOAD * read_run(short_walk).weight * 0.99
     normal = normal.copy()
     normal[20:30] = light
     force[20:30] = [1.0, 0.0, light]
@@ -276,7 +261,7 @@ def test_on_a_slope_the_demand_is_that_along_the_slope(walk):
     """A foot that bears its load upright on a slope demands the slope's tangent."""
     scenario = load_scenario("paper").replace(terrain="slope", slope_deg=10)
     recording = walk(duration=2.0, interval=0.05, scenario=scenario, drop=("foot_normal_force",))
-    demand, limit, _ = friction_demand(recording, read_source(recording))
+    demand, limit = friction_demand(read_run(recording))
     standing = recording["stance"].values
     np.testing.assert_allclose(demand[standing], math.tan(math.radians(10)), rtol=1e-9)
     assert np.isnan(demand[~standing]).all()
@@ -286,7 +271,7 @@ def test_on_a_slope_the_demand_is_that_along_the_slope(walk):
 def test_the_cone_is_that_of_the_patch_under_the_foot(walk):
     scenario = load_scenario("paper").replace(patches=[[-5, 5, 0, 5, 0.2]])
     recording = walk(duration=2.0, interval=0.05, scenario=scenario)
-    _, limit, _ = friction_demand(recording, read_source(recording))
+    _, limit = friction_demand(read_run(recording))
     # The feet of the left side, y > 0, stand on ice.
     assert (limit[:, :3] == 0.7).all()
     assert (limit[:, 3:] == 0.2).all()
@@ -303,7 +288,7 @@ def test_foot_paths_in_the_body_do_not_depend_on_where_the_body_goes(short_walk)
         body_position=short_walk["body_position"].values @ R.T + away,
         body_orientation=np.array([math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)]),
     )
-    np.testing.assert_allclose(feet_in_body(moved), expected, atol=1e-14)
+    np.testing.assert_allclose(feet_in_body(read_run(moved)), expected, atol=1e-14)
     above, world, side, _ = plot(moved, "foot-path").axes
     for leg in range(6):
         line = np.array(above.lines[leg].get_data()).T
@@ -330,7 +315,7 @@ def test_power_is_torque_times_speed_and_energy_its_integral(walk):
         time, energy = below.lines[number].get_data()
         np.testing.assert_allclose(energy, power * time, atol=1e-9)
     assert (above.get_ylabel(), below.get_ylabel()) == ("power [W]", "energy [J]")
-    kinds = {kind.name: kind for kind in power_of(recording, read_source(recording))}
+    kinds = {kind.name: kind for kind in power_of(read_run(recording))}
     told = summarise(recording)
     assert kinds["given"].energy[-1] == pytest.approx(told["energy"]["work"], rel=1e-12)
     cost = kinds["given"].cost_of_transport
@@ -341,7 +326,7 @@ def test_power_is_torque_times_speed_and_energy_its_integral(walk):
 
 def test_a_supply_that_would_be_fed_counts_nothing(short_walk):
     recording = given(short_walk, **SERVO | {"servo_duty": -0.5})
-    kinds = {kind.name: kind for kind in power_of(recording, read_source(recording))}
+    kinds = {kind.name: kind for kind in power_of(read_run(recording))}
     assert (kinds["electrical"].power == 0).all()
 
 
@@ -384,14 +369,6 @@ def test_runs_are_compared_line_by_line_and_told_apart_by_what_differs(walk):
     assert len({dash for _, dash in looks}) == 2
 
 
-def test_runs_of_one_scenario_are_told_apart_by_their_names_alone(short_walk):
-    figure = plot([short_walk, short_walk], "power", labels=["before", "after"])
-    text = words(figure)
-    assert "before · cost of transport" in text
-    assert "after · cost of transport" in text
-    assert "power given [W]" in text
-
-
 def test_robots_that_differ_are_named(walk):
     robot = replace(load_robot("phantomx-paper"), name="my-robot")
     runs = [walk(duration=2.0, interval=0.05), walk(duration=2.0, interval=0.05, robot=robot)]
@@ -430,24 +407,9 @@ def test_a_figure_says_which_channel_is_lacking_and_how_to_get_it(walk, name, dr
     assert hint in refused.value.hint
 
 
-@pytest.mark.parametrize("name", DRAWN)
-def test_a_leg_that_is_not_there_is_refused(full_walk, name):
-    if name in ("sensors", "support-margin", "power"):
-        pytest.skip("shows all legs, or none")
-    with pytest.raises(InvalidInput, match="there is no leg 7; legs are 1 to 6"):
-        plot(full_walk, name, legs=[7])
-
-
-def test_names_runs_and_labels_are_checked(short_walk):
-    with pytest.raises(InvalidInput, match='no figure "joint-torqe"') as refused:
-        plot(short_walk, "joint-torqe")
-    assert refused.value.hint == "joint-torque"
+def test_too_many_runs_are_refused(short_walk):
     with pytest.raises(InvalidInput, match="7 runs were given; a figure shows 1 to 6"):
         plot([short_walk] * 7, "power")
-    with pytest.raises(InvalidInput, match="1 labels were given for 2 runs"):
-        plot([short_walk] * 2, "power", labels=["a"])
-    with pytest.raises(InvalidInput, match="the figure walk shows one run; 2 were given"):
-        plot([short_walk] * 2, "walk")
 
 
 def test_an_analysis_has_figures_of_what_the_model_computes(walk):
@@ -468,13 +430,21 @@ def test_robots_with_other_numbers_of_legs_have_all_figures(walk, eight_legs):
     assert len(plot(recording, "servo-envelope").axes) == 3
 
 
-def test_runs_that_are_alike_are_told_apart(short_walk):
-    figure = plot([short_walk, short_walk], "joint-torque", legs=(1,), labels=["walk", "walk"])
-    # The later line lies on the first, which is wider, and lets it show between its dashes.
-    first, later = figure.axes[0].lines
-    assert first.get_linewidth() > 1.5 * later.get_linewidth()
-    assert later.is_dashed()
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["walk, run 1", "walk, run 2"]
-    widths = [handle.get_linewidth() for handle in legend.get_lines()]
-    assert widths == [first.get_linewidth(), later.get_linewidth()]
+def test_a_recording_with_sensors_has_their_figure(short_walk):
+    told = sense(load_scenario("paper"), short_walk)
+    assert "sensors" not in figures(short_walk)
+    figure = figures(told)["sensors"]
+    labels = [axis.get_ylabel() for axis in figure.axes]
+    # The synthetic walk knows no angular velocity, so that there is no inertial sensor.
+    assert labels == ["femur [°]", "femur load [1]", "foot [N]"]
+    assert figure.axes[0].get_xlim() == (2.0, 4.0)
+
+
+def test_told_is_drawn_over_true_in_degrees(short_walk):
+    told = sense(load_scenario("paper"), short_walk)
+    true_line, told_line = plot(told, "sensors").axes[0].lines
+    last = told.isel(time=slice(200, None))
+    angle = np.degrees(last.joint_position.values[:, 0, 1])
+    assert np.allclose(true_line.get_ydata(), angle, atol=1e-12)
+    angle = np.degrees(last.joint_position_measured.values[:, 0, 1])
+    assert np.allclose(told_line.get_ydata(), angle, atol=1e-12)

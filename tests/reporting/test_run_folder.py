@@ -148,7 +148,7 @@ def test_a_failing_rename_puts_the_old_run_back(tiny, tmp_path, monkeypatch):
 
 
 def test_a_recording_without_its_robot_leaves_no_folder(tiny, tmp_path):
-    with pytest.raises(InvalidInput, match="does not say its robot"):
+    with pytest.raises(InvalidInput, match="has no robot"):
         report(tiny.assign_attrs(robot=""), tmp_path / "walk")
     assert names(tmp_path) == set()
 

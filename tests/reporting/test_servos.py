@@ -66,11 +66,6 @@ def test_what_makes_the_servos_doubtful_is_said(loaded):
     ]
 
 
-def test_a_torque_beyond_stall_is_a_warning_whatever_the_drive(loaded):
-    strong = loaded.assign(joint_torque=loaded.joint_torque * 0 + 2 * SERVO.stall_torque)
-    assert any("cannot make this walk" in sentence for sentence in summarise(strong)["warnings"])
-
-
 def test_limits_of_servos_with_their_own_law_are_those_at_their_supply(walk):
     # The stall torque falls by kept k (12 - 9) / R; the friction stays.
     scenario = load_scenario("paper").replace(drive="servo", voltage=9.0)

@@ -15,13 +15,12 @@ import pytest
 from hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid import kinematics
 from phasmid.reporting import report, summarise
-from phasmid.reporting.robot_mesh import link_meshes, quaternions, robot_mesh
-from phasmid.reporting.source import read_source
-from phasmid.reporting.style import LEG_COLOURS
+from phasmid.reporting.robot_mesh import quaternions, robot_corners
+from phasmid.reporting.run import read_run
 from phasmid.reporting.webpage import Picture, page_html
-from phasmid.reporting.webpage.packing import LARGEST, json_block, packed, unpacked
+from phasmid.reporting.webpage.document import data_table
+from phasmid.reporting.webpage.packing import FORMS, LARGEST, json_block, packed
 from phasmid.reporting.webpage.replay import MOST_BYTES, frames, replay
-from phasmid.reporting.webpage.table import data_table
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 
@@ -189,7 +188,7 @@ def test_formulas_in_headings_of_the_table_are_quoted(walk, name):
     robot = load_robot("phantomx-paper")
     robot = replace(robot, legs=(replace(robot.legs[0], name=name), *robot.legs[1:]))
     recording = walk(duration=1.0, interval=0.01, robot=robot)
-    table, rate = data_table(recording, read_source(recording))
+    table, rate = data_table(recording, read_run(recording).robot.leg_names)
     heading, first, *_ = table.decode().splitlines()
     # A heading is CHANNEL.LEG.JOINT, so that a leg's name never begins a cell; none is bare.
     cells = next(csv.reader([heading]))
@@ -240,9 +239,9 @@ def test_frames_decode_to_the_recordings_poses(walk, preset):
             gait={"name": "alternating", "duty_factor": 0.5, "offsets": offsets}
         )
     recording = walk(duration=2.0, interval=0.01, robot=robot, scenario=scenario)
-    source = read_source(recording)
-    scene = replay(recording, source)
-    rows = frames(recording, len(robot.legs))
+    source = read_run(recording)
+    scene = replay(source)
+    rows = frames(source)
     frame = len(rows) // 3
     sample = recording.isel(time=rows[frame])
     assert unpacked(scene["time"])[frame] == pytest.approx(float(sample["time"]), rel=1e-6)
@@ -263,8 +262,8 @@ def test_frames_decode_to_the_recordings_poses(walk, preset):
     X_world_body = np.eye(4)
     X_world_body[:3, :3] = kinematics.quaternion_rotation(sample["body_orientation"].values)
     X_world_body[:3, 3] = sample["body_position"].values
-    truth = robot_mesh(source.robot, sample["joint_position"].values, X_world_body)
-    truth = truth.corners.reshape(-1, 3)
+    truth = robot_corners(source.robot, sample["joint_position"].values, X_world_body)
+    truth = truth.reshape(-1, 3)
     # Half a step of a vertex and of a link's place, each below 0.5 m over 32767, on each of three
     # axes; and half a step of a quaternion's four entries, which turns by at most 4 / 32767 over
     # an arm below 0.5 m, for the link and for the body.
@@ -280,31 +279,26 @@ def test_frames_decode_to_the_recordings_poses(walk, preset):
     assert np.array_equal(unpacked(scene["down"])[frame], sample["contact"].values)
 
 
+def unpacked(array):
+    """The array of `packed`, within half a step, as the player reads it."""
+    numbers = np.frombuffer(base64.b64decode(array["data"]), dtype=FORMS[array["kind"]])
+    return numbers.reshape(array["shape"]).astype(float) * array["step"]
+
+
 def unit(q):
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
 
-def test_a_robots_pieces_make_the_whole_robot():
-    robot = load_robot("octopod")
-    pieces = [mesh for meshes in link_meshes(robot).values() for mesh in meshes]
-    whole = robot_mesh(robot, np.zeros((len(robot.legs), 3)), np.eye(4))
-    assert len(whole.corners) == sum(len(mesh.corners) for mesh in pieces)
-
-
-def test_legs_wear_the_colours_of_the_figures(page):
-    assert scene_of(page)["legs"] == list(LEG_COLOURS[:6])
-
-
 def test_a_long_run_has_fewer_frames_and_rows_and_a_page_of_bounded_size(walk):
     recording = walk(duration=900.0, interval=0.02)
-    rows = frames(recording, 6)
-    scene = replay(recording, read_source(recording))
+    rows = frames(read_run(recording))
+    scene = replay(read_run(recording))
     arrays = [value for value in scene.values() if isinstance(value, dict) and "data" in value]
     held = sum(len(array["data"]) for array in arrays)
     # Base64 has four letters for three bytes; the samples' grid keeps fewer, never more.
     assert held <= 1.01 * MOST_BYTES * 4 / 3
     assert len(rows) < 900 * 30
-    table, rate = data_table(recording, read_source(recording))
+    table, rate = data_table(recording, read_run(recording).robot.leg_names)
     assert rate < 50
     assert len(table) < 6e6
 
@@ -315,11 +309,6 @@ def test_without_a_pose_the_page_says_so(walk):
     assert scene_of(page) is None
     assert "robot's pose is not recorded" in page
     read(page)
-
-
-def test_without_figures_there_is_no_page(walk, tmp_path):
-    folder = report(walk(duration=2.0, interval=0.02), tmp_path / "walk", figures=False)
-    assert not (folder / "report.html").exists()
 
 
 def test_the_page_of_the_papers_run_is_below_5_MB(paper_walk):

@@ -144,24 +144,6 @@ def test_a_mesh_counts_as_often_as_it_is_shown(
         read_glb(path)
 
 
-@pytest.mark.parametrize("preset", ["phantomx-paper", "octopod"])
-def test_the_presets_are_read_as_the_mesh_library_reads_them(
-    preset: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = Path(glb_files.__file__).with_name("presets") / f"{preset}.glb"
-    plain = read_glb(path)
-    read = []
-    monkeypatch.setattr(glb_files, "_plain_parts", lambda *args: read.append(args))
-    other = read_glb(path)
-    assert read
-    assert list(plain) == list(other)
-    for link in plain:
-        assert [(p.name, p.color) for p in plain[link]] == [(p.name, p.color) for p in other[link]]
-        for mine, library in zip(plain[link], other[link], strict=True):
-            np.testing.assert_array_equal(mine.vertices, library.vertices)
-            np.testing.assert_array_equal(mine.faces, library.faces)
-
-
 def test_a_node_s_pose_and_a_repeated_mesh_are_read(tmp_path: Path) -> None:
     def change(told: dict[str, Any]) -> None:
         told["nodes"].append({"name": "body/again", "mesh": 0, "translation": [0.1, 0.2, 0.3]})

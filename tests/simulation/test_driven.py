@@ -93,8 +93,8 @@ def test_the_commands_may_follow_time_and_what_is_observed_and_end_the_run():
 def test_a_log_holds_what_memory_holds(tmp_path):
     scenario = PAPER.replace(duration=0.6)
     inside = drive(scenario, Player(WALK))
-    logged = drive(scenario, Player(WALK), log=tmp_path / "run.rec")
-    assert inside.attrs == logged.attrs == load_recording(tmp_path / "run.rec").attrs
+    logged = drive(scenario, Player(WALK), log=tmp_path / "run.mcap")
+    assert inside.attrs == logged.attrs == load_recording(tmp_path / "run.mcap").attrs
     for name in inside.data_vars:
         assert np.array_equal(inside[name], logged[name]), name
 

@@ -42,8 +42,8 @@ SCRIPT = CommandScript(
 def test_a_driven_recording_is_enough_to_run_it_again_to_the_bit(
     tmp_path, changes, commands, faults
 ):
-    drive(PAPER.replace(**changes), None, commands, faults=faults, log=tmp_path / "run.rec")
-    again = replay(tmp_path / "run.rec")
+    drive(PAPER.replace(**changes), None, commands, faults=faults, log=tmp_path / "run.mcap")
+    again = replay(tmp_path / "run.mcap")
     assert again.equal, str(again)
 
 

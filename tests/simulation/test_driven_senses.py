@@ -110,7 +110,7 @@ def test_a_fault_and_its_sentence_are_one(text):
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        ("right_middle", 'a fault is "right_middle"; it must say what fails, how and when.'),
+        ("right_middle", 'a fault is "right_middle"; it must be what fails, how and when.'),
         (
             "right_middle.tibia ded at 5 s",
             'a fault has no kind "ded"; it must be one of dead, stuck, off.',

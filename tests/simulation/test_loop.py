@@ -23,7 +23,7 @@ def test_an_error_of_the_engine_ends_the_run(run):
     run.model.opt.integrator = 99
     trouble = run.advance()
     assert trouble.ending.name == "DIVERGED"
-    assert "the engine says: mj_step: invalid integrator" in trouble.reason
+    assert "the engine reports: mj_step: invalid integrator" in trouble.reason
 
 
 def test_a_warning_of_the_engine_ends_the_run(run):

@@ -16,8 +16,7 @@ from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario, scenario_to_toml
-from phasmid.simulation import Run, record, simulate
-from phasmid.simulation.experiment import WalkExperiment
+from phasmid.simulation import Run, WalkExperiment, simulate
 from phasmid.simulation.model_reference import CHANNELS
 
 PAPER = load_scenario("paper").replace(duration=1.2)
@@ -34,10 +33,10 @@ def test_a_run_through_a_log_gives_the_bits_of_one_in_memory(tmp_path, drive):
     scenario = PAPER.replace(drive=drive, record_interval=0.003, measured="everything")
     walk = plan(scenario)
     memory = simulate(scenario, walk)
-    file = simulate(scenario, walk, log=tmp_path / "walk.rec")
+    file = simulate(scenario, walk, log=tmp_path / "walk.mcap")
     assert file.identical(memory)
     assert "imu_acceleration" in file
-    assert [p.name for p in tmp_path.iterdir()] == ["walk.rec"]
+    assert [p.name for p in tmp_path.iterdir()] == ["walk.mcap"]
 
 
 def test_an_interrupted_run_is_whole_in_its_log(tmp_path):
@@ -45,9 +44,9 @@ def test_an_interrupted_run_is_whole_in_its_log(tmp_path):
         if done > 0.6:
             signal.raise_signal(signal.SIGINT)
 
-    trouble = record(PAPER, plan(PAPER), tmp_path / "walk.rec", progress=interrupt)
+    trouble = WalkExperiment(PAPER, plan(PAPER)).record(tmp_path / "walk.mcap", progress=interrupt)
     assert trouble.ending.name == "STOPPED"
-    recording = load_recording(tmp_path / "walk.rec")
+    recording = load_recording(tmp_path / "walk.mcap")
     assert recording.attrs["ending_reason"] == trouble.sentence
     assert 600 < recording.sizes["time"] < 1200
     whole = simulate(PAPER, plan(PAPER)).isel(time=slice(0, recording.sizes["time"]))
@@ -60,9 +59,9 @@ def test_a_second_interrupt_ends_the_run_at_once_and_its_log_is_readable(tmp_pat
         signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        record(PAPER, plan(PAPER), tmp_path / "walk.rec", progress=interrupt)
-    with pytest.warns(DamagedRecording, match="has no end"):
-        assert load_recording(tmp_path / "walk.rec").attrs["ending"] == "CUT"
+        WalkExperiment(PAPER, plan(PAPER)).record(tmp_path / "walk.mcap", progress=interrupt)
+    with pytest.warns(DamagedRecording, match="is cut off"):
+        assert load_recording(tmp_path / "walk.mcap").attrs["ending"] == "CUT"
 
 
 def test_the_state_that_ends_a_run_is_its_last_sample(tmp_path):
@@ -151,8 +150,8 @@ def test_a_replay_tells_where_the_first_bit_differs_and_which_versions(tmp_path)
 
 
 def test_a_log_that_was_cut_off_is_repeated_as_far_as_it_goes(tmp_path):
-    path = tmp_path / "walk.rec"
-    record(PAPER, plan(PAPER), path)
+    path = tmp_path / "walk.mcap"
+    WalkExperiment(PAPER, plan(PAPER)).record(path)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DamagedRecording)
@@ -255,7 +254,7 @@ def asked(monkeypatch):
 def test_a_run_asks_the_model_for_each_sample_of_a_cycle_once(tmp_path, asked):
     # Two cycles of 1000 steps of 1 ms each, and the end; the figures of the first serve the second.
     scenario = PAPER.replace(duration=2, period=1)
-    record(scenario, plan(scenario), tmp_path / "walk.rec")
+    WalkExperiment(scenario, plan(scenario)).record(tmp_path / "walk.mcap")
     assert asked == [1000]
     asked.clear()
     simulate(scenario.replace(duration=0.3), plan(scenario))
@@ -282,9 +281,9 @@ def test_a_long_run_in_a_log_keeps_few_figures(asked, tmp_path, monkeypatch):
     monkeypatch.setattr("phasmid.simulation.model_reference.KEPT_BLOCKS", 1)
     scenario = PAPER.replace(duration=1.5, terrain="waves")
     walk = plan(scenario)
-    record(scenario, walk, tmp_path / "walk.rec")
+    WalkExperiment(scenario, walk).record(tmp_path / "walk.mcap")
     assert sum(asked) == 2 * 1501
-    assert bits(load_recording(tmp_path / "walk.rec")) == bits(simulate(scenario, walk))
+    assert bits(load_recording(tmp_path / "walk.mcap")) == bits(simulate(scenario, walk))
 
 
 def test_one_cycle_of_the_model_serves_all_but_for_round_off():

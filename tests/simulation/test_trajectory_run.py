@@ -67,9 +67,9 @@ def test_a_long_trajectory_fits_into_a_recording(tmp_path):
     time = np.arange(20_000) * 1e-3
     q = WALK.q[0] + 1e-4 * rng.standard_normal((len(time), 6, 3))
     long = JointTrajectory(WALK.robot, time, q)
-    run = simulate(PAPER.replace(duration=0.05), long, log=tmp_path / "run.rec")
+    run = simulate(PAPER.replace(duration=0.05), long, log=tmp_path / "run.mcap")
     save_recording(run, tmp_path / "run.nc")
-    for name in ("run.nc", "run.rec"):
+    for name in ("run.nc", "run.mcap"):
         assert replay(tmp_path / name).equal
 
 

@@ -24,7 +24,7 @@ class PretendedStage:
     asked: queue.Queue = field(default_factory=queue.Queue)
     looking: queue.Queue = field(default_factory=queue.Queue)
 
-    def ask(self, request):
+    def submit(self, request):
         self.asked.put(request)
         if isinstance(self.answer, Future):
             return self.answer

@@ -24,7 +24,7 @@ FILES[""] = """<!doctype html><html lang="en"><head><title>bench</title>
 <body><section id="bench"></section><script src="/bench-drawing.js"></script>
 <script src="/bench.js"></script><script src="/start.js"></script></body></html>"""
 FILES["start.js"] = """window.put = (legs) => phasmidBench.mount(document.getElementById("bench"), {
-legs, ask: (message) => window.python(JSON.stringify(message)).then(JSON.parse) });
+legs, request: (message) => window.python(JSON.stringify(message)).then(JSON.parse) });
 put(["right_front", "right_middle", "right_rear", "left_rear", "left_middle", "left_front"]);"""
 KINDS = {".css": "text/css", ".js": "text/javascript", "": "text/html"}
 POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:"

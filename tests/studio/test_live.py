@@ -223,7 +223,7 @@ def test_a_frame_tells_what_the_robot_does(standing):
     assert torque[int(worst)] == pytest.approx(torque.max(), rel=0.2)
     assert 0 < share < 1.5
     # Nothing was asked, and nothing is got.
-    assert frame["velocity_asked"] == pytest.approx([0, 0, 0])
+    assert frame["velocity_command"] == pytest.approx([0, 0, 0])
     assert np.abs(frame["velocity"][:2]).max() < 2e-3
 
 

@@ -39,7 +39,7 @@ def test_it_walks_by_itself_at_once_and_tells_newcomers_all(heard):
     kinds = [next(iter(text)) for text in heard.texts]
     assert kinds.index("catalogue") < kinds.index("setting")
     frame = heard.frame()
-    assert frame["velocity_asked"][0] > 0
+    assert frame["velocity_command"][0] > 0
     assert heard.newest("setting")["walks"] == "by itself"
     hello = [next(iter(json.loads(text))) for text in heard.stage.hello()]
     assert hello == ["catalogue", "scene", "setting", "state"]
@@ -63,10 +63,10 @@ def test_every_field_changes_while_it_walks(heard):
             value = "mujoco"
         if name == "walks":
             value = "by hand"
-        heard.ask(Change(name=name, value=value))
+        heard.submit(Change(name=name, value=value))
         assert heard.newest("setting")[name] == pytest.approx(value), name
         heard.frame()
-    assert heard.ask(Play(how="reset")) == {}
+    assert heard.submit(Play(how="reset")) == {}
     assert not [event for event in heard.events if "unforeseen" in event["text"]]
 
 
@@ -78,19 +78,19 @@ def test_what_is_refused_changes_nothing_and_is_said_as_the_command_line_says_it
         DriveExperiment(scenario, None, lambda *_: None, rate=200.0, between=None)
     file = scenario_to_toml(scenario, "phantomx-paper").encode()
     with pytest.raises(InvalidInput) as told:
-        heard.ask(Load(what="scenario", name="x.toml", content=file))
+        heard.submit(Load(what="scenario", name="x.toml", content=file))
     assert (told.value.what, told.value.hint) == (own.value.what, own.value.hint)
     with pytest.raises(InvalidInput, match=r"terrain\.friction is -1; it must be 0 or more"):
-        heard.ask(Change(name="friction", value=-1))
+        heard.submit(Change(name="friction", value=-1))
     with pytest.raises(InvalidInput, match='the setting has no field "colour"'):
-        heard.ask(Change(name="colour", value=1))
+        heard.submit(Change(name="colour", value=1))
     for request, words in (
         (Push(impulse=(100.0, 0.0, 0.0)), "the push is 100 N·s; it must be at most"),
         (Limb(leg=9, how="lose"), "there is no leg 9; legs are 1 to 6"),
         (Record(on=False), "nothing records"),
     ):
         with pytest.raises(PhasmidError) as refusal:
-            heard.ask(request)
+            heard.submit(request)
         assert words in refusal.value.what
     assert heard.newest("setting") == before
     assert heard.newest("scene")["number"] == number
@@ -98,39 +98,39 @@ def test_what_is_refused_changes_nothing_and_is_said_as_the_command_line_says_it
 
 
 def test_the_plan_walks_and_says_why_it_does_nothing_else(heard):
-    heard.ask(Change(name="walks", value="the plan"))
-    heard.ask(Change(name="stance_law", value="coxa-only"))
+    heard.submit(Change(name="walks", value="the plan"))
+    heard.submit(Change(name="stance_law", value="coxa-only"))
     with pytest.raises(InvalidInput, match="without a stick"):
-        heard.ask(Stick(at=(1.0, 0.0, 0.0)))
+        heard.submit(Stick(at=(1.0, 0.0, 0.0)))
     with pytest.raises(InvalidInput, match="without another pose"):
-        heard.ask(Change(name="roll", value=3))
+        heard.submit(Change(name="roll", value=3))
     with pytest.raises(InvalidInput, match="without lost legs"):
-        heard.ask(Limb(leg=1, how="lose"))
+        heard.submit(Limb(leg=1, how="lose"))
     # A step that no leg can make is refused in the words of the planner.
-    heard.ask(Change(name="stance_law", value="straight"))
+    heard.submit(Change(name="stance_law", value="straight"))
     with pytest.raises(InvalidInput, match=r"would turn at .* Shortest period"):
-        heard.ask(Change(name="period", value=0.3))
+        heard.submit(Change(name="period", value=0.3))
     assert heard.newest("setting")["period"] == 2.0
     frame = heard.frame()
-    assert np.isnan(frame["velocity_asked"]).all()
+    assert np.isnan(frame["velocity_command"]).all()
     assert np.isfinite(frame["foot_position"]).all()
 
 
 def test_a_stick_takes_over_and_is_let_go_when_it_grows_old(heard):
-    heard.ask(Stick(at=(0.0, 0.0, 0.0)))
+    heard.submit(Stick(at=(0.0, 0.0, 0.0)))
     assert heard.newest("setting")["walks"] == "by itself"
-    heard.ask(Stick(at=(-1.0, 0.0, 0.0)))
+    heard.submit(Stick(at=(-1.0, 0.0, 0.0)))
     assert heard.newest("setting")["walks"] == "by hand"
-    heard.wait_for(lambda: heard.frame()["velocity_asked"][0] < 0)
+    heard.wait_for(lambda: heard.frame()["velocity_command"][0] < 0)
     begin = time.monotonic()
-    heard.wait_for(lambda: not heard.frame()["velocity_asked"].any())
+    heard.wait_for(lambda: not heard.frame()["velocity_command"].any())
     # Not at once, which would be no stick.
     assert time.monotonic() - begin > 0.3
     heard.wait_for(lambda: heard.newest("state")["status"] == "stands")
 
 
 def test_without_anybody_who_looks_on_the_stick_is_let_go_and_no_frames_are_made(heard):
-    heard.ask(Stick(at=(1.0, 0.0, 0.0)))
+    heard.submit(Stick(at=(1.0, 0.0, 0.0)))
     heard.stage.viewers(0)
     live = heard.stage._operator.live
     heard.wait_for(lambda: live.command.velocity == (0.0, 0.0, 0.0))
@@ -141,33 +141,33 @@ def test_without_anybody_who_looks_on_the_stick_is_let_go_and_no_frames_are_made
 
 
 def test_time_stops_goes_by_updates_and_begins_anew(heard):
-    heard.ask(Play(how="pause"))
+    heard.submit(Play(how="pause"))
     live = heard.stage._operator.live
     now = live.now
-    heard.ask(Play(how="step"))
+    heard.submit(Play(how="step"))
     assert live.now == pytest.approx(now + 0.005, abs=1e-9)
     assert heard.newest("state")["playing"] is False
-    heard.ask(Play(how="reset"))
+    heard.submit(Play(how="reset"))
     assert heard.stage._operator.live.now == 0.0
     # A browser that comes while nothing moves sees the robot too.
     count = len(heard.frames)
     heard.stage.viewers(2)
     heard.wait_for(lambda: len(heard.frames) > count)
-    heard.ask(Play(how="play"))
+    heard.submit(Play(how="play"))
     heard.wait_for(lambda: heard.stage._operator.live.now > 0.1)
 
 
 def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(heard):
-    heard.ask(Limb(leg=2, how="lose"))
+    heard.submit(Limb(leg=2, how="lose"))
     heard.event("leg right middle is lost.")
     heard.wait_for(lambda: heard.newest("state")["lost"] == [2])
-    heard.ask(Limb(leg=2, how="restore"))
+    heard.submit(Limb(leg=2, how="restore"))
     heard.wait_for(lambda: heard.newest("state")["lost"] == [])
-    heard.ask(Limb(leg=5, how="limp"))
+    heard.submit(Limb(leg=5, how="limp"))
     heard.event("servo left_middle.coxa answers no more")
     with pytest.raises(InvalidInput, match="dead for as long"):
-        heard.ask(Limb(leg=5, how="restore"))
-    heard.ask(Play(how="reset"))
+        heard.submit(Limb(leg=5, how="restore"))
+    heard.submit(Play(how="reset"))
     heard.wait_for(lambda: heard.newest("state")["dead"] == [])
 
 
@@ -175,10 +175,10 @@ def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
     monkeypatch.setattr(live_simulation, "LYING", 0.2)
     number = heard.newest("scene")["number"]
     # All at one moment: it falls before the last one dies otherwise.
-    heard.ask(Play(how="pause"))
+    heard.submit(Play(how="pause"))
     for leg in range(1, 7):
-        heard.ask(Limb(leg=leg, how="limp"))
-    heard.ask(Play(how="play"))
+        heard.submit(Limb(leg=leg, how="limp"))
+    heard.submit(Play(how="play"))
     told = heard.wait_for(
         lambda: next((t["state"] for t in heard.texts if t.get("state", {}).get("sentence")), None)
     )
@@ -202,7 +202,7 @@ def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
     heard.wait_for(
         lambda: heard.stage._operator.live is not None and heard.stage._operator.live.now > 0.05
     )
-    assert heard.ask(Change(name="friction", value=0.5)) == {}
+    assert heard.submit(Change(name="friction", value=0.5)) == {}
 
 
 def test_a_mistake_of_ours_is_told_as_one_and_the_robot_goes_on(heard, monkeypatch):
@@ -212,9 +212,9 @@ def test_a_mistake_of_ours_is_told_as_one_and_the_robot_goes_on(heard, monkeypat
     monkeypatch.setattr(Operator, "change", faulty)
     # As it is, so that the server knows that whoever asked did nothing wrong.
     with pytest.raises(ZeroDivisionError, match="as a test has it"):
-        heard.ask(Change(name="friction", value=0.5))
+        heard.submit(Change(name="friction", value=0.5))
     monkeypatch.undo()
-    assert heard.ask(Change(name="friction", value=0.5)) == {}
+    assert heard.submit(Change(name="friction", value=0.5)) == {}
     operator = heard.stage._operator
     heard.wait_for(lambda: operator.live is not None and operator.live.now > 0.05)
 
@@ -227,7 +227,7 @@ def test_a_robot_that_faults_again_and_again_waits(heard, monkeypatch):
     heard.event("with the usual setting, and waits")
     monkeypatch.undo()
     heard.wait_for(lambda: heard.newest("state")["playing"] is False)
-    heard.ask(Play(how="play"))
+    heard.submit(Play(how="play"))
     heard.wait_for(
         lambda: heard.stage._operator.live is not None and heard.stage._operator.live.now > 0.05
     )
@@ -238,19 +238,19 @@ def test_a_scenario_that_no_controller_can_walk_in_gives_way_to_the_usual_one(tm
         told = heard.wait_for(lambda: heard.newest("state")["sentence"])
         assert told.startswith('contact_law is "simscape"; its simulator follows plans')
         assert heard.newest("setting")["contact_law"] == "spring-damper"
-        heard.ask(Play(how="play"))
+        heard.submit(Play(how="play"))
         heard.wait_for(lambda: heard.stage._operator.live.now > 0.05)
 
 
 def test_a_setting_is_kept_and_taken_up_again(heard):
     for name, value in (("gait", "wave"), ("friction", 0.55), ("pitch", 3.0), ("payload", 0.25)):
-        heard.ask(Change(name=name, value=value))
+        heard.submit(Change(name=name, value=value))
     kept = heard.newest("setting")
-    file = heard.ask(Keep())
-    heard.ask(
+    file = heard.submit(Keep())
+    heard.submit(
         Load(what="robot", name=file["robot"]["name"], content=file["robot"]["text"].encode())
     )
-    heard.ask(Load(what="scenario", name=file["name"], content=file["text"].encode()))
+    heard.submit(Load(what="scenario", name=file["name"], content=file["text"].encode()))
     # The load is part of the robot's file now; the pose is no scenario's.
     again = heard.newest("setting")
     assert {**again, "robot": 0, "payload": 0, "pitch": 0} == {
@@ -265,17 +265,17 @@ def test_what_is_asked_of_a_closed_stage_is_refused(tmp_path):
     with staged(tmp_path) as heard:
         pass
     with pytest.raises(InvalidInput, match="closed"):
-        heard.ask(Play(how="pause"))
+        heard.submit(Play(how="pause"))
 
 
 def test_a_recording_that_is_cut_off_can_be_read(tmp_path):
     with staged(tmp_path) as heard:
-        run = heard.ask(Record(on=True))["run"]
+        run = heard.submit(Record(on=True))["run"]
         with pytest.raises(InvalidInput, match="a recording goes on"):
-            heard.ask(Record(on=True))
-        heard.ask(Push(impulse=(0.0, 0.1, 0.0)))
+            heard.submit(Record(on=True))
+        heard.submit(Push(impulse=(0.0, 0.1, 0.0)))
         heard.wait_for(lambda: heard.stage._recorder.seconds > 0.3)
-    recording = load_recording(tmp_path / f"{run}-log" / f"{run}.rec")
+    recording = load_recording(tmp_path / f"{run}-log" / f"{run}.mcap")
     assert recording.attrs["ending"] == "CUT"
     assert recording.attrs["ending_reason"] == "The run was cut off."
     assert float(recording.time[0]) == 0.0
@@ -287,20 +287,20 @@ def test_a_recording_that_is_cut_off_can_be_read(tmp_path):
 
 def test_a_recording_that_is_too_long_or_too_short_ends_with_a_word(heard, monkeypatch):
     monkeypatch.setattr(recorder, "LONGEST", 0.2)
-    heard.ask(Record(on=True))
+    heard.submit(Record(on=True))
     heard.event("min long and ends.")
     heard.wait_for(lambda: heard.newest("state")["recording"] is None)
-    heard.ask(Play(how="pause"))
-    heard.ask(Record(on=True))
+    heard.submit(Play(how="pause"))
+    heard.submit(Record(on=True))
     with pytest.raises(InvalidInput, match="less than"):
-        heard.ask(Record(on=False))
+        heard.submit(Record(on=False))
 
 
 def test_no_more_than_two_recordings_are_written_at_a_time(heard, monkeypatch):
     monkeypatch.setattr(heard.stage._recorder, "_jobs", [None, None])
     monkeypatch.setattr(heard.stage._recorder, "finished", list)
     with pytest.raises(InvalidInput, match="2 recordings are still being written"):
-        heard.ask(Record(on=True))
+        heard.submit(Record(on=True))
     monkeypatch.undo()
 
 
@@ -317,10 +317,10 @@ def test_a_ctrl_c_in_the_terminal_does_not_reach_who_writes_a_report(tmp_path):
 
 @pytest.mark.slow
 def test_a_saved_run_is_a_folder_like_any_other(heard, tmp_path):
-    heard.ask(Change(name="gait", value="wave"))
-    run = heard.ask(Record(on=True))["run"]
+    heard.submit(Change(name="gait", value="wave"))
+    run = heard.submit(Record(on=True))["run"]
     heard.wait_for(lambda: heard.stage._recorder.seconds > 1.0)
-    assert heard.ask(Record(on=False)) == {"run": run}
+    assert heard.submit(Record(on=False)) == {"run": run}
     event = heard.event("saved as")
     assert event["run"] == run
     folder = heard.stage.folder(run)
@@ -344,11 +344,11 @@ def test_every_choice_there_is_can_be_made(heard):
     for name in ("robot", "gait", "terrain", "drive", "servo", "contact_law", "force_model"):
         for choice in _choices(heard, name):
             try:
-                heard.ask(Change(name=name, value=choice))
+                heard.submit(Change(name=name, value=choice))
             except PhasmidError as error:
                 assert "Error" not in error.what, (name, choice)
             heard.frame()
-        heard.ask(Load(what="scenario", name="x.toml", content=b""))
+        heard.submit(Load(what="scenario", name="x.toml", content=b""))
     assert not [event for event in heard.events if "unforeseen" in event["text"]]
 
 

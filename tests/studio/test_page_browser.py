@@ -181,19 +181,19 @@ def test_keys_drive_turn_and_stop(browser, studio):
         window.locator("#view").focus()
         window.keyboard.down("w")
         wait(window, lambda: heard.told["setting"]["walks"] == "by hand")
-        wait(window, lambda: heard.value("velocity_asked")[0] > 0)
+        wait(window, lambda: heard.value("velocity_command")[0] > 0)
         assert window.get_by_role("slider", name="Stick").get_attribute("aria-valuetext") == (
             "100 % ahead"
         )
         window.keyboard.down("q")
-        wait(window, lambda: heard.value("velocity_asked")[2] > 0)
+        wait(window, lambda: heard.value("velocity_command")[2] > 0)
         window.keyboard.up("q")
         window.keyboard.up("w")
-        wait(window, lambda: not heard.value("velocity_asked").any())
+        wait(window, lambda: not heard.value("velocity_command").any())
         # While somebody types, letters are letters.
         window.get_by_label("Cycle time in s").press("w")
         window.wait_for_timeout(300)
-        assert not heard.value("velocity_asked").any()
+        assert not heard.value("velocity_command").any()
         assert wrong == []
 
 
@@ -208,19 +208,19 @@ def test_the_stick_springs_back_and_the_robot_stands(browser, studio):
         window.mouse.down()
         window.mouse.move(middle[0] - 0.3 * box["width"], middle[1])
         # To the left on the page is to the left of the robot, the y axis.
-        wait(window, lambda: heard.value("velocity_asked")[1] > 0)
+        wait(window, lambda: heard.value("velocity_command")[1] > 0)
         assert "to the left" in stick.get_attribute("aria-valuetext")
         window.mouse.up()
-        wait(window, lambda: not heard.value("velocity_asked").any())
+        wait(window, lambda: not heard.value("velocity_command").any())
         assert stick.get_attribute("aria-valuetext") == "at rest"
         turn = window.get_by_label("Turn", exact=True)
         box = turn.bounding_box()
         window.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
         window.mouse.down()
         window.mouse.move(box["x"] + 0.95 * box["width"], box["y"] + box["height"] / 2)
-        wait(window, lambda: heard.value("velocity_asked")[2] < 0)
+        wait(window, lambda: heard.value("velocity_command")[2] < 0)
         window.mouse.up()
-        wait(window, lambda: not heard.value("velocity_asked").any())
+        wait(window, lambda: not heard.value("velocity_command").any())
         assert turn.input_value() == "0"
         assert wrong == []
 
@@ -229,10 +229,10 @@ def test_stop_ends_a_walk_by_itself(browser, studio):
     with opened(browser, studio) as (window, heard, wrong):
         walks(window)
         begin_anew(window, heard)
-        wait(window, lambda: heard.value("velocity_asked")[0] > 0)
+        wait(window, lambda: heard.value("velocity_command")[0] > 0)
         window.get_by_role("button", name="Stop", exact=True).click()
         wait(window, lambda: heard.told["setting"]["walks"] == "by hand")
-        wait(window, lambda: not heard.value("velocity_asked").any())
+        wait(window, lambda: not heard.value("velocity_command").any())
         assert window.get_by_label("Walks", exact=True).input_value() == "by hand"
         assert wrong == []
 

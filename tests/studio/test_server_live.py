@@ -89,10 +89,10 @@ def test_a_mistake_of_ours_is_told_without_its_detail_and_ends_nothing(answer, c
 
 
 def test_a_robot_that_takes_nothing_more_ends_nothing(studio):
-    def ask(request):
+    def submit(request):
         raise RuntimeError("closed")
 
-    studio.stage.ask = ask
+    studio.stage.submit = submit
     with studio.connect() as page:
         assert say(page, id=1, do="play", how="play")["status"] == 500
 

@@ -9,9 +9,8 @@ import pytest
 from phasmid.cli import main
 from phasmid.errors import OutputError
 from phasmid.verification import CHECKS, Verdict
-from phasmid.verification.check import Check
 from phasmid.verification.page import page, tally
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Check, reading
 
 PAGE = Path(__file__).parents[2] / "docs" / "verification.md"
 
@@ -21,7 +20,7 @@ def failing_check(monkeypatch):
     """A check that fails, in the place of the seventh."""
 
     def measure(_):
-        return [Reading(2.0, 0.5, "Derived [somehow].", expected=1.0, unit="m", case="too much")]
+        yield reading("too much", 2.0, 0.5, "Derived [somehow].", unit="m", expected=1.0)
 
     monkeypatch.setitem(CHECKS, 7, Check(7, "title", "a = b", measure))
 
@@ -37,11 +36,6 @@ def test_it_prints_the_table_and_ends_well(capsys):
     assert "Products of four" not in out
 
 
-def test_it_explains_where_tolerances_come_from(capsys):
-    assert main(["verify", "--rows", "7", "--explain"]) == 0
-    assert "      Products of four transforms" in capsys.readouterr().out
-
-
 def test_a_row_that_fails_is_told_by_the_status(failing_check, capsys):
     assert main(["verify", "--rows", "7,8", "--quiet", "--explain"]) == 1
     out = capsys.readouterr().out
@@ -49,11 +43,6 @@ def test_a_row_that_fails_is_told_by_the_status(failing_check, capsys):
     # Square brackets are text, not the terminal's colours.
     assert "Derived [somehow]." in out
     assert "Jacobian" not in out
-
-
-def test_quiet_says_nothing_of_what_passes(capsys):
-    assert main(["verify", "--rows", "8", "--quiet"]) == 0
-    assert capsys.readouterr().out == ""
 
 
 def test_it_writes_the_rows_and_the_page(tmp_path, failing_check):
@@ -68,16 +57,15 @@ def test_it_writes_the_rows_and_the_page(tmp_path, failing_check):
     assert "| | too much | 1 m | 2 m | ± 0.5 | FAILS |" in written.read_text("utf-8")
 
 
-@pytest.mark.parametrize("option", ["--json", "--page"])
-def test_a_file_that_exists_is_not_replaced(option, tmp_path, capsys):
+def test_a_file_that_exists_is_not_replaced(tmp_path, capsys):
     path = tmp_path / "mine"
     path.write_text("mine", encoding="utf-8")
-    assert main(["verify", "--rows", "7", option, str(path)]) == 2
+    assert main(["verify", "--rows", "7", "--json", str(path)]) == 2
     assert capsys.readouterr().err == (
         f"phasmid: {path} exists; nothing was written.\n  try  --force, or another file\n"
     )
     assert path.read_text("utf-8") == "mine"
-    assert main(["verify", "--rows", "7", option, str(path), "--force", "--quiet"]) == 0
+    assert main(["verify", "--rows", "7", "--json", str(path), "--force", "--quiet"]) == 0
     assert path.read_text("utf-8") != "mine"
 
 
@@ -93,12 +81,6 @@ def test_a_folder_that_is_not_there_is_told_before_the_work(tmp_path, capsys, fa
     ("rows", "error"),
     [
         ("31", "there is no row 31; rows are 1 to 30."),
-        ("0", "there is no row 0; rows are 1 to 30."),
-        (
-            "one",
-            '--rows is "one"; it must be row numbers with commas between.\n  try  --rows 1,5,25',
-        ),
-        ("", '--rows is ""; it must be row numbers with commas between.\n  try  --rows 1,5,25'),
         (
             "²",
             '--rows is "²"; it must be row numbers with commas between.\n  try  --rows 1,5,25',

@@ -3,11 +3,11 @@
 import pytest
 
 from phasmid.motion import plan
-from phasmid.reporting.source import finite_part, read_source
+from phasmid.reporting.run import read_run
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
 from phasmid.video import lack
-from phasmid.video.film import film_of
+from phasmid.video.film import frames_of
 
 
 @pytest.fixture(scope="session")
@@ -17,13 +17,13 @@ def recording():
 
 
 @pytest.fixture(scope="session")
-def source(recording):
-    return read_source(recording)
+def run(recording):
+    return read_run(recording)
 
 
 @pytest.fixture(scope="session")
-def film(recording, source):
-    return film_of(finite_part(recording), source, fps=10.0, speed=1.0)
+def frames(run):
+    return frames_of(run, fps=10.0, speed=1.0)
 
 
 @pytest.fixture(scope="session")

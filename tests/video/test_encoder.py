@@ -5,8 +5,7 @@ import pytest
 from PIL import Image
 
 from phasmid.errors import OutputError
-from phasmid.reporting.shapes import rgb
-from phasmid.reporting.style import LEG_COLOURS
+from phasmid.reporting.style import LEG_COLOURS, rgb
 from phasmid.video.encoder import encode, h264_encoder
 
 

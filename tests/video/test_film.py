@@ -4,18 +4,16 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.kinematics import quaternion_rotation
-from phasmid.reporting.robot_mesh import robot_mesh
-from phasmid.reporting.source import finite_part
+from phasmid.reporting.robot_mesh import body_pose, robot_corners
+from phasmid.reporting.run import read_run
 from phasmid.scenario import load_scenario
 from phasmid.video.film import (
     HIGH,
     MOST_FRAMES,
     WIDE,
     camera_of,
-    film_of,
     frame_times,
-    interpolate,
+    frames_of,
     smoothed,
     square_side,
 )
@@ -26,9 +24,7 @@ def test_whole_cycles_make_a_film_that_loops():
     time = frame_times(np.linspace(1.0, 5.0, 4001), 15.0, 1.0)
     assert len(time) == 60
     np.testing.assert_allclose([time[0], time[-1] + 1 / 15], [1.0, 5.0])
-
-
-def test_slow_motion_has_more_frames():
+    # Slow motion has more frames.
     time = frame_times(np.array([0.0, 1.0]), 30.0, 0.25)
     assert len(time) == 120
     np.testing.assert_allclose(np.diff(time), 0.25 / 30)
@@ -41,31 +37,34 @@ def test_an_endless_film_is_refused():
     assert caught.value.hint == "speed=3"
 
 
-def test_values_between_samples_lie_on_straight_lines():
-    stamps, values = np.array([0.0, 1.0, 3.0]), np.array([[0.0], [2.0], [-2.0]])
-    found = interpolate(stamps, values, np.array([0.0, 0.5, 1.0, 2.0, 3.0, 4.0]))
-    np.testing.assert_allclose(found[:, 0], [0, 1, 2, 0, -2, -2])
-
-
-def test_frames_show_the_poses_of_their_times(recording, film):
+def test_frames_show_the_poses_of_their_times(recording, frames):
     time = np.asarray(recording["time"].values)
-    rows = np.abs(time[:, None] - film.time).argmin(axis=0)
-    np.testing.assert_allclose(time[rows], film.time, atol=1e-9)
-    position = np.asarray(recording["body_position"].values)
-    turned = quaternion_rotation(np.asarray(recording["body_orientation"].values)[rows])
-    np.testing.assert_allclose(film.body[:, :3, 3], position[rows], atol=1e-9)
-    np.testing.assert_allclose(film.body[:, :3, :3], turned, atol=1e-9)
-    q = np.asarray(recording["joint_position"].values)
-    np.testing.assert_allclose(film.q, q[rows], atol=1e-9)
-    assert film.origin == "simulated"
+    rows = np.abs(time[:, None] - frames.time).argmin(axis=0)
+    np.testing.assert_allclose(time[rows], frames.time, atol=1e-9)
+    for name in ("body_position", "body_orientation", "joint_position", "foot_force"):
+        values = np.asarray(recording[name].values)[rows]
+        np.testing.assert_allclose(frames.channel(name), values, atol=1e-9)
+    assert frames.force_words == "simulated"
 
 
-def test_a_quaternion_and_its_negative_are_one_orientation(recording, source):
+def test_between_samples_values_are_on_straight_lines_and_orientations_are_units(run):
+    frames = frames_of(run, fps=47.0, speed=1.0)
+    assert len(frames.time) == round(0.4 * 47)
+    for k in range(3):
+        expected = np.interp(frames.time, run.time, run.channel("body_position")[:, k])
+        np.testing.assert_allclose(frames.channel("body_position")[:, k], expected, atol=1e-12)
+    length = np.linalg.norm(frames.channel("body_orientation"), axis=1)
+    np.testing.assert_allclose(length, 1.0, rtol=1e-14)
+
+
+def test_a_quaternion_and_its_negative_are_one_orientation(recording, run):
     flipped = recording.copy(deep=True)
     flipped["body_orientation"][::2] *= -1
-    film = film_of(finite_part(flipped), source, fps=47.0, speed=1.0)
-    other = film_of(finite_part(recording), source, fps=47.0, speed=1.0)
-    np.testing.assert_allclose(film.body, other.body, atol=1e-12)
+    turns = [
+        body_pose(*frames_of(one, fps=47.0, speed=1.0).pose("a test")[:2])
+        for one in (read_run(flipped), run)
+    ]
+    np.testing.assert_allclose(turns[0], turns[1], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -75,25 +74,24 @@ def test_a_quaternion_and_its_negative_are_one_orientation(recording, source):
         (["joint_position", "joint_position_target"], "the recording has no joint_position; a"),
     ],
 )
-def test_a_recording_without_a_pose_is_refused_in_one_sentence(recording, source, dropped, said):
+def test_a_recording_without_a_pose_is_refused_in_one_sentence(recording, dropped, said):
     with pytest.raises(InvalidInput, match=said):
-        film_of(recording.drop_vars(dropped), source, fps=10.0, speed=1.0)
+        frames_of(read_run(recording.drop_vars(dropped)), fps=10.0, speed=1.0)
 
 
-def test_without_seen_forces_the_models_are_shown(recording, source):
-    lacking = recording.drop_vars(["foot_force", "foot_normal_force"])
-    film = film_of(lacking, source, fps=10.0, speed=1.0)
-    assert film.origin == "by the model"
-    assert film.normal is not None
-    np.testing.assert_array_equal(film.normal, recording["foot_normal_force_model"].values)
+def test_without_seen_forces_the_models_are_shown(recording):
+    run = read_run(recording.drop_vars(["foot_force", "foot_normal_force"]))
+    assert run.force_words == "by the model"
+    np.testing.assert_array_equal(run.normal_force, recording["foot_normal_force_model"].values)
 
 
-def test_the_robot_fills_the_middle_of_the_picture(film, source):
+def test_the_robot_fills_the_middle_of_the_picture(frames):
     size = (1280, 532)
-    view, displacement = camera_of(film, size)
+    view, displacement = camera_of(frames, size)
+    position, orientation, q = frames.pose("a test")
     seen = []
-    for frame in range(len(film.time)):
-        corners = robot_mesh(source.robot, film.q[frame], film.body[frame]).corners
+    for frame, X_world_body in enumerate(body_pose(position, orientation)):
+        corners = robot_corners(frames.robot, q[frame], X_world_body)
         seen.append(view.moved(displacement[frame]).project(corners).reshape(-1, 2))
     points = np.concatenate(seen)
     low, high = points.min(axis=0), points.max(axis=0)

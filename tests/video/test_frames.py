@@ -4,33 +4,43 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray
 from PIL import Image
 
 import phasmid
 from phasmid.errors import InvalidInput
-from phasmid.reporting.shapes import rgb
-from phasmid.reporting.style import leg_colour, styled
+from phasmid.reporting.style import leg_colour, rgb, styled
 from phasmid.video.film import camera_of
 from phasmid.video.frame import PAST, FrameFigure, newtons, picture_size
 
 SIZE = (640, 360)
 
 
-def constant(film, length):
-    """Forces that do not change, each leg's its own."""
+def constant(run, length):
+    """A run of forces that do not change, each leg's its own."""
     time, forces = np.linspace(0.0, length, 200), np.linspace(2.0, 12.0, 6)
-    return replace(film, normal=np.tile(forces, (200, 1)), normal_time=time)
+    normal = {"foot_normal_force": (("time", "leg"), np.tile(forces, (200, 1)))}
+    force = {"foot_force": (("time", "leg", "axis"), np.zeros((200, 6, 3)))}
+    return replace(run, recording=xarray.Dataset(normal | force, coords={"time": time}))
 
 
-def drawn(recording, film, number=1, size=SIZE):
+def drawn(run, frames, number=1, size=SIZE):
     """A frame around a grey picture, and its figure."""
-    width, height = picture_size(film, size)
-    view, displacement = camera_of(film, (width, height))
+    width, height = picture_size(run, size)
+    view, displacement = camera_of(frames, (width, height))
     grey = np.full((height, width, 3), 200, dtype=np.uint8)
     with styled():
-        figure = FrameFigure(recording, film, size, 1.0)
+        figure = FrameFigure(run, frames, size, 1.0)
         pixels = figure.frame(number, grey, view.moved(displacement[number]))
     return pixels, figure, view
+
+
+def without(run, *names):
+    """The run without some channels."""
+    return replace(run, recording=run.recording.drop_vars(names, errors="ignore"))
+
+
+FORCES = ("foot_force", "foot_force_model", "foot_normal_force", "foot_normal_force_model")
 
 
 def near(pixels, colour):
@@ -39,29 +49,26 @@ def near(pixels, colour):
     return np.nonzero(off < 12)
 
 
-def test_a_frame_holds_picture_words_and_forces(recording, film):
-    pixels, _, _ = drawn(recording, film)
+def test_a_frame_holds_picture_words_and_forces(run, frames):
+    pixels, _, _ = drawn(run, frames)
     assert pixels.shape == (360, 640, 3)
-    height = picture_size(film, SIZE)[1]
+    height = picture_size(run, SIZE)[1]
     assert (pixels[height // 2, 5] == 200).all()
     assert (pixels[-3, -3] == 255).all()
     # The title and the time are dark letters in the upper corners.
     assert pixels[: height // 8, :320].min() < 90
     assert pixels[: height // 8, -100:].min() < 90
-
-
-def test_without_forces_the_picture_takes_the_whole_frame(recording, film):
-    bare = replace(film, normal=None, force=None)
-    pixels, _, _ = drawn(recording, bare)
+    # Without forces the picture takes the whole frame.
+    pixels, _, _ = drawn(without(run, *FORCES), without(frames, *FORCES))
     assert (pixels[-3, -3] == 200).all()
 
 
-def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(recording, film):
-    _, figure, _ = drawn(recording, constant(film, 0.4))
+def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(run, frames):
+    _, figure, _ = drawn(constant(run, 0.4), frames)
     strip = figure._strip
     strip.show(0.2)
     assert strip.axis.get_xlim() == pytest.approx((0.0, 0.4))
-    _, figure, _ = drawn(recording, constant(film, 60.0))
+    _, figure, _ = drawn(constant(run, 60.0), frames)
     strip = figure._strip
     for time, first in ((0.0, 0.0), (30.0, 30.0 - PAST * 10.0), (60.0, 50.0)):
         strip.show(time)
@@ -69,8 +76,8 @@ def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(recording, film):
         assert strip.axis.get_xlim() == pytest.approx((first, first + 10.0))
 
 
-def test_each_legs_line_is_its_force_in_its_colour(recording, film):
-    _, figure, _ = drawn(recording, constant(film, 0.4))
+def test_each_legs_line_is_its_force_in_its_colour(run, frames):
+    _, figure, _ = drawn(constant(run, 0.4), frames)
     lines = figure._strip.axis.lines[:6]
     for leg, line in enumerate(lines):
         assert line.get_color() == leg_colour(leg)
@@ -78,22 +85,20 @@ def test_each_legs_line_is_its_force_in_its_colour(recording, film):
     words = [text.get_text() for text in figure._strip.axis.texts]
     assert words[:4] == ["leg 1", "2.0 N", "leg 2", "4.0 N"]
     assert words[-2:] == ["sum", "42.0 N"]
+    assert newtons(-0.01) == "0.0 N"
 
 
-def test_newtons_have_a_tenth_and_no_negative_zero():
-    assert [newtons(f) for f in (-0.01, 0.04, 7.86, 10.0)] == ["0.0 N", "0.0 N", "7.9 N", "10.0 N"]
-
-
-def test_arrows_point_where_the_force_does_in_the_legs_colour(recording, film):
-    force = np.zeros_like(film.force)
-    force[:, 1, 2] = film.source.weight
+def test_arrows_point_where_the_force_does_in_the_legs_colour(run, frames):
+    force = np.zeros_like(frames.foot_force)
+    force[:, 1, 2] = frames.weight
     size = (1280, 533)
-    still = replace(film, force=force, normal=None)
-    pixels, _, view = drawn(recording, still, number=0, size=size)
+    recording = frames.recording.assign(foot_force=(("time", "leg", "axis"), force))
+    still = replace(frames, recording=recording)
+    pixels, _, view = drawn(without(run, *FORCES), still, number=0, size=size)
     rows, columns = near(pixels, leg_colour(1))
     # The whole weight is an arrow of 1.2 spans of the hips, straight up from the foot.
-    hips = film.source.robot.arrays.p_body_hip[:, :2]
-    foot = film.feet[0, 1]
+    hips = frames.robot.arrays.p_body_hip[:, :2]
+    foot = frames.channel("foot_position")[0, 1]
     tip = foot + np.array([0.0, 0.0, 1.2 * np.ptp(hips, axis=0).max()])
     (x, y), (to_x, to_y) = view.project(np.stack([foot, tip]))
     assert abs(rows.min() - to_y) < 4

@@ -7,7 +7,7 @@ import pickle
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from phasmid.cad.library import check_installed
 from phasmid.errors import InvalidInput
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
+from phasmid.toml import read_bytes
 
 LARGEST_FILE = 200_000_000
 """Largest file that is read [bytes]."""
@@ -67,6 +68,15 @@ class DrawnPart:
     cylinders: tuple[Cylinder, ...]
 
     @property
+    def drawn_cylinders(self) -> list[Cylinder]:
+        """Its cylindrical faces in the drawing's frame."""
+        R, p = self.X_drawing_part[:3, :3], self.X_drawing_part[:3, 3]
+        return [
+            replace(face, point=R @ face.point + p, direction=R @ face.direction)
+            for face in self.cylinders
+        ]
+
+    @property
     def volume(self) -> float:
         """The volume that it encloses [m³]."""
         return self.solid.mass if self.solid else 0.0
@@ -81,7 +91,11 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
         InvalidInput: The file cannot be read, is too large, takes too long or is damaged.
         PhasmidError: build123d is not installed.
     """
-    _check(path)
+    if b"ISO-10303-21" not in read_bytes(path, LARGEST_FILE)[:4096]:
+        raise InvalidInput(
+            f"{path.name} is no STEP file; it must begin with ISO-10303-21.",
+            hint="export the assembly as STEP, AP214 or AP242",
+        )
     check_installed()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "parts"
@@ -113,24 +127,3 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
             )
         # Our own process wrote it.
         return tuple(pickle.loads(out.read_bytes()))  # noqa: S301
-
-
-def _check(path: Path) -> None:
-    """Refuse files that are not STEP before the kernel opens them."""
-    try:
-        if not path.is_file():
-            exists = path.exists()
-            raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            head = file.read(4096)
-    except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InvalidInput(f"cannot read {path}: {reason}.") from None
-    if size > LARGEST_FILE:
-        raise InvalidInput(f"{path} holds more than {LARGEST_FILE} bytes; such files are refused.")
-    if b"ISO-10303-21" not in head:
-        raise InvalidInput(
-            f"{path.name} is no STEP file; it must begin with ISO-10303-21.",
-            hint="export the assembly as STEP, AP214 or AP242",
-        )

@@ -53,7 +53,7 @@ class Workshop:
         return self.part("servo", parts.servo, self.case, of=SERVO, mass=self.case.mass)
 
     def bracket(self, name: str, reach: float, *, start: float = 0.0) -> Solid:
-        """A bracket around a servo; measures in millimetres."""
+        """Return a bracket around a servo; measures in millimetres."""
         reach, start = round(reach, 6), round(start, 6)
         return self.part(
             name, parts.bracket, self.case, reach, self.sheet, start=start, of=ALUMINIUM
@@ -61,13 +61,13 @@ class Workshop:
 
 
 def room(leg: Leg) -> float:
-    """The largest scale of an AX-12 that leaves room for a leg's links."""
+    """Return the largest scale of an AX-12 that leaves room for a leg's links."""
     coxa, femur, tibia = (float(length) for length in leg.lengths)
     return min(max(coxa, 0.2 * femur) / 0.044, femur / 0.061, tibia / 0.075)
 
 
 def pose(x: float = 0, y: float = 0, z: float = 0, turn: float = 0, axis: str = "z") -> np.ndarray:
-    """A pose in a link's frame: a place [mm], and a turn [rad] about an axis of the link."""
+    """Return a pose in a link's frame: a place [mm], and a turn [rad] about an axis of the link."""
     c, s = math.cos(turn), math.sin(turn)
     X = np.eye(4)
     i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
@@ -136,7 +136,7 @@ def _femur_of_two(length: float, shop: Workshop) -> tuple[Placed, ...]:
 
 
 def _femur_of_one(length: float, shop: Workshop) -> tuple[Placed, ...]:
-    """The femur's servo, a cup around its far end, and a bracket to the knee."""
+    """Return the parts of the femur: servo, a cup around its far end, and a bracket to the knee."""
     before = MM * shop.case.before
     web = before + shop.sheet
     reach = _reach(length - web, shop)
@@ -155,7 +155,7 @@ def _femur_of_one(length: float, shop: Workshop) -> tuple[Placed, ...]:
 
 
 def _tibia(leg: Leg, shop: Workshop, *, holds_servo: bool) -> tuple[Placed, ...]:
-    """A bracket, two blades from its web towards the foot, and the rubber foot."""
+    """Return the parts of the tibia: a bracket, two blades from its web, and the rubber foot."""
     w, sheet, length = shop.w, shop.sheet, MM * leg.tibia.length
     bend = leg.tibia_bend if holds_servo else 0.0
     if holds_servo:

@@ -12,7 +12,7 @@ from phasmid.errors import PhasmidError
 
 @cache
 def build123d() -> Any:
-    """The package build123d.
+    """Import and return build123d.
 
     Raises:
         PhasmidError: It is not installed, or cannot be loaded.
@@ -22,7 +22,7 @@ def build123d() -> Any:
 
 @cache
 def occt(name: str) -> Any:
-    """A module of the geometry kernel beneath build123d, such as ``XCAFDoc``.
+    """Import and return a module of the geometry kernel beneath build123d, such as ``XCAFDoc``.
 
     Raises:
         PhasmidError: It is not installed, or cannot be loaded.

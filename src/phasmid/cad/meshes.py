@@ -43,7 +43,7 @@ def meshes(assembly: Assembly) -> dict[str, tuple[Part, ...]]:
 
 
 def mesh(solid: Solid) -> Part:
-    """A part's triangles, in its own frame."""
+    """Return a part's triangles, in its own frame."""
     vertices, faces = solid.shape.tessellate(TOLERANCE, ANGULAR_TOLERANCE)
     corners = np.array([(vertex.X, vertex.Y, vertex.Z) for vertex in vertices]) / MM
     return Part(corners, np.array(faces), solid.material.color, solid.name)

@@ -13,7 +13,7 @@ from phasmid.robot import JOINTS, Robot
 
 
 def build(robot: Robot) -> Assembly:
-    """The solids of a robot, standing on its neutral feet.
+    """Return the solids of a robot, standing on its neutral feet.
 
     Args:
         robot: Any number of legs, at any place and tilt, of any lengths.

@@ -10,7 +10,7 @@ from phasmid.cad.servo_case import ServoCase
 
 
 def servo(case: ServoCase) -> Any:
-    """A servo: its case with flanges and their screw holes, the horn and the idler's boss.
+    """Return a servo: its case with flanges and their screw holes, the horn and the idler's boss.
 
     The axis is z through the origin, the case lies along x.
     """
@@ -37,7 +37,7 @@ def servo(case: ServoCase) -> Any:
 
 
 def bracket(case: ServoCase, reach: float, sheet: float, *, start: float = 0.0) -> Any:
-    """A bent sheet around a servo: two arms on its axis, and the web between them.
+    """Return a bent sheet around a servo: two arms on its axis, and the web between them.
 
     Arms leave the axis z along x to the web, whose far face stands at ``reach``.
 
@@ -77,7 +77,7 @@ def bracket(case: ServoCase, reach: float, sheet: float, *, start: float = 0.0) 
 
 
 def strap(length: float, width: float, sheet: float) -> Any:
-    """A plate along x from 0, with a window and screw holes at its ends, in the plane z = 0 up."""
+    """Return a plate along x from 0, with a window and screw holes at its ends, above z = 0."""
     b = build123d()
     outline = b.Pos(length / 2, 0) * b.RectangleRounded(length, width, 0.2 * min(length, width))
     window = b.Pos(length / 2, 0) * _slot(0.5 * length, 0.36 * width)
@@ -90,7 +90,7 @@ def strap(length: float, width: float, sheet: float) -> Any:
 
 
 def _slot(length: float, height: float) -> Any:
-    """A slot along x, never higher than it is long."""
+    """Return a slot along x, never higher than it is long."""
     return build123d().SlotOverall(length, min(height, 0.8 * length))
 
 
@@ -121,7 +121,7 @@ def blade(length: float, width: float, sheet: float) -> Any:
 
 
 def foot(length: float, radius: float) -> Any:
-    """A rubber foot along x, from 0 to the point where it touches the ground at ``length``."""
+    """Return a rubber foot along x, from 0 to its contact point at ``length``."""
     b = build123d()
     shank = b.Rot(0, 90, 0) * b.Cone(
         0.75 * radius,
@@ -133,7 +133,7 @@ def foot(length: float, radius: float) -> Any:
 
 
 def beam(length: float, width: float, depth: float) -> Any:
-    """A beam along x from 0."""
+    """Return a beam along x from 0."""
     b = build123d()
     return (b.Pos(length / 2, 0, 0) * b.Box(length, width, depth)).solid()
 
@@ -146,7 +146,7 @@ def plate(
     screw: float,
     windows: tuple[tuple[float, float, float, float], ...] = (),
 ) -> Any:
-    """A flat plate that goes round some points, in the plane z = 0 up.
+    """Return a flat plate around some points, above z = 0.
 
     Args:
         outline: Corners of a convex polygon, counter-clockwise [mm].
@@ -164,7 +164,7 @@ def plate(
 
 
 def box(size: tuple[float, float, float], bevel: float) -> Any:
-    """A box with its upright edges and upper rim bevelled, standing on z = 0."""
+    """Return a box on z = 0 with bevelled upright edges and upper rim."""
     b = build123d()
     block = b.Box(*size, align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN))
     edges = block.edges().filter_by(b.Axis.Z) + block.faces().sort_by(b.Axis.Z)[-1].edges()
@@ -172,6 +172,6 @@ def box(size: tuple[float, float, float], bevel: float) -> Any:
 
 
 def pillar(radius: float, height: float) -> Any:
-    """A round pillar that stands on z = 0."""
+    """Return a round pillar on z = 0."""
     b = build123d()
     return b.Cylinder(radius, height, align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN)).solid()

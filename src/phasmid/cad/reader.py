@@ -161,12 +161,12 @@ def _below(
 
 
 def step_of(name: str) -> str:
-    """A name as a step of a path."""
+    """Return a name as a step of a path."""
     return name.replace("/", "_")
 
 
 def unique(path: str, taken: set[str]) -> str:
-    """A path, numbered where it is taken; it is taken from now on."""
+    """Reserve a path; add a number if it is taken."""
     name, number = path, 1
     while name in taken:
         number += 1

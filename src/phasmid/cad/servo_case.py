@@ -36,7 +36,7 @@ class ServoCase:
         return float((self.behind**2 + (self.width / 2) ** 2) ** 0.5)
 
     def scaled(self, scale: float) -> ServoCase:
-        """A servo of the same shape and density, larger or smaller."""
+        """Return a servo of the same shape and density, larger or smaller."""
         return replace(
             self,
             width=scale * self.width,
@@ -63,7 +63,7 @@ TIGHTEST = 0.75
 
 
 def case_of(servo: Servo, room: float) -> ServoCase:
-    """The case of a servo, made to fit where the servo is none of `CASES`.
+    """Return the case of a servo, scaled to fit if the servo is none of `CASES`.
 
     Args:
         servo: The robot's servo.

@@ -103,7 +103,7 @@ def _name(label: Any, name: str) -> None:
 
 
 def _part(document: Any, shapes: Any, solid: Solid) -> Any:
-    """A distinct part with its name, colour and density."""
+    """Return a distinct part with its name, colour and density."""
     label = shapes.AddShape(_in_place(solid.shape.wrapped), False, False)
     _name(label, solid.name)
     xcaf, quantity = occt("XCAFDoc"), occt("Quantity")
@@ -121,7 +121,7 @@ def _place(shapes: Any, owner: Any, part: Any, name: str, X: Float[np.ndarray, "
 
 
 def _text(document: Any, name: str) -> bytes:
-    """The document as the text of a STEP file."""
+    """Return the document as the text of a STEP file."""
     build123d()  # Its controllers of formats are set up with it.
     control = occt("STEPCAFControl")
     control.STEPCAFControl_Controller.Init_s()
@@ -149,7 +149,7 @@ def _text(document: Any, name: str) -> bytes:
 
 
 def _in_place(shape: Any) -> Any:
-    """A shape without a pose of its own, which would make it an assembly of one."""
+    """Return a shape without its own pose, with which it would become an assembly of one part."""
     pose = shape.Location()
     if pose.IsIdentity():
         return shape

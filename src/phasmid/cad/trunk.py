@@ -113,7 +113,7 @@ def _deck(
     thick: float,
     room: tuple[float, float],
 ) -> list[Placed]:
-    """A smaller plate on posts that carries the controller, and a sensor at the front."""
+    """Return the upper deck: a plate on posts with the controller, and a sensor at the front."""
     w = shop.w
     rise = 0.34 * w
     small = [(0.52 * x, 0.52 * y) for x, y in outline]

@@ -6,13 +6,11 @@ early (fell, diverged) or missed a waypoint; 70 internal error; 130 interrupted.
 
 from __future__ import annotations
 
-import _thread
 import errno
 import os
 import re
 import signal
 import sys
-import time
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -34,7 +32,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    status = _status(arguments, is_process=argv is None)
+    status = _status(arguments)
     if argv is None and (status == 130 or arguments[:1] == ["studio"]):
         # An interrupted command ends at once, without the interpreter's cleanup.
         with suppress(OSError):
@@ -48,11 +46,7 @@ UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
 """Errors of a stream that cannot be written; errors of files have a file name."""
 
 
-LONGEST_CLEANUP = 2.0
-"""Time in which a second Ctrl-C does not interrupt the cleanup of the first [s]."""
-
-
-def _status(arguments: list[str], *, is_process: bool) -> int:
+def _status(arguments: list[str]) -> int:
     """Run the command and return its exit status, also where the output cannot be written."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -60,7 +54,7 @@ def _status(arguments: list[str], *, is_process: bool) -> int:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
     try:
         try:
-            return _answered(arguments, is_process=is_process)
+            return _answered(arguments)
         finally:
             # Report a failing stream now, and not at the interpreter's exit.
             sys.stdout.flush()
@@ -81,7 +75,7 @@ def _unheard(error: OSError) -> int:
     return 1
 
 
-def _answered(arguments: list[str], *, is_process: bool) -> int:
+def _answered(arguments: list[str]) -> int:
     """Run the command, print errors in one sentence, and return the exit status."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -92,7 +86,7 @@ def _answered(arguments: list[str], *, is_process: bool) -> int:
         del os.environ["COLUMNS"]
     interrupted: list[int] = []
     try:
-        with _noticed_interrupts(interrupted, is_process=is_process):
+        with _noticed_interrupts(interrupted):
             return _run(arguments)
     except PhasmidError as error:
         if interrupted and isinstance(error.__cause__, ImportError):
@@ -122,32 +116,15 @@ def _answered(arguments: list[str], *, is_process: bool) -> int:
 
 
 @contextmanager
-def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[None]:
+def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
     """Record each Ctrl-C before it raises: an interrupted import may end as an ImportError.
 
-    SIGTERM does the same. Nothing interrupts a process after its command has ended.
+    SIGTERM does the same.
     """
-    finished: list[bool] = []
-    cleaning: list[float] = []
-    complain = sys.unraisablehook
-
-    def quiet(unraisable: Any) -> None:
-        # Python prints a Ctrl-C in a destructor; `_insist` raises it again.
-        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
-            complain(unraisable)
 
     def handle(number: int, frame: Any) -> None:
-        if isinstance(sys.exc_info()[1], KeyboardInterrupt):
-            cleaning.append(time.monotonic())
-            if cleaning[-1] - cleaning[0] < LONGEST_CLEANUP:
-                return
-        if not noticed:
-            # A thread without the locks of `threading`, which the main thread may hold.
-            _thread.start_new_thread(_insist, (_thread.get_ident(), finished))
         noticed.append(number)
-        # An exception in that hook would be printed; the thread raises it again a little later.
-        if frame is None or frame.f_code is not quiet.__code__:
-            signal.default_int_handler(number, frame)
+        signal.default_int_handler(number, frame)
 
     try:
         before = signal.signal(signal.SIGINT, handle)
@@ -156,31 +133,11 @@ def _noticed_interrupts(noticed: list[int], *, is_process: bool) -> Iterator[Non
         # Only the main thread can set handlers.
         yield
         return
-    sys.unraisablehook = quiet
     try:
         yield
     finally:
-        finished.append(True)
-        sys.unraisablehook = complain
-        signal.signal(signal.SIGINT, signal.SIG_IGN if is_process else before)
+        signal.signal(signal.SIGINT, before)
         signal.signal(signal.SIGTERM, ended)
-
-
-def _insist(main: int, finished: list[bool]) -> None:
-    """Raise Ctrl-C again until the command ends.
-
-    One raised in a destructor, or while a compiled module is imported, may be lost.
-    """
-    while True:
-        time.sleep(0.1)
-        if finished:
-            return
-        # A thread that handles an exception is cleaning up after the first one.
-        if sys._current_exceptions().get(main) in (None, (None, None, None)):
-            if hasattr(signal, "pthread_kill"):
-                signal.pthread_kill(main, signal.SIGINT)
-            else:
-                _thread.interrupt_main()
 
 
 def _run(arguments: list[str]) -> int:

@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the solids of a robot, and return the exit status."""
     from phasmid.cad.library import build123d
     from phasmid.formats import load_robot
-    from phasmid.formats.solids import write_solids
+    from phasmid.formats.step_out import write_solids
 
     def announce(what: str) -> None:
         if not options.quiet:

@@ -69,8 +69,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _write_sidecar(path: Path, *, force: bool) -> int:
-    from phasmid.formats.step_guess import first_guess
-    from phasmid.formats.step_sidecar import sidecar_of
+    from phasmid.formats.step_in import sidecar_of
+    from phasmid.formats.step_out import first_guess
     from phasmid.recording.file import write_whole
 
     sidecar = sidecar_of(path)
@@ -112,7 +112,7 @@ def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
 
 
 def _verdict(robot: Robot, gait: str | None) -> ServoVerdict | None:
-    """Whether the servos hold the robot; None where it cannot stand at all.
+    """Return the servo verdict; None if the robot cannot stand at all.
 
     Raises:
         InvalidGait: The robot has no such gait.
@@ -175,10 +175,10 @@ def _plain_walk(robot: Robot) -> list[dict[str, str]]:
         scenario = scenario.replace(robot=robot, gait=next(iter(gaits)))
         check_time_step(scenario, plan(scenario))
     except PhasmidError as error:
-        said = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
+        finding = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
         # Only an option can follow the command.
         hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
-        return [{"severity": "note", "where": "", "hint": hint, **said}]
+        return [{"severity": "note", "where": "", "hint": hint, **finding}]
     return []
 
 

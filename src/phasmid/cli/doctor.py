@@ -18,8 +18,11 @@ from phasmid.errors import OutputError, plain
 PURPOSES = {
     "cad": "solids and STEP files",
     "derivation": "the equations in symbols",
+    "ray": "studies on a Ray cluster",
     "ros": "recordings as ROS 2 messages",
+    "search": "studies by an optimiser",
     "studio": "the live page",
+    "study": "studies of many runs",
     "video": "videos of walks",
 }
 """Extras of phasmid."""

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from phasmid.cli import scenario_options, walk
 from phasmid.cli.compiling import compile_controller
-from phasmid.cli.progress import progress_bar
-from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -37,50 +34,18 @@ def run(options: argparse.Namespace) -> int:
         )
     script = _script(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
-    from phasmid.recording import check_log, check_mcap, load_recording
-    from phasmid.reporting import check_folder
-    from phasmid.simulation import DriveExperiment, check_drive, with_sensors
+    from phasmid.simulation import DriveExperiment, check_drive
 
-    robot = scenario.load_robot()
-    legs = walk.leg_numbers(options.legs, robot)
-    folder = result_folder(options, scenario, _words(options))
-    check_folder(folder, force=options.force)
-    log = log_of(folder)
-    check_log(log, force=options.force)
-    if options.mcap:
-        check_mcap()
-    walk.check_film(options)
     faults = options.fault or []
     check_drive(scenario.driven(), rate=options.rate, between=options.between, faults=faults)
-    compile_controller(scenario, rate=options.rate, quiet=options.quiet)
-    driving = DriveExperiment(
-        scenario,
-        None,
-        script,
-        rate=options.rate,
-        between=options.between,
-        faults=faults,
-    )
-    try:
-        with progress_bar("walking", scenario.duration, quiet=options.quiet) as progress:
-            trouble = driving.record(log, progress=progress, force=options.force)
-        if trouble and trouble.ending.name == "STOPPED":
-            print(f"phasmid: {trouble.sentence}\n{walk.later(log)}", file=sys.stderr)
-            return 130
-        recording = with_sensors(driving.scenario, load_recording(log))
-        walk.write_report(recording, folder, options, walk.own_appearance(robot))
-    except KeyboardInterrupt:
-        if log.exists():
-            print(f"phasmid: stopped.\n{walk.later(log)}", file=sys.stderr)
-            return 130
-        raise
-    # The folder is complete.
-    log.unlink(missing_ok=True)
-    walk.print_report(recording, folder, options, legs)
-    if trouble:
-        print(f"phasmid: {trouble.sentence}", file=sys.stderr)
-    walk.write_film(recording, options, walk.own_appearance(robot))
-    return 3 if trouble else 0
+
+    def experiment() -> DriveExperiment:
+        compile_controller(scenario, rate=options.rate, quiet=options.quiet)
+        return DriveExperiment(
+            scenario, None, script, rate=options.rate, between=options.between, faults=faults
+        )
+
+    return walk.make_run(experiment, scenario, options, _words(options))
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from phasmid.errors import plain
 
 if TYPE_CHECKING:
-    from phasmid.paper.document import Results
+    from phasmid.paper.document import Parts
 
 COLOURS = {
     "holds": "green",
@@ -42,22 +42,24 @@ def run(options: argparse.Namespace) -> int:
             print(f"… {what}", file=sys.stderr, flush=True)
 
     folder = Path(options.out)
-    results = reproduce(folder, force=options.force, announce=announce)
+    parts = reproduce(folder, force=options.force, announce=announce)
     if not options.quiet:
-        _print_grades(results)
+        _print_grades(parts)
         place = plain(str(folder))
         print(f"\nWritten to {place}: paper.md with notes and comparisons, paper/ with figures")
     return 0
 
 
-def _print_grades(results: Results) -> None:
+def _print_grades(parts: Parts) -> None:
     """Print the statements with their grades, and the number of each grade."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
+    from phasmid.paper.document import tally
+
     console = Console(highlight=False, markup=False)
-    for name, lines in results.parts.items():
+    for name, lines in parts.items():
         table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="cyan")
         table.add_column("where", width=13)
         table.add_column("the paper says", ratio=3)
@@ -69,4 +71,4 @@ def _print_grades(results: Results) -> None:
             table.add_row(statement.where, statement.says, finding.number, mark)
         console.print(Text(f"\n{name}", style="bold"))
         console.print(table)
-    console.print(Text(f"\n{results.tally}", style="bold"))
+    console.print(Text(f"\n{tally(parts)}", style="bold"))

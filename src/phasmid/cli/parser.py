@@ -20,6 +20,7 @@ from phasmid.cli import (
     replay,
     report,
     studio,
+    study,
     verify,
     walk,
 )
@@ -29,6 +30,7 @@ COMMANDS = {
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
     "drive": "walk by commands or to waypoints, in closed loop",
     "studio": "open the live page: drive a robot in the browser and inspect it",
+    "study": "make many runs of a varied scenario, one row of numbers for each (extra study)",
     "report": "make the result folder of a recording, or of the log of an interrupted run",
     "plot": "draw figures of one run, or compare several",
     "export": "write a recording as CSV, NetCDF or MCAP",
@@ -46,6 +48,7 @@ MODULES = {
     "walk": walk,
     "drive": drive,
     "studio": studio,
+    "study": study,
     "report": report,
     "plot": plot,
     "export": export,

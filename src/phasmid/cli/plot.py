@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.report import print_damage
 from phasmid.cli.walk import leg_numbers
-from phasmid.errors import AlreadyExists, InvalidInput, OutputError, nearest, plain
+from phasmid.errors import InvalidInput, nearest, plain
 
 if TYPE_CHECKING:
     from phasmid.reporting.catalogue import FigureKind
-    from phasmid.reporting.runs import Run
+    from phasmid.reporting.run import Run
     from phasmid.reporting.style import Figure
 
 KINDS = ("svg", "png", "pdf")
@@ -71,9 +71,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw figures, and return the exit status."""
     from phasmid.recording import load_recording
+    from phasmid.recording.file import check_new_file
     from phasmid.reporting.catalogue import CATALOGUE, check_figure, draw_groups, find_figure
-    from phasmid.reporting.layout import NARROWEST, WIDEST, laid_out, page_layout
-    from phasmid.reporting.runs import gather
+    from phasmid.reporting.run import gather
+    from phasmid.reporting.style import NARROWEST, WIDEST, laid_out
 
     if options.list:
         width = max(map(len, CATALOGUE))
@@ -84,25 +85,25 @@ def run(options: argparse.Namespace) -> int:
     kinds = _kinds(options.format)
     dpi = _within("--dpi", options.dpi, COARSEST, FINEST) or RESOLUTION
     wide = _within("--width-mm", options.width_mm, 1000 * NARROWEST, 1000 * WIDEST)
-    page = page_layout(None if wide is None else wide / 1000, title=not options.no_title)
     labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
     folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
     with print_damage():
         recordings = [load_recording(path) for path in paths]
     runs = gather(recordings, labels)
-    legs = leg_numbers(options.legs, runs[0].source.robot)
+    legs = leg_numbers(options.legs, runs[0].robot)
     chosen = _all_figures(runs) if "all" in names else [find_figure(name) for name in names]
-    count = min(len(one.source.robot.legs) for one in runs)
+    count = min(len(one.robot.legs) for one in runs)
     targets = {
         kind.name: _files(folder, kind.name, 1 if legs else len(kind.groups(count)), kinds)
         for kind in chosen
     }
-    _check_files([path for rows in targets.values() for row in rows for path in row], options.force)
+    for path in (path for rows in targets.values() for row in rows for path in row):
+        check_new_file(path, option="--out DIR", force=options.force)
     # Refuse before anything is drawn.
     for kind in chosen:
         check_figure(runs, kind)
     for kind in chosen:
-        with laid_out(page):
+        with laid_out(None if wide is None else wide / 1000, title=not options.no_title):
             figures = draw_groups(runs, kind, legs)
             for figure, files in zip(figures, targets[kind.name], strict=True):
                 _write(figure, files, dpi)
@@ -142,7 +143,7 @@ def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path],
             paths.append(Path(thing))
         else:
             guess = nearest(thing, known)
-            looks = "/" in thing or "\\" in thing or Path(thing).suffix in (".nc", ".rec")
+            looks = "/" in thing or "\\" in thing or Path(thing).suffix in (".nc", ".mcap")
             if looks or (not paths and not guess):
                 raise InvalidInput(f"recording {thing} does not exist.", hint="phasmid walk")
             raise InvalidInput(f'no figure "{thing}".', hint=guess or "phasmid plot --list")
@@ -197,21 +198,9 @@ def _within(flag: str, text: str | None, least: float, most: float) -> float | N
 
 
 def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[list[Path]]:
-    from phasmid.reporting.leg_figures import suffix_of
+    from phasmid.reporting.catalogue import suffix_of
 
     return [[folder / f"{name}{suffix_of(k)}.{kind}" for kind in kinds] for k in range(count)]
-
-
-def _check_files(files: Sequence[Path], force: bool) -> None:
-    from phasmid.recording.file import cannot_write
-
-    for path in files:
-        try:
-            exists = path.exists()
-        except OSError as error:
-            raise cannot_write(path, error) from None
-        if exists and not force:
-            raise AlreadyExists(path, option="--out DIR")
 
 
 def _write(figure: Figure, files: Sequence[Path], dpi: float) -> None:
@@ -221,8 +210,6 @@ def _write(figure: Figure, files: Sequence[Path], dpi: float) -> None:
     for path in files:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-        except FileExistsError:
-            raise OutputError(f"cannot write {path}: {path.parent} is not a folder.") from None
         except OSError as error:
             raise cannot_write(path, error) from None
         write_whole(path, encoded_figure(figure, path.suffix[1:], dpi=dpi))

@@ -10,7 +10,7 @@ from phasmid.cli.report import print_damage
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
-        "file", metavar="FILE", help="a recording.nc, its folder, or the .rec of a run"
+        "file", metavar="FILE", help="a recording.nc, its folder, or the .mcap of a run"
     )
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
-        "file", metavar="FILE", help="a recording.nc, its folder, or the .rec of a run"
+        "file", metavar="FILE", help="a recording.nc, its folder, or the .mcap of a run"
     )
     parser.add_argument(
         "--out", metavar="DIR", help="result folder; default: the file's name without its ending"
@@ -52,7 +52,7 @@ def print_damage() -> Iterator[list[DamagedRecording]]:
 def run(options: argparse.Namespace) -> int:
     """Make the result folder, and return the exit status."""
     from phasmid.recording import load_recording
-    from phasmid.reporting import check_folder, read_source
+    from phasmid.reporting import check_folder, read_run
     from phasmid.robot import Appearance
     from phasmid.scenario import recorded_scenario
 
@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
         recording = load_recording(path)
     check_folder(folder, force=options.force)
     check_film(options)
-    legs = leg_numbers(options.legs, read_source(recording).robot)
+    legs = leg_numbers(options.legs, read_run(recording).robot)
     kept = path if path.is_dir() else path.parent
     scenario, robot = recorded_scenario(recording.attrs, kept)
     look = own_appearance(robot)

@@ -42,7 +42,7 @@ def result_folder(
 
 def log_of(folder: Path) -> Path:
     """Return the log of a run, beside its result folder."""
-    return folder.with_name(f"{folder.name}.rec")
+    return folder.with_name(f"{folder.name}.mcap")
 
 
 def _fields(options: argparse.Namespace) -> list[str]:

@@ -52,7 +52,7 @@ def add_field_options(parser: argparse.ArgumentParser) -> None:
     from phasmid.scenario import option_keys
 
     fields = parser.add_argument_group(
-        "fields of the scenario", "Each replaces what the scenario says."
+        "fields of the scenario", "Each replaces a value of the scenario."
     )
     for key, path in option_keys().items():
         words = _help_of(path)

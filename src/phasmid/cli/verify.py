@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import errno
+import itertools
 import json
 import os
 import re
-import sys
 import textwrap
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from phasmid.cli.progress import progress_bar
 from phasmid.errors import AlreadyExists, InvalidInput
 
 if TYPE_CHECKING:
@@ -49,8 +49,10 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.verification import CHECKS, Verdict, verify
     from phasmid.verification.page import page
 
-    with _progress(len(CHECKS) if numbers is None else len(numbers), options.quiet) as progress:
-        rows = verify(numbers, progress=progress)
+    count = itertools.count()
+    total = len(CHECKS) if numbers is None else len(numbers)
+    with progress_bar("verifying", total, quiet=options.quiet) as progress:
+        rows = verify(numbers, progress=progress and (lambda _: progress(next(count))))
     failed = [row for row in rows if row.verdict is Verdict.FAILS]
     # Print the table first: the disk may be full.
     if failed or not options.quiet:
@@ -102,7 +104,7 @@ def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from phasmid.verification.page import expectation, margin, result
+    from phasmid.verification.page import words
 
     console = Console(highlight=False, markup=False)
 
@@ -117,7 +119,7 @@ def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
             head = Text(f"{row.number:>3} ").append(row.title, style="bold")
             show(head.append(f"   {row.equation}", style="dim"))
         before = row.number
-        line = Text(_columns("", row.case, expectation(row), result(row), margin(row), ""))
+        line = Text(_columns("", row.case, *words(row), ""))
         show(line.append(row.verdict.value, style=COLOURS[row.verdict.name]))
         if explain:
             for part in textwrap.wrap(row.why, WIDTH - 6):
@@ -134,20 +136,3 @@ def _print_tally(rows: Sequence[Row]) -> None:
 
     spent = {row.number: row.seconds for row in rows}
     print(f"\n{tally(rows)} {sum(spent.values()):.0f} s.")
-
-
-@contextmanager
-def _progress(count: int, quiet: bool) -> Iterator[Any]:
-    """Show a bar in a terminal; nothing in a pipe."""
-    if quiet or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task, begun = bar.add_task("", total=count), iter(range(count + 1))
-        yield lambda check: bar.update(
-            task, completed=next(begun), description=f"{check.number} {check.title}"
-        )

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,21 +23,16 @@ from phasmid.errors import InvalidInput, plain
 if TYPE_CHECKING:
     from phasmid.recording import Recording
     from phasmid.robot import Appearance, Robot
+    from phasmid.scenario import Scenario
+    from phasmid.simulation import Experiment
 
 
 def run(options: argparse.Namespace) -> int:
     """Walk, and return the exit status."""
     scenario = scenario_of(options)
     from phasmid.motion import Motion, load_trajectory, plan
-    from phasmid.recording import check_log, check_mcap, load_recording
-    from phasmid.reporting import check_folder
     from phasmid.scenario import idle_fields
-    from phasmid.simulation import (
-        check_time_step,
-        record,
-        time_step_refinement,
-        with_sensors,
-    )
+    from phasmid.simulation import WalkExperiment, check_time_step, time_step_refinement
 
     walk: Motion = (
         load_trajectory(options.trajectory, scenario.load_robot(), unit=options.trajectory_unit)
@@ -44,8 +40,40 @@ def run(options: argparse.Namespace) -> int:
         else plan(scenario)
     )
     check_time_step(scenario, walk)
-    legs = leg_numbers(options.legs, walk.robot)
     words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
+    if not options.quiet:
+        for sentence in idle_fields(scenario):
+            print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+
+    def refinement() -> dict[str, float]:
+        found = time_step_refinement(scenario, walk) if options.check_time_step else None
+        return found.attributes() if found else {}
+
+    return make_run(lambda: WalkExperiment(scenario, walk), scenario, options, words, refinement)
+
+
+def make_run(
+    experiment: Callable[[], Experiment],
+    scenario: Scenario,
+    options: argparse.Namespace,
+    words: Sequence[str],
+    attributes: Callable[[], Mapping[str, float]] = dict,
+) -> int:
+    """Make a run with its result folder, summary and video, and return the exit status.
+
+    Args:
+        experiment: Returns the run; called after the options have been checked.
+        scenario: Its scenario.
+        options: Those of the command line.
+        words: Parts of the folder's name.
+        attributes: Returns further attributes of the recording of a completed run.
+    """
+    from phasmid.recording import check_log, check_mcap, load_recording
+    from phasmid.reporting import check_folder
+    from phasmid.simulation import with_sensors
+
+    robot = scenario.load_robot()
+    legs, appearance = leg_numbers(options.legs, robot), own_appearance(robot)
     folder = result_folder(options, scenario, words)
     check_folder(folder, force=options.force)
     log = log_of(folder)
@@ -53,24 +81,21 @@ def run(options: argparse.Namespace) -> int:
     if options.mcap:
         check_mcap()
     check_film(options)
-    if not options.quiet:
-        for sentence in idle_fields(scenario):
-            print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+    run = experiment()
     try:
         with progress_bar("walking", scenario.duration, quiet=options.quiet) as progress:
-            trouble = record(scenario, walk, log, progress=progress, force=options.force)
+            trouble = run.record(log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
             # The report can be made later from the log.
-            print(f"phasmid: {trouble.sentence}\n{later(log)}", file=sys.stderr)
+            print(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
             return 130
-        recording = with_sensors(scenario, load_recording(log))
-        if options.check_time_step and not trouble:
-            refinement = time_step_refinement(scenario, walk)
-            recording.attrs |= refinement.attributes() if refinement else {}
-        write_report(recording, folder, options, own_appearance(walk.robot))
+        recording = with_sensors(run.scenario, load_recording(log))
+        if not trouble:
+            recording.attrs.update(attributes())
+        write_report(recording, folder, options, appearance)
     except KeyboardInterrupt:
         if log.exists():
-            print(f"phasmid: stopped.\n{later(log)}", file=sys.stderr)
+            print(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
             return 130
         raise
     # The folder is complete.
@@ -78,11 +103,11 @@ def run(options: argparse.Namespace) -> int:
     print_report(recording, folder, options, legs)
     if trouble:
         print(f"phasmid: {trouble.sentence}", file=sys.stderr)
-    write_film(recording, options, own_appearance(walk.robot))
+    write_film(recording, options, appearance)
     return 3 if trouble else 0
 
 
-def later(log: Path) -> str:
+def _later(log: Path) -> str:
     """Return the hint after a run was stopped."""
     return f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
 
@@ -141,13 +166,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--trajectory",
         metavar="FILE",
-        help="joint angles to follow instead of a plan: a .csv, .npy, .nc or .rec file",
+        help="joint angles to follow instead of a plan: a .csv, .npy, .nc or .mcap file",
     )
     parser.add_argument(
         "--trajectory-unit",
         choices=("rad", "deg"),
         default="rad",
-        help="of its angles, where the file does not say; default: rad",
+        help="of its angles, if the file has none; default: rad",
     )
     parser.add_argument(
         "--check-time-step",

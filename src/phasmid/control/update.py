@@ -368,7 +368,7 @@ def advance_engine(
     change_gait(state, model, reference, next_reference)
     state.clock.region_leg = (state.clock.region_leg + 1) % state.leg_count
     update_region(state, model, state.clock.region_leg)
-    slow, said, failed = min(1.0, clock.time_scale + RECOVERY * dt), 0, 0
+    slow, outcome, failed = min(1.0, clock.time_scale + RECOVERY * dt), 0, 0
     most = model.joint_speed * dt
     for _ in range(12):
         states[1] = states[0]
@@ -385,7 +385,7 @@ def advance_engine(
                 break
             failed += 1
             brake(state, 0.5 if failed < 3 else 0.0)
-            said = 2
+            outcome = 2
             continue
         ratio = 0.0
         for leg in range(state.leg_count):
@@ -395,9 +395,9 @@ def advance_engine(
             trial.clock.time = clock.time + dt
             trial.clock.time_scale = slow
             states[0] = states[1]
-            return said
+            return outcome
         slow *= 0.99 / ratio
-        said = max(said, 1)
+        outcome = max(outcome, 1)
         if slow < STUCK:
             break
     # No trial was feasible: stay. Feet in the air continue from rest, straight.

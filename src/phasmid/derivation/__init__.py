@@ -23,14 +23,7 @@ if TYPE_CHECKING:
         paper_text,
     )
 
-__all__ = [
-    "SymbolicMatrices",
-    "lagrange",
-    "mid_length",
-    "newton_euler",
-    "paper_form",
-    "paper_text",
-]
+__all__ = ["SymbolicMatrices", "lagrange", "mid_length", "newton_euler", "paper_form", "paper_text"]
 
 
 def __getattr__(name: str) -> Any:

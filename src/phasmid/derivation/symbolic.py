@@ -62,16 +62,7 @@ PAIRS = ((0, 1), (0, 2), (1, 2))
 
 
 class SymbolicMatrices(NamedTuple):
-    """The matrices of Eq. 10 in symbols: torque = M q" + B [q' q'] + C [q'²] + G.
-
-    Attributes:
-        M: Mass matrix [kg·m²], shape (3, 3).
-        B: Coriolis coefficients [kg·m²], shape (3, 3); its columns multiply
-            q1' q2', q1' q3' and q2' q3'.
-        C: Centrifugal coefficients [kg·m²], shape (3, 3); its columns multiply
-            q1'², q2'² and q3'².
-        G: Torques that hold the leg against gravity [N·m], shape (3, 1).
-    """
+    """The matrices of Eq. 10 in symbols, as `phasmid.dynamics.LegMatrices`; G has shape (3, 1)."""
 
     M: sp.Matrix
     B: sp.Matrix
@@ -100,7 +91,7 @@ _COSINE, _SINE = _RING.gens[:3], _RING.gens[3:6]
 
 
 def normal_form(matrix: sp.Matrix) -> sp.Matrix:
-    """The same matrix with each entry a polynomial in which no sine has a higher power than one.
+    """Return the matrix with polynomial entries, linear in every sine.
 
     Cosine and sine of an angle obey cos² + sin² = 1 and no other algebraic law. Writing 1 - cos²
     for every sin² therefore leaves one way of writing each function: two expressions are equal for
@@ -228,7 +219,7 @@ _SUMS = ((2, 0), (2, -2), (1, 0), (0, 1), (1, -1), (2, -1))
 
 
 def mid_length(matrices: SymbolicMatrices) -> SymbolicMatrices:
-    """The matrices for centres of mass at mid-length and principal inertias only.
+    """Return the matrices for centres of mass at mid-length and principal inertias only.
 
     Args:
         matrices: For any mass distribution, from ``newton_euler`` or ``lagrange``.

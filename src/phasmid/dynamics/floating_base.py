@@ -2,8 +2,10 @@
 
 The 6 + 3 L generalised speeds of a robot with L legs are (v, w, q'): velocity of the body frame's
 origin and angular velocity of the trunk, both in world axes, then the joint speeds leg by leg.
-Generalised forces are force and moment on the trunk about that origin in world axes, then joint
-torques.
+Generalised forces are force and moment on the trunk about that origin in world axes [N, N·m], then
+joint torques [N·m].
+
+Accelerations of the trunk do not count.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.body_motion import BodyMotion
-from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.dynamics.matrices import moments_about_origin
 from phasmid.dynamics.whole_body import inverse_dynamics, joint_arrays
 from phasmid.kinematics import body_from_hip, foot_position, jacobian, link_frames
 from phasmid.robot import Robot
@@ -51,12 +53,7 @@ class Accelerations(NamedTuple):
 def mass_matrix(
     robot: Robot, body: BodyMotion, q: Float[np.ndarray, "*#batch legs 3"]
 ) -> Float[np.ndarray, "*batch dof dof"]:
-    """Mass matrix of the robot on its floating base.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose of the trunk.
-        q: Joint angles [rad], shape (..., L, 3).
+    """Mass matrix of the robot on its floating base; arguments as of `inverse_dynamics`.
 
     Returns:
         The matrix M of the kinetic energy, half the form (v, w, q') M (v, w, q') [kg, kg·m,
@@ -107,14 +104,7 @@ def bias_force(
     *,
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch dof"]:
-    """Generalised forces of velocities and gravity: h in M a + h = force.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose and velocity of the trunk; its accelerations do not count.
-        q: Joint angles [rad], shape (..., L, 3).
-        qd: Joint speeds [rad/s], shape (..., L, 3).
-        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+    """Generalised forces of velocities and gravity: h in M a + h = force; arguments as above.
 
     Returns:
         Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
@@ -131,13 +121,7 @@ def gravity_force(
     *,
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch dof"]:
-    """Generalised forces that hold the robot still against gravity.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose of the trunk.
-        q: Joint angles [rad], shape (..., L, 3).
-        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+    """Generalised forces that hold the robot still; arguments as of `inverse_dynamics`.
 
     Returns:
         Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
@@ -153,14 +137,7 @@ def momentum(
     q: Float[np.ndarray, "*#batch legs 3"],
     qd: Float[np.ndarray, "*#batch legs 3"],
 ) -> Momentum:
-    """Linear momentum, and angular momentum about the centre of mass.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose and velocity of the trunk.
-        q: Joint angles [rad], shape (..., L, 3).
-        qd: Joint speeds [rad/s], shape (..., L, 3).
-    """
+    """Momentum of the robot; arguments as of `inverse_dynamics`."""
     batch, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
     M = mass_matrix(robot, body, q)
     flat = np.broadcast_to(qd, (*batch, len(robot.legs), 3)).reshape(*batch, -1)
@@ -176,16 +153,11 @@ def momentum(
 def foot_jacobian(
     robot: Robot, body: BodyMotion, q: Float[np.ndarray, "*#batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3 dof"]:
-    """Velocities of the feet in the world for unit generalised speeds.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose of the trunk.
-        q: Joint angles [rad], shape (..., L, 3).
+    """Jacobians of the feet in the world; arguments as of `inverse_dynamics`.
 
     Returns:
-        One matrix per foot, shape (..., L, 3, 6 + 3 L). Its transpose times a force on the foot
-        in world axes is that force's share of the generalised forces.
+        Velocities of each foot for unit generalised speeds, shape (..., L, 3, 6 + 3 L). The
+        transpose times a force on the foot in world axes is its share of the generalised forces.
     """
     batch, (q,) = joint_arrays(robot, body, q=q)
     count = len(robot.legs)
@@ -210,18 +182,7 @@ def forward_dynamics(
     foot_force: Float[np.ndarray, "*#batch legs 3"] | None = None,
     gravity: float = STANDARD_GRAVITY,
 ) -> Accelerations:
-    """Accelerations that joint torques and foot forces cause.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose and velocity of the trunk; its accelerations do not count.
-        q: Joint angles [rad], shape (..., L, 3).
-        qd: Joint speeds [rad/s], shape (..., L, 3).
-        torque: Joint torques [N·m], shape (..., L, 3).
-        foot_force: Force of the ground on each foot in world axes [N], shape (..., L, 3);
-            none by default.
-        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
-    """
+    """Accelerations by joint torques and foot forces; arguments as of `inverse_dynamics`."""
     still = np.zeros((len(robot.legs), 3))
     force = still if foot_force is None else foot_force
     batch, (q, qd, torque, force) = joint_arrays(

@@ -9,9 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.matrices import LegMatrices, hip_gravity, link_moments
-from phasmid.dynamics.printed import printed_leg_matrices, printed_leg_torque
 from phasmid.errors import InvalidInput
-from phasmid.kinematics.arguments import geometry, is_printed
+from phasmid.kinematics.arguments import geometry
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
 
@@ -20,20 +19,13 @@ LEG_TORQUE_AXES = [-1, (), -1, (-2, -1), (-3, -2, -1), -1, *[(0, -1)] * 5]
 
 
 def leg_matrices(
-    leg: Leg | LegArrays,
-    q: Float[np.ndarray, "*#batch 3"],
-    *,
-    form: str = "corrected",
-    gravity: float = STANDARD_GRAVITY,
+    leg: Leg | LegArrays, q: Float[np.ndarray, "*#batch 3"], *, gravity: float = STANDARD_GRAVITY
 ) -> LegMatrices:
     """Matrices of the leg's equation of motion.
 
     Args:
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
         q: Coxa, femur and tibia angles [rad], shape (..., 3).
-        form: ``corrected``, or ``as-printed``: Eq. 10 with all its misprints, for study. The print
-            assumes masses at mid-length, principal inertias and upright hips;
-            ``phasmid.robot.with_mass_model(robot, "mid-length")`` makes a leg of that kind.
         gravity: Acceleration of free fall, downwards along the body's z [m/s²].
 
     Returns:
@@ -43,8 +35,6 @@ def leg_matrices(
     with any centre of mass and any inertia; with centres at mid-length and diagonal inertias it
     is the paper's own form.
     """
-    if is_printed(form):
-        return printed_leg_matrices(leg, q, gravity=gravity)
     from phasmid.dynamics.leg_kernels import leg_matrices_ufunc
 
     return LegMatrices(
@@ -59,7 +49,6 @@ def leg_torque(
     qdd: Float[np.ndarray, "*#batch 3"],
     *,
     foot_force: Float[np.ndarray, "*#batch 3"] | None = None,
-    form: str = "corrected",
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint torques of a leg for a motion and a force of the ground on its foot.
@@ -71,8 +60,6 @@ def leg_torque(
         qdd: Their accelerations [rad/s²], shape (..., 3).
         foot_force: Force of the ground on the foot in hip axes [N], shape (..., 3);
             none by default.
-        form: ``corrected``, or ``as-printed``: Eqs. 10 and 11 with all their misprints, as for
-            `leg_matrices`.
         gravity: Acceleration of free fall, downwards along the body's z [m/s²].
 
     Returns:
@@ -80,8 +67,6 @@ def leg_torque(
 
     Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
     """
-    if is_printed(form):
-        return printed_leg_torque(leg, q, qd, qdd, foot_force=foot_force, gravity=gravity)
     from phasmid.dynamics.leg_kernels import leg_torque_ufunc
 
     motion = q, qd, qdd, np.zeros(3) if foot_force is None else foot_force

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.dynamics.inertia import moments_about_origin
 from phasmid.kinematics.arguments import scalar
 from phasmid.robot import Leg, LegArrays
 
@@ -28,6 +27,29 @@ class LegMatrices(NamedTuple):
     B: Float[np.ndarray, "*batch 3 3"]
     C: Float[np.ndarray, "*batch 3 3"]
     G: Float[np.ndarray, "*batch 3"]
+
+
+def moments_about_origin(
+    mass: Float[np.ndarray, "*batch"],
+    com: Float[np.ndarray, "*batch 3"],
+    inertia: Float[np.ndarray, "*batch 3 3"],
+) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch 3 3"]]:
+    """First and second moments of rigid bodies about the origins of their frames.
+
+    Args:
+        mass: Masses [kg], shape (...).
+        com: Centres of mass in the bodies' frames [m], shape (..., 3).
+        inertia: About the centres of mass [kg·m²], shape (..., 3, 3).
+
+    Returns:
+        Mass times centre of mass [kg·m], shape (..., 3), and the inertia about the origin
+        [kg·m²], shape (..., 3, 3).
+
+    Source: the parallel axis theorem.
+    """
+    first = mass[..., None] * com
+    square = np.sum(first * com, axis=-1)[..., None, None] * np.eye(3)
+    return first, inertia + square - first[..., :, None] * com[..., None, :]
 
 
 def hip_gravity(leg: Leg | LegArrays, gravity: float) -> Float[np.ndarray, "*legs 3"]:

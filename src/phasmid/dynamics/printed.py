@@ -64,7 +64,8 @@ def printed_leg_matrices(
     """Matrices of Eq. 10 as printed, or with some of their misprints corrected.
 
     The paper's form assumes centres of mass at mid-length and principal inertias; other offsets
-    and products of inertia are ignored. Its θ3 is minus Table 1's inside sines and cosines only:
+    and products of inertia are ignored; ``phasmid.robot.with_mass_model(robot, "mid-length")``
+    makes legs of that kind. Its θ3 is minus Table 1's inside sines and cosines only:
     then, and only then, do the printed m23, m33, b23, c32 and G hold. Speeds and accelerations
     keep Table 1's sign, since with a mirrored θ3' the coupling m23 would be negative.
 

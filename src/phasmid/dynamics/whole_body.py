@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.body_motion import BodyMotion
-from phasmid.dynamics.inertia import moments_about_origin
-from phasmid.dynamics.matrices import link_moments
+from phasmid.dynamics.matrices import link_moments, moments_about_origin
 from phasmid.kinematics import centre_of_mass, link_frames
 from phasmid.kinematics.arguments import geometry, per_leg, scalar
 from phasmid.robot import Robot
@@ -90,13 +89,7 @@ def kinetic_energy(
     q: Float[np.ndarray, "*#batch legs 3"],
     qd: Float[np.ndarray, "*#batch legs 3"],
 ) -> Float[np.ndarray, "*batch"]:
-    """Kinetic energy of trunk and legs.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose and motion of the trunk.
-        q: Joint angles [rad], shape (..., L, 3).
-        qd: Joint speeds [rad/s], shape (..., L, 3).
+    """Kinetic energy of trunk and legs; arguments as of `inverse_dynamics`.
 
     Returns:
         Energy [J], shape (...).
@@ -137,13 +130,7 @@ def potential_energy(
     *,
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch"]:
-    """Potential energy of trunk and legs, zero at the world's z = 0.
-
-    Args:
-        robot: The robot, L legs.
-        body: Pose of the trunk.
-        q: Joint angles [rad], shape (..., L, 3).
-        gravity: Acceleration of free fall, downwards along the world's z [m/s²].
+    """Potential energy of trunk and legs, zero at the world's z = 0; arguments as above.
 
     Returns:
         Energy [J], shape (...).

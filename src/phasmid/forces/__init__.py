@@ -13,12 +13,7 @@ from phasmid.forces.models import (
     WeightedMinimumNorm,
     force_model,
 )
-from phasmid.forces.servo_verdict import (
-    Holding,
-    ServoVerdict,
-    scenario_verdict,
-    servo_verdict,
-)
+from phasmid.forces.servo_verdict import Holding, ServoVerdict, scenario_verdict, servo_verdict
 from phasmid.forces.sharing import minimum_norm, share_load
 from phasmid.forces.transfer import load_share
 

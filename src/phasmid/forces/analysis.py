@@ -87,16 +87,7 @@ def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
 
 
 def planned_load(scenario: Scenario, walk: Walk) -> ModelLoad:
-    """Return model torques and foot forces of a walk on the planned ground, N samples.
-
-    Args:
-        scenario: Its model options are used; see `analyse`.
-        walk: The plan.
-
-    Raises:
-        InvalidInput: Torque limits are counted by a force model without limits.
-        InfeasibleLoad: The standing feet cannot give the wrench.
-    """
+    """Return model torques and foot forces of a walk on the planned ground; see `analyse`."""
     body, motion = planned_body(walk), (walk.q, walk.qd, walk.qdd)
     if scenario.model.body_acceleration != "included":
         still = np.zeros_like(walk.q)

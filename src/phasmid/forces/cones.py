@@ -11,8 +11,15 @@ from jaxtyping import Float
 FACES = 8
 """Faces of the initial pyramid around each cone."""
 
-ROUND = np.stack([f(2 * np.pi * np.arange(FACES) / FACES) for f in (np.cos, np.sin)], axis=-1)
-"""Tangential directions of the faces, shape (FACES, 2)."""
+
+def directions(faces: int) -> Float[np.ndarray, "faces 2"]:
+    """Return the tangential directions of the faces of a pyramid."""
+    angle = 2 * np.pi * np.arange(faces) / faces
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+ROUND = directions(FACES)
+"""Tangential directions of the initial pyramid's faces."""
 
 ASIDE = 0.05
 """A face within this angle of the touching plane is dropped [rad]."""
@@ -73,9 +80,6 @@ ROUND_OFF = 1e-15
 SETTLED = 0.1
 """Change of a linear cost at convergence, relative to the tolerance."""
 
-OPTIMAL = 1
-"""Status of a solved programme."""
-
 UNBOUNDED = 1e30
 """Infinity of the solver."""
 
@@ -112,7 +116,7 @@ def cheapest_points(
     programming); each programme is solved by daqp (Arnström, Bemporad, Axehill 2022).
     """
     samples, feet, _, free = U.shape
-    limits = Rows.join(limits, _pyramid(force, U, friction))
+    limits = Rows.join(limits, pyramid(force, U, friction, ROUND))
     x = np.zeros((samples, free))
     now = force.copy()
     # A foot without force keeps its last direction, which is otherwise round-off.
@@ -188,14 +192,16 @@ def cheapest_points(
     return x
 
 
-def _pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray) -> Rows:
-    """Return the half spaces of the pyramids around the cones."""
-    face = np.empty((*friction.shape, FACES, 3))
-    face[..., 0], face[..., 1:] = -friction[..., None], ROUND
+def pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray, faces: np.ndarray) -> Rows:
+    """Return the half spaces of pyramids around the cones, foot by foot; see `cheapest_points`.
+
+    Faces are given by `directions`.
+    """
+    face = np.empty((*friction.shape, len(faces), 3))
+    face[..., 0], face[..., 1:] = -friction[..., None], faces
     samples, free = len(U), U.shape[-1]
     return Rows.below(
-        (face @ U).reshape(samples, -1, free),
-        -(face @ force[..., None]).reshape(samples, -1),
+        (face @ U).reshape(samples, -1, free), -(face @ force[..., None]).reshape(samples, -1)
     )
 
 
@@ -224,6 +230,6 @@ def _programmes(
         point, _, flag, info = solve(
             H[i], g[i], A[i], upper[i], lower[i], kinds, primal_tol=TOLERANCE / 10
         )
-        if flag == OPTIMAL:
+        if flag == 1:
             x[i], multipliers[i], exists[i] = point, info["lam"], True
     return x, multipliers, exists

@@ -41,16 +41,17 @@ class FrictionStatistics:
         if not stands.any():
             return {}
         # No interpolation: a demand may be infinite.
-        return {
-            name: {
+        found = {}
+        for name, values in vars(self).items():
+            low, high = np.percentile(values[stands], (5, 95), method="nearest")
+            found[name] = {
                 "mean": float(values[stands].mean()),
                 "min": float(values[stands].min()),
                 "max": float(values[stands].max()),
-                "p5": float(np.percentile(values[stands], 5, method="nearest")),
-                "p95": float(np.percentile(values[stands], 95, method="nearest")),
+                "p5": float(low),
+                "p95": float(high),
             }
-            for name, values in vars(self).items()
-        }
+        return found
 
 
 def friction_statistics(contacts: Contacts, force: Float[np.ndarray, "..."]) -> FrictionStatistics:

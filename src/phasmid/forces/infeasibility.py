@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad
-from phasmid.forces.load import Load, grasp_matrix
+from phasmid.forces.cones import UNBOUNDED, Rows, directions, pyramid
+from phasmid.forces.load import Load, grasp_matrix, push_limits, torque_limits
 from phasmid.robot import JOINTS
 
 NOTHING = 1e-6
@@ -18,7 +19,7 @@ NOTHING = 1e-6
 LINE = 1e-12
 """Relative distance from a line below which feet stand on it."""
 
-FACES = 64
+FACES = directions(64)
 """Faces of the pyramid around each cone; its edges are 0.12 % outside."""
 
 SMALL = 1e-6
@@ -110,27 +111,30 @@ def _beyond_limits(load: Load, names: list[str], least: float) -> _Reason:
     pull = "would have to pull with {excess} N, and the ground only pushes"
     if least > 0:
         pull = "would carry {excess} N less than their least normal force"
-    # Limit, its rows and sizes, subjects, noun and its plural, sentence, hint.
+    # The unknowns are all forces in contact axes, in units of the load.
+    none = np.zeros((1, len(names), 3))
+    U = np.eye(none.size).reshape(*none.shape, -1)
+    # Limit, its rows and sizes, subjects, noun, sentence, hint.
     limits = (
         (
-            *("pull", _pushes(load, least / scale), np.zeros(len(names)), names, "foot", "feet"),
-            pull,
+            *("pull", push_limits(load, none, U, least, scale), np.zeros(len(names)), names),
+            *(("foot", "feet"), pull),
             "the centre of mass further inside the standing feet, or more of them",
         ),
         (
-            *("friction", _cones(load), load.friction[0], names, "foot", "feet"),
-            "would slip; friction of {limit} falls short by {excess} N",
+            *("friction", pyramid(none, U, load.friction, FACES), load.friction[0], names),
+            *(("foot", "feet"), "would slip; friction of {limit} falls short by {excess} N"),
             "more friction, a flatter ground, or a slower motion",
         ),
         (
-            *("torque", _torques(load, scale), load.limit[0].ravel(), joints, "joint", "joints"),
-            "would need {need} N·m; the limit is {limit} N·m",
+            *("torque", torque_limits(load, none, load.axes @ U, scale), load.limit[0].ravel()),
+            *(joints, ("joint", "joints"), "would need {need} N·m; the limit is {limit} N·m"),
             "stronger servos, a lighter robot, or more standing feet",
         ),
     )
-    hard: list[_Limits] = []
-    for limit, soft, sizes, subjects, one, many, sentence, hint in limits:
-        excess = _least_excess(load, hard, soft, scale)
+    hard: list[Rows] = []
+    for limit, soft, sizes, subjects, nouns, sentence, hint in limits:
+        excess = _least_excess(load, hard, soft, len(subjects), scale)
         hard.append(soft)
         if excess is None or not (bad := excess > NOTHING * scale).any():
             continue
@@ -143,7 +147,7 @@ def _beyond_limits(load: Load, names: list[str], least: float) -> _Reason:
         words = sentence.format(
             **{key: _listed([f"{value:.3g}" for value in some]) for key, some in numbers.items()}
         )
-        what = f"{one if len(who) == 1 else many} {_listed(who)} {words}"
+        what = f"{nouns[len(who) > 1]} {_listed(who)} {words}"
         return _Reason(limit, who, excess[bad], f"with {_listed(names)} standing, {what}.", hint)
     return _Reason(
         "friction",
@@ -154,71 +158,38 @@ def _beyond_limits(load: Load, names: list[str], least: float) -> _Reason:
     )
 
 
-class _Limits(NamedTuple):
-    """Limits A F <= upper on the forces of all feet in contact axes, in units of the load.
-
-    Attributes:
-        A: Shape (m, 3 k).
-        upper: Shape (m,).
-        per: Number of rows of one foot or joint, which share one excess.
-    """
-
-    A: np.ndarray
-    upper: np.ndarray
-    per: int
-
-
-def _pushes(load: Load, least: float) -> _Limits:
-    A = -np.kron(np.eye(load.share.shape[1]), [[1.0, 0.0, 0.0]])
-    return _Limits(A, -least * load.share[0], 1)
-
-
-def _cones(load: Load) -> _Limits:
-    k = load.share.shape[1]
-    angle = 2 * np.pi * np.arange(FACES) / FACES
-    A = np.zeros((k, FACES, k, 3))
-    for i, friction in enumerate(load.friction[0]):
-        A[i, :, i, 0] = -friction
-        A[i, :, i, 1], A[i, :, i, 2] = np.cos(angle), np.sin(angle)
-    return _Limits(A.reshape(-1, 3 * k), np.zeros(FACES * k), FACES)
-
-
-def _torques(load: Load, scale: float) -> _Limits:
-    k = load.share.shape[1]
-    change = -np.swapaxes(load.jacobian[0], -1, -2) @ load.axes[0]
-    A = np.zeros((k, 3, 2, k, 3))
-    for i in range(k):
-        A[i, :, 0, i], A[i, :, 1, i] = change[i], -change[i]
-    limit, torque = np.minimum(load.limit[0], 1e30), load.torque[0]
-    upper = np.stack([limit - torque, limit + torque], axis=-1) / scale
-    return _Limits(A.reshape(-1, 3 * k), upper.ravel(), 2)
-
-
 def _least_excess(
-    load: Load, hard: list[_Limits], soft: _Limits, scale: float
+    load: Load, hard: list[Rows], soft: Rows, count: int, scale: float
 ) -> np.ndarray | None:
     """Return the excesses of least sum over soft limits, per foot or joint [N, N·m].
 
-    None where the hard limits cannot be kept.
+    None where the hard limits cannot be kept. Consecutive rows of a foot share one excess.
     """
     k = load.share.shape[1]
     A = np.einsum("eki,kij->ekj", load.grasp[0].reshape(6, k, 3), load.axes[0]).reshape(6, -1)
     U, sizes, Vh = np.linalg.svd(A, full_matrices=False)
     independent = sizes > DEPENDENT * sizes[0]
-    equations = sizes[independent, None] * Vh[independent]
     wrench = (U.T @ load.wrench[0])[independent] / scale
-    n, m = 3 * k, len(soft.upper) // soft.per
-    give = -np.kron(np.eye(m), np.ones((soft.per, 1)))
-    rows = [np.hstack([A, np.zeros((len(A), m))]) for A in (equations, *(h.A for h in hard))]
-    rows += [np.hstack([soft.A, give]), np.hstack([np.zeros((m, n)), -np.eye(m)])]
-    upper = np.concatenate([wrench, *(h.upper for h in hard), soft.upper, np.zeros(m)])
-    equal = np.arange(len(upper)) < len(wrench)
-    lower = np.where(equal, upper, -1e30)
-    kinds = np.where(equal, EQUALITY, 0).astype(np.int32)
-    cost = np.concatenate([np.zeros(n), np.ones(m)])
-    x, _, flag, _ = daqp.solve(
-        SMALL * np.eye(n + m), cost, np.concatenate(rows), upper, lower, kinds
+    limits = [(sizes[independent, None] * Vh[independent], wrench, wrench)]
+    limits += [(rows.A[0], rows.lower[0], rows.upper[0]) for rows in (*hard, soft)]
+    A, lower, upper = (np.concatenate(parts) for parts in zip(*limits, strict=True))
+    n, m = 3 * k, len(soft.upper[0])
+    give = np.zeros((len(A), count))
+    give[-m:] = np.repeat(np.eye(count), m // count, axis=0)
+    # A x - excess <= upper, A x + excess >= lower, excess >= 0.
+    none = np.full(m, UNBOUNDED)
+    below = np.concatenate([lower[:-m], -none, lower[-m:], np.zeros(count)])
+    above = np.concatenate([upper, none, np.full(count, UNBOUNDED)])
+    rows = np.concatenate(
+        [
+            np.hstack([A, -give]),
+            np.hstack([soft.A[0], give[-m:]]),
+            np.hstack([np.zeros((count, n)), np.eye(count)]),
+        ]
     )
+    kinds = np.where(np.arange(len(rows)) < len(wrench), EQUALITY, 0).astype(np.int32)
+    cost = np.concatenate([np.zeros(n), np.ones(count)])
+    x, _, flag, _ = daqp.solve(SMALL * np.eye(n + count), cost, rows, above, below, kinds)
     return np.asarray(x[n:] * scale) if flag > 0 else None
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.errors import InvalidInput
+from phasmid.forces.cones import UNBOUNDED, Rows
 from phasmid.forces.contacts import Contacts, JointLoad
 
 NEGLIGIBLE = 1e-9
@@ -66,28 +66,30 @@ class Load:
         """Return forces by normal and tangential components."""
         return np.einsum("nlij,nli->nlj", self.axes, force)
 
+    def torque_with(
+        self, force: Float[np.ndarray, "samples feet 3"]
+    ) -> Float[np.ndarray, "samples feet 3"]:
+        """Return joint torques under ground reaction forces [N·m]."""
+        return self.torque - np.einsum("nlij,nli->nlj", self.jacobian, force)
 
-def leading_axes(
-    contacts: Contacts, wrench: Float[np.ndarray, "*#batch 6"], joints: JointLoad | None
-) -> tuple[int, ...]:
-    """Return the leading axes of feet, wrench and joints together.
 
-    Raises:
-        InvalidInput: They do not broadcast, or the joints are of other legs.
-    """
-    shapes = [contacts.feet.shape[:-2], wrench.shape[:-1]]
-    if joints is not None:
-        legs, count = contacts.feet.shape[-2], joints.jacobian.shape[-3]
-        if count != legs:
-            raise InvalidInput(f"the joints' load is of {count} legs; there are {legs} feet.")
-        shapes.append(joints.jacobian.shape[:-3])
-    try:
-        return np.broadcast_shapes(*shapes)
-    except ValueError:
-        listed = ", ".join(map(str, shapes))
-        raise InvalidInput(
-            f"the leading axes of feet, wrench and joints are {listed}; they must broadcast."
-        ) from None
+def push_limits(
+    load: Load, f: np.ndarray, U: np.ndarray, least: float, scale: np.ndarray | float
+) -> Rows:
+    """Return the limits by which forces f + U x, in contact axes and units of scale, push."""
+    return Rows.below(-U[..., 0, :], f[..., 0] - least * load.share / scale)
+
+
+def torque_limits(load: Load, force: np.ndarray, V: np.ndarray, scale: np.ndarray | float) -> Rows:
+    """Return the limits of the joint torques under the forces force + scale V x."""
+    n, k, _, free = V.shape
+    torque = load.torque_with(force)
+    lower, upper = (
+        np.clip((side * load.limit - torque).reshape(n, -1) / scale, -UNBOUNDED, UNBOUNDED)
+        for side in (-1, 1)
+    )
+    change = -np.swapaxes(load.jacobian, -1, -2) @ V
+    return Rows(change.reshape(n, 3 * k, free), lower, upper)
 
 
 def loads(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -11,21 +11,12 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, nearest
 from phasmid.forces.contacts import Contacts, JointLoad
 
-Cost = tuple[Float[np.ndarray, "*batch legs 3 3"], Float[np.ndarray, "*batch legs 3"]]
-"""H⁻¹ and c of each foot's cost ½ Fᵀ H F - cᵀ F, shapes (..., L, 3, 3) and (..., L, 3)."""
-
 
 @dataclass(frozen=True)
 class MinimumNorm:
     """Least sum of squares of the foot forces, the paper's model."""
 
     name: ClassVar[str] = "minimum-norm"
-
-    def weights(self, contacts: Contacts, joints: JointLoad | None) -> Cost:
-        """Return the cost |F|²/2 of each foot."""
-        del joints
-        shape = contacts.feet.shape
-        return np.broadcast_to(np.eye(3), (*shape, 3)), np.zeros(shape)
 
 
 @dataclass(frozen=True)
@@ -42,13 +33,6 @@ class WeightedMinimumNorm:
 
     def __post_init__(self) -> None:
         _check(self.tangential_weight, "tangential_weight", 1e-6, 1e6)
-
-    def weights(self, contacts: Contacts, joints: JointLoad | None) -> Cost:
-        """Return the cost (normal² + weight tangential²)/2 of each foot."""
-        del joints
-        inverse, n = 1.0 / self.tangential_weight, contacts.normals
-        H_inverse = inverse * np.eye(3) + (1.0 - inverse) * n[..., :, None] * n[..., None, :]
-        return H_inverse, np.zeros(contacts.feet.shape)
 
 
 @dataclass(frozen=True)
@@ -67,24 +51,6 @@ class MinimumTorque:
 
     def __post_init__(self) -> None:
         _check(self.lever, "lever", 1e-5, 1e3)
-
-    def weights(self, contacts: Contacts, joints: JointLoad | None) -> Cost:
-        """Return the cost (|τ - Jᵀ F|² + lever² |F|²)/2 of each foot.
-
-        Raises:
-            InvalidInput: There are no joints.
-        """
-        del contacts
-        if joints is None:
-            raise InvalidInput(
-                f"{self.name} needs the load of the joints.",
-                hint="joints = JointLoad(jacobian, torque)",
-            )
-        J = joints.jacobian
-        # By eigenvalues: the inverse stays positive for the shortest levers.
-        sizes, axes = np.linalg.eigh(J @ np.swapaxes(J, -1, -2) + self.lever**2 * np.eye(3))
-        H_inverse = (axes / sizes[..., None, :]) @ np.swapaxes(axes, -1, -2)
-        return H_inverse, np.einsum("...ij,...j->...i", J, joints.torque)
 
 
 @dataclass(frozen=True)
@@ -105,10 +71,6 @@ class FrictionCone:
 
     def __post_init__(self) -> None:
         _check(self.least_normal, "least_normal", 0.0, 1e6)
-
-    def weights(self, contacts: Contacts, joints: JointLoad | None) -> Cost:
-        """Return the cost of the model without limits."""
-        return self.cost.weights(contacts, joints)
 
 
 @dataclass(frozen=True)
@@ -131,26 +93,46 @@ class SmallestLargestLoad:
         _check(self.slack, "slack", 1e-5, 1.0)
         _check(self.least_normal, "least_normal", 0.0, 1e6)
 
-    def weights(self, contacts: Contacts, joints: JointLoad | None) -> Cost:
-        """Return the cost |F|²/2 of each foot."""
-        return MinimumNorm().weights(contacts, joints)
-
 
 Limited = FrictionCone | SmallestLargestLoad
 """Models with friction and torque limits."""
 
 ForceModel = MinimumNorm | WeightedMinimumNorm | MinimumTorque | Limited
 
-_BY_NAME: dict[str, type[ForceModel]] = {
-    "minimum-norm": MinimumNorm,
-    "weighted-minimum-norm": WeightedMinimumNorm,
-    "minimum-torque": MinimumTorque,
-    "friction-cone": FrictionCone,
-    "smallest-largest-load": SmallestLargestLoad,
-}
+_BY_NAME: dict[str, type[ForceModel]] = {model.name: model for model in get_args(ForceModel)}
 
 FORCE_MODELS = tuple(_BY_NAME)
 """Names of the force models."""
+
+
+def cost(
+    model: ForceModel, contacts: Contacts, joints: JointLoad | None
+) -> tuple[Float[np.ndarray, "*batch legs 3 3"], Float[np.ndarray, "*batch legs 3"]]:
+    """Return H⁻¹ and c of each foot's cost ½ Fᵀ H F - cᵀ F, shapes (..., L, 3, 3), (..., L, 3).
+
+    They follow from |F|²/2, (normal² + weight tangential²)/2 or (|τ - Jᵀ F|² + lever² |F|²)/2.
+
+    Raises:
+        InvalidInput: The model needs joints, and there are none.
+    """
+    if isinstance(model, FrictionCone):
+        model = model.cost
+    none = np.zeros(contacts.feet.shape)
+    if isinstance(model, WeightedMinimumNorm):
+        inverse, n = 1.0 / model.tangential_weight, contacts.normals
+        return inverse * np.eye(3) + (1.0 - inverse) * n[..., :, None] * n[..., None, :], none
+    if not isinstance(model, MinimumTorque):
+        return np.broadcast_to(np.eye(3), (*none.shape, 3)), none
+    if joints is None:
+        raise InvalidInput(
+            f"{model.name} needs the load of the joints.",
+            hint="joints = JointLoad(jacobian, torque)",
+        )
+    J = joints.jacobian
+    # By eigenvalues: the inverse stays positive for the shortest levers.
+    sizes, axes = np.linalg.eigh(J @ np.swapaxes(J, -1, -2) + model.lever**2 * np.eye(3))
+    H_inverse = (axes / sizes[..., None, :]) @ np.swapaxes(axes, -1, -2)
+    return H_inverse, np.einsum("...ij,...j->...i", J, joints.torque)
 
 
 def force_model(name: str) -> ForceModel:

@@ -49,12 +49,6 @@ TIE = 1e-6
 LEAST_MARGIN = 1e-9
 """Support margin above which a robot is stable [m]."""
 
-NEAR_STALL = 0.8
-"""Share of the stall torque above which the verdict warns of overload."""
-
-LEAST_TORQUE = 1e-6
-"""Smallest stall torque in a ratio [N·m]."""
-
 AMBIENT = 25.0
 """Default temperature of the air [°C]."""
 
@@ -117,80 +111,67 @@ class ServoVerdict:
         return self.holding is not Holding.DOES_NOT_HOLD
 
     @property
-    def is_beyond_supply(self) -> bool:
-        """The supply voltage exceeds that of the data sheet."""
-        return self.voltage > self.highest_voltage
-
-    @property
     def lines(self) -> tuple[str, ...]:
         """Sentences that every command shows, the answer first."""
-        answer, feet = self.holding.value, _listed(self.feet)
-        share = 100 * self.torque / max(self.stall_torque, LEAST_TORQUE)
-        assumed = ", assumed" if self.is_continuous_assumed else ""
+        feet = ", ".join(map(str, self.feet))
+        need = f"{self.joint} needs {self.torque:.3g} N·m"
+        part = f"{100 * self.torque / max(self.stall_torque, 1e-6):.0f} % of stall."
+        lines = []
         if self.holding is Holding.NOT_STABLE:
-            elsewhere = (
-                f"Where the robot is stable, {self.joint} needs {self.torque:.3g} N·m, "
-                f"{share:.0f} % of stall."
+            lines.append(
+                f"{self.holding.value}: while legs {feet} stand in the {self.gait} gait, the "
+                "centre of mass is not between their feet."
             )
-            return (
-                f"{answer}: while legs {feet} stand in the {self.gait} gait, the centre of mass is "
-                "not between their feet.",
-                *([elsewhere] if self.joint else []),
-                *self._about_supply(),
-            )
-        rms = "" if math.isnan(self.rms_torque) else f"; rms of the gait {self.rms_torque:.3g} N·m"
-        return (
-            f"{answer}: {self.joint} needs {self.torque:.3g} N·m on feet {feet} of the {self.gait} "
-            f"gait, {share:.0f} % of stall.",
-            f"{self.servo} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, continuous "
-            f"{self.continuous_torque:.3g} N·m{assumed}{rms}. Static loads, no credit from "
-            "friction.",
-            *self._about_overload(),
-            *self._about_heat(),
-            *self._about_simulations(),
-            *self._about_supply(),
-        )
-
-    def _about_heat(self) -> tuple[str, ...]:
-        if self.ambient_temperature >= self.temperature_limit:
-            return (
-                f"The air of {self.ambient_temperature:g} °C is not below the limit of "
-                f"{self.temperature_limit:g} °C at which {self.servo} shuts down.",
-            )
-        if self.holding is Holding.DOES_NOT_HOLD or not self.heat or not self.time_to_limit:
-            return ()
-        if self.holding is Holding.HOLDS and math.isinf(self.time_to_limit[0]):
-            return ()
-        low, high = self.heat
-        soon, late = (_duration(time) for time in self.time_to_limit)
-        limit = f"its limit of {self.temperature_limit:g} °C"
-        words = f"{low:.0f} to {high:.0f} °C in air of {self.ambient_temperature:g} °C"
-        if late:
-            words = f"{limit} after {soon} to {late}"
-        elif soon:
-            words += f", {limit} after {soon} at the earliest"
+            if self.joint:
+                lines.append(f"Where the robot is stable, {need}, {part}")
         else:
-            words += f", below {limit}; the time is limited by the continuous torque alone"
-        return (f"Estimate, by assumed heat figures: the warmest servo reaches {words}.",)
+            assumed = ", assumed" if self.is_continuous_assumed else ""
+            known = not math.isnan(self.rms_torque)
+            rms = f"; rms of the gait {self.rms_torque:.3g} N·m" if known else ""
+            lines += [
+                f"{self.holding.value}: {need} on feet {feet} of the {self.gait} gait, {part}",
+                f"{self.servo} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, "
+                f"continuous {self.continuous_torque:.3g} N·m{assumed}{rms}. Static loads, no "
+                "credit from friction.",
+            ]
+            near = 0.8 * self.stall_torque < self.torque <= self.stall_torque
+            if self.holding is Holding.LIMITED and near:
+                lines.append(
+                    "Little torque is left for motion; the servo's overload protection may trip."
+                )
+            lines += self._heat_lines()
+            if self.holding is Holding.DOES_NOT_HOLD:
+                lines.append(
+                    "A simulation may complete all the same: friction of feet and gears helps it."
+                )
+        if self.voltage > self.highest_voltage:
+            lines.append(
+                f"WARNING: the supply of {self.voltage:g} V is above the {self.highest_voltage:g} "
+                f"V of {self.servo}; its data sheet promises no more torque there, and it may burn."
+            )
+        return tuple(lines)
 
-    def _about_overload(self) -> tuple[str, ...]:
-        near = NEAR_STALL * self.stall_torque < self.torque <= self.stall_torque
-        if self.holding is not Holding.LIMITED or not near:
-            return ()
-        return ("Little torque is left for motion; the servo's overload protection may trip.",)
-
-    def _about_simulations(self) -> tuple[str, ...]:
-        if self.holding is not Holding.DOES_NOT_HOLD:
-            return ()
-        return ("A simulation may complete all the same: friction of feet and gears helps it.",)
-
-    def _about_supply(self) -> tuple[str, ...]:
-        if not self.is_beyond_supply:
-            return ()
-        return (
-            f"WARNING: the supply of {self.voltage:g} V is above the {self.highest_voltage:g} V "
-            f"of {self.servo}; its data sheet promises no more torque there, and it may burn.",
-        )
+    def _heat_lines(self) -> list[str]:
+        limit, air = self.temperature_limit, self.ambient_temperature
+        if air >= limit:
+            return [
+                f"The air of {air:g} °C is not below the limit of {limit:g} °C at which "
+                f"{self.servo} shuts down."
+            ]
+        if self.holding is Holding.DOES_NOT_HOLD or not self.heat or not self.time_to_limit:
+            return []
+        soon, late = self.time_to_limit
+        if self.holding is Holding.HOLDS and math.isinf(soon):
+            return []
+        words = f"{self.heat[0]:.0f} to {self.heat[1]:.0f} °C in air of {air:g} °C"
+        if math.isfinite(late):
+            words = f"its limit of {limit:g} °C after {_duration(soon)} to {_duration(late)}"
+        elif math.isfinite(soon):
+            words += f", its limit of {limit:g} °C after {_duration(soon)} at the earliest"
+        else:
+            words += f", below its limit of {limit:g} °C; the time is limited by the continuous "
+            words += "torque alone"
+        return [f"Estimate, by assumed heat figures: the warmest servo reaches {words}."]
 
     def as_dict(self) -> dict[str, Any]:
         """Return all numbers and `lines` for JSON; infinite and unknown numbers are None."""
@@ -377,14 +358,7 @@ def _warming(
 
 
 def _duration(seconds: float) -> str:
-    """Return a time in words; empty where it is infinite."""
-    if math.isinf(seconds):
-        return ""
     return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
-
-
-def _listed(numbers: tuple[int, ...]) -> str:
-    return ", ".join(map(str, numbers))
 
 
 def _plain(value: Any) -> Any:

@@ -10,12 +10,13 @@ from phasmid.errors import InvalidInput
 from phasmid.forces.cones import UNBOUNDED, Rows, cheapest_points
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.infeasibility import explain
-from phasmid.forces.load import Load, leading_axes, loads
+from phasmid.forces.load import Load, loads, push_limits, torque_limits
 from phasmid.forces.models import (
     ForceModel,
     FrictionCone,
     Limited,
     SmallestLargestLoad,
+    cost,
     force_model,
 )
 
@@ -66,11 +67,16 @@ def share_load(
         raise InvalidInput(
             f"wrench has shape {wrench.shape}; it must be finite, and its last axis have 6 entries."
         )
-    batch = leading_axes(contacts, wrench, joints)
-    legs = contacts.feet.shape[-2]
+    legs, shapes = contacts.feet.shape[-2], [contacts.feet.shape[:-2], wrench.shape[:-1]]
+    if joints is not None:
+        shapes.append(joints.jacobian.shape[:-3])
+        if joints.jacobian.shape[-3] != legs:
+            count = joints.jacobian.shape[-3]
+            raise InvalidInput(f"the joints' load is of {count} legs; there are {legs} feet.")
+    batch = np.broadcast_shapes(*shapes)
     force = np.zeros((int(np.prod(batch)), legs, 3))
     failed: dict[int, tuple[Load, np.ndarray]] = {}
-    for load in loads(contacts, wrench, joints, model.weights(contacts, joints), batch):
+    for load in loads(contacts, wrench, joints, cost(model, contacts, joints), batch):
         found, missing = _forces(load, model)
         force[load.samples[:, None], load.legs] = found
         for row in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2)) | missing.any(axis=1)):
@@ -91,9 +97,6 @@ def minimum_norm(
 ) -> Float[np.ndarray, "*batch legs 3"]:
     """Return the ground reaction forces of least norm that give a wrench.
 
-    On level ground, with the centre of mass between three standing feet at rest, they are vertical
-    and push. In general they keep no friction limit, and a foot may pull.
-
     Args:
         feet: Feet from the point of the moment [m], shape (..., L, 3).
         stance: Feet that stand; the others have no force, shape (..., L).
@@ -101,7 +104,6 @@ def minimum_norm(
 
     Raises:
         InfeasibleLoad: Fewer than three feet stand, or they stand in a line.
-        InvalidInput: A number is not finite, or the shapes do not fit.
 
     Source: minimisation of the norm of the feet forces, as named in the paper's abstract.
     """
@@ -156,7 +158,7 @@ def _within(load: Load, force: np.ndarray, least: float) -> np.ndarray:
     """Return the samples that keep all limits, shape (n,)."""
     f = load.in_contact_axes(force)
     slack = WITHIN * np.abs(force).max(axis=(-2, -1))[:, None]
-    torque = load.torque - np.einsum("nlij,nli->nlj", load.jacobian, force)
+    torque = load.torque_with(force)
     good = np.hypot(f[..., 1], f[..., 2]) <= load.friction * f[..., 0] + slack
     good &= f[..., 0] >= least * load.share - slack
     good &= (np.abs(torque) <= load.limit).all(axis=-1)
@@ -173,9 +175,9 @@ def _limited(
     scale = np.abs(force).max(axis=(-2, -1))
     scale = np.where(scale > 0, scale, 1.0)[:, None]
     f = load.in_contact_axes(force) / scale[..., None]
-    limits = Rows.below(-U[..., 0, :], f[..., 0] - model.least_normal * load.share / scale)
+    limits = push_limits(load, f, U, model.least_normal, scale)
     if np.isfinite(load.limit).any():
-        limits = Rows.join(limits, _torque_limits(load, force, V, scale))
+        limits = Rows.join(limits, torque_limits(load, force, V, scale))
     if isinstance(model, SmallestLargestLoad):
         largest = _smallest_largest(load, f, U, limits, 0.1 * model.slack)
         # Samples without forces within the limits stay without a bound, and without a solution.
@@ -184,17 +186,6 @@ def _limited(
         force = np.where(np.isfinite(largest)[:, None, None], force, np.nan)
     x = cheapest_points(f, U, load.friction, limits)
     return force + scale[..., None] * (V @ x[:, None, :, None])[..., 0]
-
-
-def _torque_limits(load: Load, force: np.ndarray, V: np.ndarray, scale: np.ndarray) -> Rows:
-    n, k, _, free = V.shape
-    torque = load.torque - np.einsum("nlij,nli->nlj", load.jacobian, force)
-    lower, upper = (
-        np.clip((side * load.limit - torque).reshape(n, -1) / scale, -UNBOUNDED, UNBOUNDED)
-        for side in (-1, 1)
-    )
-    change = -np.swapaxes(load.jacobian, -1, -2) @ V
-    return Rows(change.reshape(n, 3 * k, free), lower, upper)
 
 
 def _smallest_largest(

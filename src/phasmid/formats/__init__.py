@@ -1,4 +1,4 @@
-"""Robots in and out of the formats that people have: TOML, URDF, MJCF, STEP."""
+"""Robots in and out of the formats of other programs: TOML, URDF, MJCF, STEP."""
 
 from phasmid.formats.description import describe
 from phasmid.formats.findings import Finding, Severity
@@ -7,7 +7,6 @@ from phasmid.formats.judge import judge, judge_robot
 from phasmid.formats.legs import FoundLeg
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.outgoing import tree_of
 from phasmid.formats.robots import (
     ROBOT_SUFFIXES,
     import_robot,
@@ -18,7 +17,7 @@ from phasmid.formats.robots import (
     save_robot,
     with_robot,
 )
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot.inertial import Inertial

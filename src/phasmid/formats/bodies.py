@@ -65,7 +65,7 @@ class Bounds:
 
 
 def bounds(parts: Iterable[Part], points: Iterable[Float[np.ndarray, "3"]]) -> Bounds:
-    """The box of a body's meshes and of further points, such as joints that it carries.
+    """Return the box of a body's meshes and of further points, such as joints that it carries.
 
     Args:
         parts: Its look, in its frame.
@@ -197,12 +197,12 @@ def _judge_inertia(subject: str, inertial: Inertial, box: Bounds, where: str) ->
 
 
 def _mm(length: float) -> str:
-    """A length as people read it, to three digits."""
+    """Format a length in millimetres with three digits."""
     return f"{plain_number(1000 * length, 3)} mm"
 
 
 def possible(inertial: Inertial) -> Inertial:
-    """A body's mass and inertia, of a plate with its digits rounded the right way.
+    """Return a body's mass and a realisable inertia, with a thin plate's digits rounded up.
 
     In a plate the largest moment is the sum of the others, and rounded numbers may exceed it, which
     no body's do; then a little is added to each moment.

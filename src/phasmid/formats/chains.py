@@ -11,8 +11,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Finding, Findings
-from phasmid.formats.rigid import RigidLink, fixed_to, rigid_link
-from phasmid.formats.tree import HINGES, Tree, TreeJoint
+from phasmid.formats.tree import HINGES, RigidLink, Tree, TreeJoint, fixed_to, rigid_link
 from phasmid.robot.table import MOST_LEGS
 
 FREE = frozenset({"floating", "free"})
@@ -202,7 +201,7 @@ def _paths(tree: Tree, first: TreeJoint) -> list[list[TreeJoint]]:
 
 
 def _leg_among(paths: list[list[TreeJoint]]) -> tuple[TreeJoint, ...] | None:
-    """The three hinges of a leg; beside or beyond them a branch may carry things that move."""
+    """Return the three hinges of a leg; a branch may have further moving parts."""
     whole = [path for path in paths if len(path) == 3]
     if len(whole) != 1:
         # A gripper of several fingers at the end of the third link, or no leg.

@@ -1,4 +1,4 @@
-"""Description of a robot in numbers, for people and programs."""
+"""Description of a robot in numbers."""
 
 from __future__ import annotations
 

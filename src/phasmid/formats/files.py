@@ -12,30 +12,6 @@ _UPWARDS = 8
 """Number of folders above a file that are searched for its package."""
 
 
-def read_bytes(path: Path, limit: int) -> bytes:
-    """Read a regular file.
-
-    Args:
-        path: The file.
-        limit: Most bytes that it may hold.
-
-    Raises:
-        InvalidInput: It is absent, no regular file, cannot be read or is too large.
-    """
-    try:
-        if not path.is_file():
-            known = path.exists()
-            raise InvalidInput(f"{path} is not a file." if known else f"{path} does not exist.")
-        with path.open("rb") as file:
-            raw = file.read(limit + 1)
-    except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InvalidInput(f"cannot read {path}: {reason}.") from None
-    if len(raw) > limit:
-        raise InvalidInput(f"{path} holds more than {limit} bytes; such files are refused.")
-    return raw
-
-
 def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> Path:
     """Resolve a name inside a folder; the file need not exist.
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import Enum
+
+from phasmid.errors import InvalidInput
 
 NAMED = 3
 """Number of subjects that are named before the rest is counted."""
@@ -59,6 +62,16 @@ class Findings(list[Finding]):
     def impossible(self, subject: str, what: str, where: str = "", hint: str = "") -> None:
         """Add an impossible number."""
         self.append(Finding(Severity.IMPOSSIBLE, subject, what, where, hint))
+
+    def note_ignored(self, ignored: Counter[str], file: str, *, strict: bool) -> None:
+        """Note how many elements of each tag were not read; refuse them if strict."""
+        if not ignored:
+            return
+        listed = ", ".join(f"{n} <{tag}>" for tag, n in sorted(ignored.items())[:20])
+        what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
+        if strict:
+            raise InvalidInput(what, where=file, hint="leave --strict out")
+        self.note(f"file {file}", what, file)
 
 
 def grouped(findings: Iterable[Finding]) -> tuple[Finding, ...]:

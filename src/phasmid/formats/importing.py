@@ -5,25 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot, PhasmidError, plain
+from phasmid.formats.assumptions import NO_MASS, Piece, servo_of, standing_feet, weighed
 from phasmid.formats.bodies import possible
 from phasmid.formats.chains import Skeleton, skeleton
 from phasmid.formats.feet import feet_of
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
-from phasmid.formats.judge import judge, judge_servo, judge_standing, mass_slip, scaled_masses
+from phasmid.formats.judge import (
+    judge,
+    judge_servo,
+    judge_standing,
+    judge_symmetry,
+    mass_slip,
+    scaled_masses,
+)
 from phasmid.formats.legs import PRINTED, FoundLeg, found_leg, names_in_order
-from phasmid.formats.masses import NO_MASS, Piece, weighed
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.rigid import RigidLink, inverse
-from phasmid.formats.servos import servo_of
-from phasmid.formats.standing import standing_feet
-from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import Tree
+from phasmid.formats.tree import RigidLink, Tree, inverse
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot, Servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.table import LONGEST_NAME
@@ -83,7 +85,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
 
     Args:
         tree: The tree, its joints at angle 0.
-        options: What a person adds to the file.
+        options: Data that the file lacks.
 
     Returns:
         The robot, or why there is none; in either case all findings.
@@ -126,8 +128,7 @@ def _understood(
         tree = scaled_masses(tree, 1e-3, inertias=False)
     bones = skeleton(tree)
     findings += bones.findings
-    used = _used(bones, options)
-    findings += judge(tree if used == "none" else _on_a_scale(tree, options), bones, used=used)
+    findings += _judged(tree, bones, options)
     legs = _legs(bones, options, findings)
     middle = np.mean([leg.position for leg in legs], axis=0)
     if np.linalg.norm(middle) > PRINTED:
@@ -137,7 +138,9 @@ def _understood(
         middle = np.zeros(3)
     X_body_up = np.eye(4)
     X_body_up[:3, 3] = -middle
-    legs = [replace(leg, position=_rounded(leg.position - middle)) for leg in legs]
+    # Without the round-off beside 0.
+    hips = [np.where(np.abs(p) < 1e-15, 0.0, p) for p in (leg.position - middle for leg in legs)]
+    legs = [replace(leg, position=hip) for leg, hip in zip(legs, hips, strict=True)]
     feet = standing_feet(legs)
     if feet is not None:
         level = legs[0].R_level_hip @ feet[0]
@@ -163,26 +166,16 @@ def _understood(
     return facts, pieces
 
 
-def _rounded(position: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
-    """Remove round-off beside 0."""
-    return np.where(np.abs(position) < 1e-15, 0.0, position)
-
-
-def _on_a_scale(tree: Tree, options: ImportOptions) -> Tree:
-    """Scale the tree to the total mass of the options, for the judge."""
-    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
-    if options.total_mass is None or not total > 0:
-        return tree
-    return scaled_masses(tree, options.total_mass / total, inertias=True)
-
-
-def _used(bones: Skeleton, options: ImportOptions) -> Literal["all", "masses", "none"]:
-    """Return which masses and inertias of the file are used with the options."""
-    if options.masses == "as-given":
-        return "all"
-    # Where one has no mass, the total is shared among all.
+def _judged(tree: Tree, bones: Skeleton, options: ImportOptions) -> tuple[Finding, ...]:
+    """Judge those masses and inertias that are used with the options, as on a scale."""
     has_all = all(body.inertial and body.inertial.mass for body in bones.bodies)
-    return "masses" if has_all or options.total_mass is None else "none"
+    if options.masses == "geometry" and not has_all and options.total_mass is not None:
+        # The total is shared among all.
+        return judge(tree, bones, used="none")
+    total = sum(link.inertial.mass for link in tree.links.values() if link.inertial)
+    if options.total_mass is not None and total > 0:
+        tree = scaled_masses(tree, options.total_mass / total, inertias=True)
+    return judge(tree, bones, used="all" if options.masses == "as-given" else "masses")
 
 
 def _legs(bones: Skeleton, options: ImportOptions, findings: Findings) -> list[FoundLeg]:
@@ -192,12 +185,13 @@ def _legs(bones: Skeleton, options: ImportOptions, findings: Findings) -> list[F
         PhasmidError: Some do not fit this model; the error is the first one's, and the findings
             name all of them.
     """
-    named = names_in_order(np.array([chain.hip for chain in bones.chains]))
-    chains = [bones.chains[i] for _, i in named]
+    order = names_in_order(np.array([chain.hip for chain in bones.chains]))
+    names, chains = [name for name, _ in order], [bones.chains[i] for _, i in order]
     legs: list[FoundLeg] = []
     errors: list[PhasmidError] = []
-    for number, foot in enumerate(feet_of(chains, options.foot), 1):
-        name, chain, subject = named[number - 1][0], chains[number - 1], f"leg {number}"
+    feet = feet_of(chains, options.foot)
+    for number, (name, chain, foot) in enumerate(zip(names, chains, feet, strict=True), 1):
+        subject = f"leg {number}"
         try:
             if isinstance(foot, PhasmidError):
                 raise foot
@@ -250,12 +244,12 @@ def _robot(facts: ImportFacts, pieces: Sequence[Piece]) -> Robot:
             "the joints have no effort, so their servos are not known.",
             hint="--servo-model AX-12A",
         )
+    trunk, *links = pieces
     legs = [
-        _leg(leg, foot, pieces[1 + 3 * i : 4 + 3 * i])
+        _leg(leg, foot, links[3 * i : 3 * i + 3])
         for i, (leg, foot) in enumerate(zip(facts.legs, facts.feet, strict=True))
     ]
-    trunk, inertial = pieces[0], _mass_of(pieces[0])
-    with _named(trunk):
+    with _named(trunk) as inertial:
         body = Body(inertial.mass, inertial.com, inertial.inertia, trunk.size)
     parts = {f"{p.leg}.{p.joint}" if p.leg else "body": p.parts for p in pieces if p.parts}
     look = Appearance.of(parts, MESHES) if parts else None
@@ -265,16 +259,9 @@ def _robot(facts: ImportFacts, pieces: Sequence[Piece]) -> Robot:
 def _leg(leg: FoundLeg, foot: Float[np.ndarray, "3"], pieces: Sequence[Piece]) -> Leg:
     links = {}
     for piece, left in zip(pieces, leg.lateral_offsets, strict=True):
-        inertial = _mass_of(piece)
-        with _named(piece):
-            links[piece.joint] = Link(
-                piece.joint,
-                piece.length,
-                inertial.mass,
-                inertial.com,
-                inertial.inertia,
-                float(left),
-            )
+        with _named(piece) as own:
+            numbers = (piece.length, own.mass, own.com, own.inertia, float(left))
+            links[piece.joint] = Link(piece.joint, *numbers)
     yaw, pitch, roll = map(float, leg.angles)
     _, e2, e3 = map(float, leg.offsets)
     return Leg(
@@ -291,18 +278,14 @@ def _leg(leg: FoundLeg, foot: Float[np.ndarray, "3"], pieces: Sequence[Piece]) -
     )
 
 
-def _mass_of(piece: Piece) -> Inertial:
+@contextmanager
+def _named(piece: Piece) -> Iterator[Inertial]:
+    """Give the mass of a link, and name the file's link in errors about the robot's."""
     if piece.inertial is None or piece.inertial.mass == 0:
         moves = "moves but" if piece.leg else "is the trunk and"
         raise InvalidRobot(f"{piece.subject} {moves} has no mass.", where=piece.where, hint=NO_MASS)
-    return piece.inertial
-
-
-@contextmanager
-def _named(piece: Piece) -> Iterator[None]:
-    """Name the file's link in errors about a robot's link."""
     try:
-        yield
+        yield piece.inertial
     except InvalidRobot as error:
         what = error.what
         for ours in (f"link {piece.joint}:", "body:"):

@@ -12,19 +12,15 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import PhasmidError
+from phasmid.formats.assumptions import DATA_SHEET, NO_MASS
 from phasmid.formats.bodies import bounds, judge_body
 from phasmid.formats.chains import FREE, Skeleton, skeleton
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
-from phasmid.formats.legs import names_in_order
-from phasmid.formats.masses import NO_MASS
-from phasmid.formats.origins import WHOLE_TURN
-from phasmid.formats.rigid import RigidLink
-from phasmid.formats.servos import DATA_SHEET
-from phasmid.formats.symmetry import judge_symmetry
-from phasmid.formats.tree import HINGES, Tree, TreeLink
+from phasmid.formats.legs import MIDDLE, names_in_order
+from phasmid.formats.tree import HINGES, WHOLE_TURN, Tree
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, longest_stride, neutral_feet
-from phasmid.robot import JOINTS, Robot, Servo
+from phasmid.robot import JOINTS, Leg, Robot, Servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.link import LONGEST_LENGTH
 from phasmid.units import STANDARD_GRAVITY, plain_number
@@ -57,6 +53,22 @@ FASTEST = 50.0
 of running quadrupeds 40."""
 
 
+ACROSS = 0.1
+"""Part of a leg's direction that may point to the body's other side: the sine of 5.7°."""
+
+PLACES = 2e-3
+"""Hips and neutral feet of a pair may lie this far from each other's mirror image [m]."""
+
+LENGTHS = 0.01
+"""Part by which the lengths of a pair may differ."""
+
+DIRECTIONS = math.radians(1.0)
+"""Angle by which the directions of a pair may differ from each other's mirror image [rad]."""
+
+LIMITS = math.radians(20.0)
+"""Angle by which limits of femur and tibia may differ in a pair [rad]."""
+
+
 @np.errstate(over="ignore", invalid="ignore")
 def judge(
     tree: Tree, bones: Skeleton | None = None, *, used: Literal["all", "masses", "none"] = "all"
@@ -87,7 +99,12 @@ def judge(
             found += _links(scaled_masses(tree, 1e-3, inertias=False), bones, inertias)
         else:
             found += _links(tree, bones, inertias) if not too_long else []
-            found += _total(tree)
+            if (total := _mass(tree)) > 0 and not LIGHTEST <= total <= HEAVIEST:
+                what = (
+                    f"weighs {plain_number(total)} kg in all; walking robots weigh {LIGHTEST:g} to "
+                    f"{HEAVIEST:g} kg."
+                )
+                found.suspect("robot", what, hint="--total-mass-g as on a scale")
         if bones is not None:
             found += _legs(bones)
     return grouped([*found, *too_long, *_limits(tree)])
@@ -145,6 +162,48 @@ def judge_standing(robot: Robot, *, assumed: bool = False) -> tuple[Finding, ...
             f"{'left' if aside > 0 else 'right'} of the middle of its feet.",
             hint=hint,
         )
+    return tuple(found)
+
+
+def judge_symmetry(robot: Robot, *, read: bool = False) -> tuple[Finding, ...]:
+    """Find legs that point across the body, and pairs of legs that do not mirror each other.
+
+    Args:
+        robot: The robot.
+        read: Whether its hips were computed from joints, not given as angles.
+    """
+    hips = np.array([leg.mount_position for leg in robot.legs])
+    # An odd leg would move the mean.
+    middle = float(np.median(hips[:, 1]))
+    found = Findings()
+    across = {leg.name for leg in robot.legs if _points_across(leg, middle)}
+    for leg in robot.legs:
+        if leg.name in across:
+            yaw = plain_number(math.degrees(leg.mount_yaw))
+            found.suspect(
+                f"leg {leg.name}",
+                f"points across the body: its hip is on the "
+                f"{'left' if leg.mount_position[1] > middle else 'right'} and its yaw is {yaw}°.",
+                hint="check the origin and axis of its first joint"
+                if read
+                else f"yaw_deg = {plain_number(-math.degrees(leg.mount_yaw))}",
+            )
+    right, left = (
+        sorted(
+            (leg for leg in robot.legs if side * (leg.mount_position[1] - middle) > MIDDLE),
+            key=lambda leg: -leg.mount_position[0],
+        )
+        for side in (-1, 1)
+    )
+    if len(right) != len(left):
+        found.note("robot", f"{len(right)} legs are on its right side and {len(left)} on its left.")
+        return tuple(found)
+    for one, other in zip(right, left, strict=True):
+        unlike = _unlike(one, other, middle, directions=not across & {one.name, other.name})
+        if unlike:
+            what = f"is not the mirror image of leg {other.name}: {'; '.join(unlike)}."
+            hint = "give both the same measures, unless the robot is built so"
+            found.suspect(f"leg {one.name}", what, hint=hint)
     return tuple(found)
 
 
@@ -220,18 +279,6 @@ def _mass(tree: Tree) -> float:
     return sum(link.inertial.mass for link in tree.links.values() if link.inertial)
 
 
-def _total(tree: Tree) -> Findings:
-    found, total = Findings(), _mass(tree)
-    if total > 0 and not LIGHTEST <= total <= HEAVIEST:
-        found.suspect(
-            "robot",
-            f"weighs {plain_number(total)} kg in all; walking robots weigh {LIGHTEST:g} to "
-            f"{HEAVIEST:g} kg.",
-            hint="--total-mass-g as on a scale",
-        )
-    return found
-
-
 def _lengths(tree: Tree) -> Findings:
     """Find joints farther apart than those of any robot."""
     found = Findings()
@@ -260,7 +307,7 @@ def _links(tree: Tree, bones: Skeleton | None, inertias: bool) -> Findings:
     What is impossible of a link that is fixed to others is only suspect where all of them
     together, as they are simulated, make a possible body.
     """
-    found = Findings()
+    found, held = Findings(), _possible_together(bones)
     for link in tree.links.values():
         if link.inertial is None:
             continue
@@ -269,36 +316,28 @@ def _links(tree: Tree, bones: Skeleton | None, inertias: bool) -> Findings:
         if not link.complete:
             # A missing mesh may hold matter elsewhere.
             box = replace(box, volume=math.nan, solid=False)
-        faults = judge_body(f"link {link.name}", link.inertial, box, link.where, inertias=inertias)
-        rigid = _carrier(link, bones)
-        if rigid is not None and link.inertial.mass >= 0 and _is_possible(rigid):
-            faults = Findings(
-                replace(
-                    fault,
-                    severity=Severity.SUSPECT,
-                    what=f"{fault.what.removesuffix('.')}; with the links that it is fixed to "
-                    "it is possible.",
-                )
-                if fault.severity is Severity.IMPOSSIBLE
-                else fault
-                for fault in faults
-            )
-        found += faults
+        for fault in judge_body(
+            f"link {link.name}", link.inertial, box, link.where, inertias=inertias
+        ):
+            if fault.severity is Severity.IMPOSSIBLE and link.name in held:
+                what = fault.what.removesuffix(".")
+                what = f"{what}; with the links that it is fixed to it is possible."
+                fault = replace(fault, severity=Severity.SUSPECT, what=what)
+            found.append(fault)
     return found
 
 
-def _carrier(link: TreeLink, bones: Skeleton | None) -> RigidLink | None:
-    """Return the rigid link of several links that a link belongs to; None without one."""
-    bodies = bones.bodies if bones else ()
-    return next((b for b in bodies if len(b.links) > 1 and link.name in b.poses), None)
-
-
-def _is_possible(rigid: RigidLink) -> bool:
-    if rigid.inertial is None:
-        return False
-    joints = [rigid.pose_of(joint)[:3, 3] for joint in rigid.joints]
-    faults = judge_body("", rigid.inertial, bounds(rigid.parts, joints), "")
-    return all(fault.severity is not Severity.IMPOSSIBLE for fault in faults)
+def _possible_together(bones: Skeleton | None) -> set[str]:
+    """Return names of links that are fixed to others with which they make a possible body."""
+    found: set[str] = set()
+    for rigid in bones.bodies if bones else ():
+        if len(rigid.links) < 2 or rigid.inertial is None:
+            continue
+        joints = [rigid.pose_of(joint)[:3, 3] for joint in rigid.joints]
+        faults = judge_body("", rigid.inertial, bounds(rigid.parts, joints), "")
+        if all(fault.severity is not Severity.IMPOSSIBLE for fault in faults):
+            found |= {i.name for i in rigid.links if i.inertial and i.inertial.mass >= 0}
+    return found
 
 
 def _limits(tree: Tree) -> Findings:
@@ -337,19 +376,20 @@ def _legs(bones: Skeleton) -> Findings:
                 subject = f"link {link.name}"
                 found.impossible(subject, "moves but has no mass.", link.links[0].where, NO_MASS)
     hips = np.array([chain.hip for chain in bones.chains])
-    chains = [bones.chains[i] for _, i in names_in_order(hips)]
-    masses = {str(n): [link.inertial for link in c.links] for n, c in enumerate(chains, 1)}
-    heaviest = {
-        str(n): [_heaviest(link.links) for link in chain.links] for n, chain in enumerate(chains, 1)
-    }
-    return Findings(
-        [*found, *_copies(heaviest), *_uneven(masses, np.array([chain.hip for chain in chains]))]
-    )
+    order = [i for _, i in names_in_order(hips)]
+    masses, heaviest = {}, {}
+    for number, i in enumerate(order, 1):
+        links = bones.chains[i].links
+        masses[str(number)] = [link.inertial for link in links]
+        heaviest[str(number)] = [
+            max((own.inertial for own in link.links if own.inertial), key=_own_mass, default=None)
+            for link in links
+        ]
+    return Findings([*found, *_copies(heaviest), *_uneven(masses, hips[order])])
 
 
-def _heaviest(links: Sequence[TreeLink]) -> Inertial | None:
-    inertials = [link.inertial for link in links if link.inertial]
-    return max(inertials, key=lambda i: i.mass, default=None)
+def _own_mass(inertial: Inertial) -> float:
+    return inertial.mass
 
 
 def _copies(legs: Mapping[str, Sequence[Inertial | None]]) -> Findings:
@@ -440,3 +480,35 @@ def _degrees(angle: float, digits: int = 4) -> str:
 
 def _range(low: float, high: float) -> str:
     return f"[{_degrees(low)}, {_degrees(high)}]"
+
+
+def _points_across(leg: Leg, middle: float) -> bool:
+    """Return whether a leg points to the side of the body on which its hip does not lie."""
+    side = float(leg.mount_position[1]) - middle
+    return abs(side) > MIDDLE and math.copysign(1, side) * float(leg.X_body_hip[1, 0]) < -ACROSS
+
+
+def _unlike(one: Leg, other: Leg, middle: float, *, directions: bool) -> list[str]:
+    """Describe the difference between a leg and the mirror image of its counterpart."""
+    found = []
+    axis = np.array([0.0, 2 * middle, 0.0])
+    apart = float(np.linalg.norm(other.mount_position * [1, -1, 1] + axis - one.mount_position))
+    if apart > PLACES:
+        found.append(f"the hips' places differ by {plain_number(1000 * apart, 3)} mm")
+    turn = float(one.X_body_hip[:3, 0] @ (other.X_body_hip[:3, 0] * [1, -1, 1]))
+    angle = math.acos(min(1.0, max(-1.0, turn)))
+    if directions and angle > DIRECTIONS:
+        found.append(f"their directions differ by {plain_number(math.degrees(angle), 3)}°")
+    for joint, a, b in zip(JOINTS, one.lengths, other.lengths, strict=True):
+        if abs(a - b) > LENGTHS * max(a, b):
+            found.append(
+                f"its {joint} is {plain_number(1000 * a)} mm long and that one's "
+                f"{plain_number(1000 * b)} mm"
+            )
+    ranges = np.abs(one.joint_limits[1:] - other.joint_limits[1:]).max()
+    if ranges > LIMITS:
+        found.append(f"their joint limits differ by {plain_number(math.degrees(ranges), 3)}°")
+    foot = float(np.linalg.norm(other.neutral_foot * [1, -1, 1] - one.neutral_foot))
+    if foot > PLACES:
+        found.append(f"their neutral feet differ by {plain_number(1000 * foot, 3)} mm")
+    return found

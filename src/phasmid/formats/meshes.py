@@ -1,11 +1,12 @@
-"""Mesh files: STL, OBJ and PLY by trimesh, and GLB."""
+"""Mesh files: STL, OBJ and PLY by trimesh, and GLB; and the STL files of a written robot."""
 
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,11 @@ import numpy as np
 from jaxtyping import Float, Integer
 
 from phasmid.errors import InvalidInput
-from phasmid.formats.files import read_bytes
 from phasmid.formats.xml import short
+from phasmid.robot import Part
 from phasmid.robot.appearance import MOST_FACES
 from phasmid.robot.glb import LARGEST_FILE, read_glb
+from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 
 LARGEST_SPAN = 5.0
@@ -58,11 +60,7 @@ class Mesh:
         return float(np.ptp(self.vertices, axis=0).max())
 
     def scaled(self, scale: Sequence[float]) -> Mesh:
-        """The mesh stretched along its axes; a mirrored one keeps its outside out.
-
-        Args:
-            scale: Factors along x, y and z; one below 0 mirrors.
-        """
+        """Return the mesh scaled along its axes; if mirrored, its faces are turned."""
         factors = np.asarray(scale, dtype=float)
         if (factors == 1).all():
             return self
@@ -70,28 +68,30 @@ class Mesh:
         return Mesh(self.vertices * factors, faces, self.color)
 
 
-@dataclass
+def joined(
+    pieces: Sequence[Mesh | Part],
+) -> tuple[Float[np.ndarray, "vertices 3"], Integer[np.ndarray, "faces 3"]]:
+    """Return vertices and faces of meshes as those of one."""
+    starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    faces = [piece.faces + start for piece, start in zip(pieces, starts, strict=False)]
+    return np.concatenate([piece.vertices for piece in pieces]), np.concatenate(faces)
+
+
 class MeshFiles:
     """The mesh files of one model; each is read once, however many links show it.
 
-    Attributes:
+    Args:
         unit: ``m`` or ``mm``: the unit of all files, which takes the place of a scale that is
             the same along all axes; empty for the model's own scale.
     """
 
-    unit: str = ""
-    _read: dict[Path, tuple[Mesh, ...]] = field(default_factory=dict, repr=False)
-    _meshes: int = field(default=0, repr=False)
-    _faces: int = field(default=0, repr=False)
-
-    def __post_init__(self) -> None:
-        if self.unit and self.unit not in UNITS:
-            raise InvalidInput(
-                f'mesh_unit is "{short(self.unit)}"; it must be "m" or "mm".', hint="--mesh-unit mm"
-            )
+    def __init__(self, unit: str = "") -> None:
+        self.unit = unit
+        self._read: dict[Path, tuple[Mesh, ...]] = {}
+        self._meshes = self._faces = 0
 
     def meshes(self, path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Mesh, ...]:
-        """The meshes of a file, in metres.
+        """Return the meshes of a file, in metres.
 
         Args:
             path: The file.
@@ -118,10 +118,10 @@ class MeshFiles:
         return found
 
     def count(self, shown: tuple[Mesh, ...]) -> None:
-        """Count what the model shows, which has a limit in all.
+        """Count what the model shows.
 
         Raises:
-            InvalidInput: It has too many meshes or faces.
+            InvalidInput: It has too many meshes or faces in all.
         """
         self._meshes += len(shown)
         self._faces += sum(len(mesh.faces) for mesh in shown)
@@ -136,35 +136,26 @@ class MeshFiles:
 
 
 def read_meshes(path: Path) -> tuple[Mesh, ...]:
-    """The meshes in a file, in the file's unit.
-
-    Args:
-        path: An ``.stl``, ``.obj``, ``.ply`` or ``.glb`` file.
+    """Return the meshes in an ``.stl``, ``.obj``, ``.ply`` or ``.glb`` file, in the file's unit.
 
     Raises:
         UnreadMesh: Files of this kind are not read.
         InvalidInput: The file cannot be read, is damaged, empty or too large.
     """
-    kind = path.suffix.lower()
+    kind, name = path.suffix.lower(), path.name
     if kind == ".glb":
         parts = [part for found in read_glb(path).values() for part in found]
         if not parts:
-            raise InvalidInput(f"mesh {path.name} is empty.")
+            raise InvalidInput(f"mesh {name} is empty.")
         return tuple(Mesh(part.vertices, part.faces, part.color) for part in parts)
     if kind not in (".stl", ".obj", ".ply"):
         what = "COLLADA files" if kind == ".dae" else f'files of the kind "{kind}"'
         raise UnreadMesh(
-            f"mesh {path.name} was left out: {what} are not read.",
+            f"mesh {name} was left out: {what} are not read.",
             hint="convert it to STL, OBJ, PLY or GLB",
         )
     raw = read_bytes(path, LARGEST_FILE if kind == ".stl" else LARGEST_OTHER)
-    if not raw:
-        raise InvalidInput(f"mesh {path.name} is empty.")
-    return (_by_trimesh(raw, path.name),)
-
-
-def _merged(corners: Float[np.ndarray, "corners 3"], name: str) -> Mesh:
-    """Triangles from three corners each, with equal corners made one."""
+    corners = _corners(raw, name) if raw else np.empty((0, 3))
     if not len(corners):
         raise InvalidInput(f"mesh {name} is empty.")
     if len(corners) > 3 * MOST_FACES:
@@ -175,18 +166,13 @@ def _merged(corners: Float[np.ndarray, "corners 3"], name: str) -> Mesh:
     bad = int(np.count_nonzero(~np.isfinite(corners).all(axis=1)))
     if bad:
         raise InvalidInput(f"mesh {name} has {_grouped(bad)} corners that are not finite.")
-    # Zeros of either sign are one place.
-    corners = corners + corners.dtype.type(0)
-    order = np.lexsort(corners.T)
-    sorted_ = corners[order]
-    first = np.ones(len(corners), dtype=bool)
-    first[1:] = (sorted_[1:] != sorted_[:-1]).any(axis=1)
-    index = np.empty(len(corners), dtype=np.int64)
-    index[order] = np.cumsum(first) - 1
-    return Mesh(sorted_[first].astype(float), index.reshape(-1, 3))
+    # Adding zero makes zeros of either sign one place.
+    vertices, index = np.unique(corners[:, ::-1] + 0.0, axis=0, return_inverse=True)
+    return (Mesh(vertices[:, ::-1].copy(), index.reshape(-1, 3)),)
 
 
-def _by_trimesh(raw: bytes, name: str) -> Mesh:
+def _corners(raw: bytes, name: str) -> Float[np.ndarray, "corners 3"]:
+    """Return three corners for each triangle of a file."""
     import trimesh
 
     kind = name.rpartition(".")[2].lower()
@@ -199,12 +185,11 @@ def _by_trimesh(raw: bytes, name: str) -> Mesh:
             faces = np.asarray(loaded.faces, dtype=np.int64)
             if not faces.shape[1:] == vertices.shape[1:] == (3,):
                 raise ValueError("it holds no triangles in space")
-            corners = vertices[faces].reshape(-1, 3)
+            return np.asarray(vertices[faces].reshape(-1, 3))
     except Exception as error:
         # The reader of meshes complains in many ways of its own.
         reason = short(str(error), 80).rstrip(".") or type(error).__name__
         raise InvalidInput(f"mesh {name} is no {kind.upper()} file: {reason}.") from None
-    return _merged(corners, name)
 
 
 def _grouped(number: int) -> str:
@@ -212,27 +197,22 @@ def _grouped(number: int) -> str:
 
 
 def box(size: Sequence[float]) -> Mesh:
-    """A box about its centre, of a length along each axis [m]."""
+    """Return a box about its centre, of a length along each axis [m]."""
     return _made("box", extents=list(size))
 
 
 def sphere(radius: float) -> Mesh:
-    """A sphere about its centre."""
+    """Return a sphere about its centre."""
     return _made("icosphere", radius=radius, subdivisions=2)
 
 
 def cylinder(radius: float, length: float) -> Mesh:
-    """A cylinder about its centre, along z."""
+    """Return a cylinder about its centre, along z."""
     return _made("cylinder", radius=radius, height=length, sections=24)
 
 
 def capsule(radius: float, length: float) -> Mesh:
-    """A cylinder along z between two half spheres, about its centre.
-
-    Args:
-        radius: Of cylinder and spheres [m].
-        length: Of the cylinder alone [m].
-    """
+    """Return a cylinder along z of a length between two half spheres, about its centre."""
     made = _made("capsule", radius=radius, height=length, count=[16, 16])
     middle = (made.vertices.max(axis=0) + made.vertices.min(axis=0)) / 2
     return Mesh(made.vertices - middle, made.faces)
@@ -243,3 +223,44 @@ def _made(shape: str, **measures: Any) -> Mesh:
 
     made: Any = getattr(trimesh.creation, shape)(**measures)
     return Mesh(np.array(made.vertices, dtype=float), np.array(made.faces, dtype=np.int64))
+
+
+def stl(piece: Mesh | Part) -> bytes:
+    """Return triangles as a binary STL file, in single precision."""
+    import trimesh
+
+    mesh: Any = trimesh.Trimesh(piece.vertices, piece.faces, process=False)
+    return bytes(mesh.export(file_type="stl"))
+
+
+class StlFiles:
+    """STL files of one robot, each mesh once, with names that every file system takes.
+
+    Args:
+        name: Name of the robot's file; two robots can lie side by side.
+
+    Attributes:
+        folder: Their folder beside that file.
+        files: Content by name.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.folder = re.sub(r"[^A-Za-z0-9_.-]+", "_", f"{name}_meshes")
+        self.files: dict[str, bytes] = {}
+        self._names: dict[bytes, str] = {}
+
+    def add(self, part: Part, name: str) -> str:
+        """Return the file of a part: a new one of this name, or that of a part that is alike."""
+        # The engine and other readers know single precision alone.
+        alike = part.vertices[part.faces].astype("<f4").tobytes()
+        if alike not in self._names:
+            stem = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:80] or "mesh"
+            # Some file systems know no capitals.
+            taken = {file.lower() for file in self.files}
+            number, file = 1, f"{self.folder}/{stem}.stl"
+            while file.lower() in taken:
+                number += 1
+                file = f"{self.folder}/{stem}_{number}.stl"
+            self._names[alike] = file
+            self.files[file] = stl(part)
+        return self._names[alike]

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,16 +16,16 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
-from phasmid.formats.files import named_file, read_bytes
+from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.origins import ENDLESS
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink, root_error
 from phasmid.formats.urdf_in import GREY
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
+from phasmid.toml import read_bytes
 
 if TYPE_CHECKING:
     import mujoco
@@ -48,6 +48,8 @@ _OWN_FILES = {"attach", "model", "replicate"}
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 """Colour of a geom that takes the colour of its material."""
 
+_ONE_ROBOT = "a robot is one body of the world, which carries bodies with hinges"
+
 
 def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
     """Read the kinematic tree of the robot in an MJCF file.
@@ -64,20 +66,17 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
         InvalidInput: The file cannot be read, or MuJoCo refuses it.
         InvalidRobot: It holds no robot, or more than one.
     """
-    options = options or ImportOptions()
-    source = _Source(path, options)
+    source = _Source(path, options or ImportOptions())
     with source.engine_errors():
         import mujoco
 
         main = source.texts.pop("")
         spec = mujoco.MjSpec.from_string(main.decode("utf-8", "replace"), include=source.texts)
-        robot = _RobotSpec(source, spec)
-        robot.strip()
-        robot.name_elements()
-        robot.check_ranges()
-        robot.load_meshes()
-        model = robot.compile()
-    return _Reader(model, robot).tree()
+        _strip(spec, source)
+        _name_elements(spec, source)
+        incomplete = _load_meshes(spec, source)
+        model = _compiled(spec)
+    return _Reader(model, spec, source, incomplete).tree()
 
 
 class _Source:
@@ -85,6 +84,7 @@ class _Source:
 
     Attributes:
         path: The file.
+        findings: Receives omissions.
         texts: Contents of the includes by the name as written; of the file itself at ``""``.
         places: File and line by tag and name of an element.
         has_includes: Whether lines that the engine names may be those of an include.
@@ -93,7 +93,7 @@ class _Source:
     def __init__(self, path: Path, options: ImportOptions) -> None:
         self.path = path
         self.options = options
-        self.texts: dict[str, bytes] = {}
+        self.findings = Findings()
         self.places: dict[tuple[str, str], str] = {}
         raw = read_bytes(path, LARGEST_FILE)
         root = read_xml(raw, path.name)
@@ -103,7 +103,7 @@ class _Source:
                 "read from URDF, a <robot>, and MJCF, a <mujoco>.",
                 hint="export the robot as URDF, MJCF or STEP",
             )
-        self.texts[""] = raw
+        self.texts = {"": raw}
         self._scan(root, (path.absolute(),))
         self.has_includes = len(self.texts) > 1
 
@@ -117,34 +117,34 @@ class _Source:
                     hint="open the file in MuJoCo and save it there, which writes it out",
                 )
             if element.tag == "include":
-                self._include(element, chain)
+                with located(element.where):
+                    name, path = self._include(element, chain)
+                    self.texts[name] = read_bytes(path, LARGEST_FILE)
+                self._scan(read_xml(self.texts[name], path.name), (*chain, path))
             elif "name" in element.attributes or "file" in element.attributes:
                 name = element.attributes.get("name") or Path(element.attributes["file"]).stem
                 self.places.setdefault((element.tag, name), element.where)
 
-    def _include(self, element: Element, chain: tuple[Path, ...]) -> None:
+    def _include(self, element: Element, chain: tuple[Path, ...]) -> tuple[str, Path]:
+        """Return the name and the path of an included file."""
         name = element.need_text("file")
-        with located(element.where):
-            path = named_file(self.path, name, "include", self.options.packages)
-            if not path.is_file():
-                # Some writers count from the file that includes.
-                beside = named_file(chain[-1], name, "include", self.options.packages)
-                path = beside if beside.is_file() else path
-            if path in chain:
-                circle = [*chain[chain.index(path) :], path]
-                raise InvalidInput(" includes ".join(file.name for file in circle) + ".")
-            if len(self.texts) > MOST_FILES:
-                raise InvalidInput(
-                    f"{self.path.name} includes more than {MOST_FILES} files; "
-                    "such models are refused."
-                )
-            if not path.is_file():
-                raise InvalidInput(f'include "{short(name)}" is not there.')
-            if name in self.texts:
-                raise InvalidInput(f'include "{short(name)}" is there twice.')
-            raw = read_bytes(path, LARGEST_FILE)
-        self.texts[name] = raw
-        self._scan(read_xml(raw, path.name), (*chain, path))
+        path = named_file(self.path, name, "include", self.options.packages)
+        if not path.is_file():
+            # Some writers count from the file that includes.
+            beside = named_file(chain[-1], name, "include", self.options.packages)
+            path = beside if beside.is_file() else path
+        if path in chain:
+            circle = [*chain[chain.index(path) :], path]
+            raise InvalidInput(" includes ".join(file.name for file in circle) + ".")
+        if len(self.texts) > MOST_FILES:
+            raise InvalidInput(
+                f"{self.path.name} includes more than {MOST_FILES} files; such models are refused."
+            )
+        if not path.is_file():
+            raise InvalidInput(f'include "{short(name)}" is not there.')
+        if name in self.texts:
+            raise InvalidInput(f'include "{short(name)}" is there twice.')
+        return name, path
 
     def where(self, tag: str, name: str) -> str:
         """Return file and line of an element, or the file alone where its line is unknown."""
@@ -161,197 +161,164 @@ class _Source:
         try:
             yield
         except (ValueError, RuntimeError, mujoco.FatalError, UnicodeError) as error:
-            raise self._spoken(str(error)) from None
+            raise self._one_sentence(str(error)) from None
         finally:
             mujoco.set_mju_user_warning(before)
 
-    def _spoken(self, said: str) -> InvalidInput:
+    def _one_sentence(self, message: str) -> InvalidInput:
         where = self.path.name
-        line, name = re.search(r"\bline (\d+)", said), re.search(r"Element name '(.+?)'", said)
+        line = re.search(r"\bline (\d+)", message)
+        name = re.search(r"Element name '(.+?)'", message)
         if line and int(line.group(1)) > 0 and not self.has_includes:
             where = f"{where}, line {line.group(1)}"
         elif name:
             places = (place for (_, own), place in self.places.items() if own == name.group(1))
             where = next(places, where)
-        said = re.sub(r"^(XML Error|Error|XML parse error):?\s*", "", said)
-        said = re.sub(r"\n?Element name '', id -?\d+", "", said)
-        said = re.sub(r"(Element name '[^']*'), id -?\d+", r"\1", said)
-        said = re.sub(r",? *(column )?-?\d*,? *\(?\bline -?\d+\)?(, column -?\d+)?", "", said)
-        sentence = short("; ".join(line.strip() for line in said.splitlines() if line.strip()))
+        for pattern, kept in (
+            (r"^(XML Error|Error|XML parse error):?\s*", ""),
+            (r"\n?Element name '', id -?\d+", ""),
+            (r"(Element name '[^']*'), id -?\d+", r"\1"),
+            (r",? *(column )?-?\d*,? *\(?\bline -?\d+\)?(, column -?\d+)?", ""),
+        ):
+            message = re.sub(pattern, kept, message)
+        sentence = short("; ".join(filter(None, map(str.strip, message.splitlines()))))
         return InvalidInput(
             f"MuJoCo cannot use {self.path.name}: {sentence.rstrip('.;, ')}.", where=where
         )
 
 
-@dataclass
-class _RobotSpec:
-    """A model's specification on its way to that of a robot alone.
+def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
+    """Delete all but bodies, joints, geoms, sites, and actuators of joints.
 
-    Attributes:
-        source: Its files.
-        spec: The specification, which is changed.
-        findings: Receives omissions.
-        incomplete: Names of bodies without one of their meshes.
+    Raises:
+        InvalidInput: Too much is left, or something was ignored and options are strict.
     """
+    import mujoco
 
-    source: _Source
-    spec: mujoco.MjSpec
-    findings: Findings = field(default_factory=Findings)
-    incomplete: set[str] = field(default_factory=set)
-
-    def strip(self) -> None:
-        """Delete all but bodies, joints, geoms, sites, and actuators of joints.
-
-        Raises:
-            InvalidInput: Too much is left, or something was ignored and options are strict.
-        """
-        import mujoco
-
-        spec = self.spec
-        joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-        fields = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
-        scenery = [geom for geom in spec.geoms if geom.parent == spec.worldbody]
-        counted = {
-            "actuator": [each for each in spec.actuators if each.trntype not in joints],
-            "contact": [*spec.pairs, *spec.excludes],
-            "deformable": [*spec.flexes, *spec.skins],
-            "equality": list(spec.equalities),
-            "geom": [each for each in spec.geoms if each.type in fields and each not in scenery],
-            "tendon": list(spec.tendons),
-        }
-        ignored = Counter({tag: len(elements) for tag, elements in counted.items()})
-        self._note_ignored(+ignored)
-        for material in spec.materials:
-            material.textures = [""] * len(material.textures)
-        silent = (
-            scenery,
-            spec.keys,
-            spec.sensors,
-            spec.textures,
-            spec.cameras,
-            spec.lights,
-            spec.numerics,
-            spec.tuples,
+    joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
+    fields = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
+    scenery = [geom for geom in spec.geoms if geom.parent == spec.worldbody]
+    noted = {
+        "actuator": [each for each in spec.actuators if each.trntype not in joints],
+        "contact": [*spec.pairs, *spec.excludes],
+        "deformable": [*spec.flexes, *spec.skins],
+        "equality": list(spec.equalities),
+        "geom": [each for each in spec.geoms if each.type in fields and each not in scenery],
+        "tendon": list(spec.tendons),
+    }
+    ignored = Counter({tag: len(elements) for tag, elements in noted.items()})
+    source.findings.note_ignored(+ignored, source.path.name, strict=source.options.strict)
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    silent = [*scenery, *spec.keys, *spec.sensors, *spec.textures, *spec.cameras, *spec.lights]
+    silent += [*spec.numerics, *spec.tuples, *spec.hfields]
+    for element in [*chain.from_iterable(noted.values()), *silent]:
+        spec.delete(element)
+    left = [*spec.bodies, *spec.joints, *spec.geoms, *spec.sites, *spec.actuators]
+    if len(left) > MOST_ELEMENTS:
+        raise InvalidInput(
+            f"{source.path.name} describes more than {MOST_ELEMENTS} bodies, shapes and "
+            "other things; such models are refused."
         )
-        for elements in (*counted.values(), *silent, spec.hfields):
-            for element in list(elements):
-                spec.delete(element)
-        left = [*spec.bodies, *spec.joints, *spec.geoms, *spec.sites, *spec.actuators]
-        if len(left) > MOST_ELEMENTS:
+
+
+def _name_elements(spec: mujoco.MjSpec, source: _Source) -> None:
+    """Give names to bodies and joints without one; refuse limits the wrong way round.
+
+    The engine accepts such limits.
+    """
+    for noun, elements in (("body", spec.bodies), ("joint", spec.joints)):
+        taken = {element.name for element in elements}
+        names = (f"{noun}_{n}" for n in count(1) if f"{noun}_{n}" not in taken)
+        for element in elements:
+            if not element.name:
+                element.name = next(names)
+                if not source.has_includes:
+                    place = f"{source.path.name}, {element.info.strip()}"
+                    source.places[noun, element.name] = place
+    for joint in spec.joints:
+        lower, upper = joint.range
+        if lower > upper:
             raise InvalidInput(
-                f"{self.source.path.name} describes more than {MOST_ELEMENTS} bodies, shapes and "
-                "other things; such models are refused."
+                f"joint {joint.name}: its lower limit {lower:.6g} lies above the upper "
+                f"{upper:.6g}.",
+                where=source.where("joint", joint.name),
+                hint="swap them",
             )
 
-    def check_ranges(self) -> None:
-        """Refuse limits the wrong way round, which the engine accepts."""
-        for joint in self.spec.joints:
-            lower, upper = joint.range
-            if lower > upper:
-                raise InvalidInput(
-                    f"joint {joint.name}: its lower limit {lower:.6g} lies above the upper "
-                    f"{upper:.6g}.",
-                    where=self.source.where("joint", joint.name),
-                    hint="swap them",
-                )
 
-    def _note_ignored(self, ignored: Counter[str]) -> None:
-        if not ignored:
-            return
-        file = self.source.path.name
-        listed = ", ".join(f"{n} <{tag}>" for tag, n in sorted(ignored.items()))
-        what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
-        if self.source.options.strict:
-            raise InvalidInput(what, where=file, hint="leave --strict out")
-        self.findings.note(f"file {file}", what, file)
+def _load_meshes(spec: mujoco.MjSpec, source: _Source) -> set[str]:
+    """Read the meshes that are shown; delete those that are not there, and their geoms.
 
-    def name_elements(self) -> None:
-        """Give names to bodies and joints without one."""
-        for noun, elements in (("body", self.spec.bodies), ("joint", self.spec.joints)):
-            taken = {element.name for element in elements}
-            number = 0
-            for element in elements:
-                while not element.name:
-                    number += 1
-                    if f"{noun}_{number}" not in taken:
-                        element.name = f"{noun}_{number}"
-                        if not self.source.has_includes:
-                            place = f"{self.source.path.name}, {element.info.strip()}"
-                            self.source.places[noun, element.name] = place
-
-    def load_meshes(self) -> None:
-        """Read the meshes that are shown; delete those that are not there, and their geoms."""
-        spec, reader = self.spec, meshes.MeshFiles(self.source.options.mesh_unit)
-        shown = {geom.meshname for geom in spec.geoms if geom.meshname}
-        for mesh in list(spec.meshes):
-            where = self.source.where("mesh", mesh.name)
-            try:
-                if mesh.name in shown:
-                    with located(where):
-                        self._load_mesh(mesh, reader)
-                    continue
-            except meshes.UnreadMesh as error:
-                self.findings.suspect(f"mesh {short(mesh.name)}", error.what, where, error.hint)
-            for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
-                self.incomplete.add(geom.parent.name)
-                spec.delete(geom)
-            spec.delete(mesh)
-
-    def _load_mesh(self, mesh: Any, reader: meshes.MeshFiles) -> None:
-        """Read a mesh's file into the specification."""
-        # The engine makes one slash of two.
-        written = re.sub(r"^(\w+):/+", r"\1://", mesh.file)
-        if not written:
-            raise meshes.UnreadMesh(f"mesh {short(mesh.name)} names no file; it was left out.")
-        if not np.all(mesh.scale):
-            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
-        folder = self.spec.compiler.meshdir
-        named = written if "://" in written or not folder else f"{folder}/{written}"
-        path = named_file(self.source.path, named, "mesh", self.source.options.packages)
-        if not path.is_file():
-            raise meshes.UnreadMesh(f'mesh "{short(written)}" is not there; it was left out.')
-        found = reader.meshes(path, mesh.scale)
-        starts = np.cumsum([0, *(len(each.vertices) for each in found)])
-        faces = [each.faces + start for each, start in zip(found, starts, strict=False)]
-        mesh.file, mesh.scale, mesh.content_type = "", [1.0, 1.0, 1.0], ""
-        mesh.uservert = np.concatenate([each.vertices for each in found]).ravel()
-        mesh.userface = np.concatenate(faces).ravel()
-
-    def compile(self) -> mujoco.MjModel:
-        """Compile the remaining model, every body with a mass."""
-        import mujoco
-
-        compiler = self.spec.compiler
-        if not (compiler.boundmass or compiler.boundinertia):
-            compiler.boundmass = compiler.boundinertia = MASSLESS
-        compiler.fusestatic = compiler.discardvisual = False
-        # Muscles' ranges would be found by simulation.
-        compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE
-        for size in ("memory", "nstack", "njmax", "nconmax"):
-            setattr(self.spec, size, -1)
-        self.spec.nuserdata = self.spec.nkey = 0
-        return self.spec.compile()
+    Returns:
+        Names of bodies without one of their meshes.
+    """
+    reader, incomplete = meshes.MeshFiles(source.options.mesh_unit), set()
+    shown = {geom.meshname for geom in spec.geoms if geom.meshname}
+    for mesh in list(spec.meshes):
+        where = source.where("mesh", mesh.name)
+        try:
+            if mesh.name in shown:
+                with located(where):
+                    _load_mesh(spec, mesh, source, reader)
+                continue
+        except meshes.UnreadMesh as error:
+            source.findings.suspect(f"mesh {short(mesh.name)}", error.what, where, error.hint)
+        for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
+            incomplete.add(geom.parent.name)
+            spec.delete(geom)
+        spec.delete(mesh)
+    return incomplete
 
 
-@dataclass
+def _load_mesh(spec: mujoco.MjSpec, mesh: Any, source: _Source, reader: meshes.MeshFiles) -> None:
+    """Read a mesh's file into the specification."""
+    # The engine makes one slash of two.
+    written = re.sub(r"^(\w+):/+", r"\1://", mesh.file)
+    if not written:
+        raise meshes.UnreadMesh(f"mesh {short(mesh.name)} names no file; it was left out.")
+    if not np.all(mesh.scale):
+        raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
+    folder = spec.compiler.meshdir
+    named = written if "://" in written or not folder else f"{folder}/{written}"
+    path = named_file(source.path, named, "mesh", source.options.packages)
+    if not path.is_file():
+        raise meshes.UnreadMesh(f'mesh "{short(written)}" is not there; it was left out.')
+    vertices, faces = meshes.joined(reader.meshes(path, mesh.scale))
+    mesh.file, mesh.scale, mesh.content_type = "", [1.0, 1.0, 1.0], ""
+    mesh.uservert, mesh.userface = vertices.ravel(), faces.ravel()
+
+
+def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """Compile a specification, every body with a mass."""
+    import mujoco
+
+    compiler = spec.compiler
+    if not (compiler.boundmass or compiler.boundinertia):
+        compiler.boundmass = compiler.boundinertia = MASSLESS
+    compiler.fusestatic = compiler.discardvisual = False
+    # Muscles' ranges would be found by simulation.
+    compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE
+    for size in ("memory", "nstack", "njmax", "nconmax"):
+        setattr(spec, size, -1)
+    spec.nuserdata = spec.nkey = 0
+    return spec.compile()
+
+
 class _Reader:
     """Conversion of a compiled model to a tree."""
 
-    model: mujoco.MjModel
-    robot: _RobotSpec
-    links: dict[str, TreeLink] = field(default_factory=dict)
-    joints: list[TreeJoint] = field(default_factory=list)
-    shifts: dict[int, np.ndarray] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, spec: mujoco.MjSpec, source: _Source, incomplete: set[str]
+    ) -> None:
         import mujoco
 
-        model = self.model
-        self.file = self.robot.source.path.name
-        self.where = self.robot.source.where
-        self.bodies = {model.body(i).name for i in range(model.nbody)}
-        self.hinges = {model.joint(i).name for i in range(model.njnt)}
-        self.findings = self.robot.findings
+        self.model, self.spec, self.incomplete = model, spec, incomplete
+        self.file, self.where, self.findings = source.path.name, source.where, source.findings
+        self.links: dict[str, TreeLink] = {}
+        self.joints: list[TreeJoint] = []
+        self.shifts: dict[int, np.ndarray] = {}
+        self.names = [model.body(body).name for body in range(model.nbody)]
         self.parents = model.body_parentid.tolist()
         hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
         self.hinged = set(model.jnt_bodyid[model.jnt_type == hinge].tolist())
@@ -360,10 +327,6 @@ class _Reader:
         for body in range(model.nbody - 1, 0, -1):
             if body in self.hinged or body in self.carrying:
                 self.carrying.add(self.parents[body])
-        self.moved: set[int] = set()
-        for body in range(1, model.nbody):
-            if body in self.hinged or self.parents[body] in self.moved:
-                self.moved.add(body)
 
     def tree(self) -> Tree:
         model = self.model
@@ -371,133 +334,101 @@ class _Reader:
         numbers = (*bodies, model.body_ipos, model.jnt_pos, model.geom_pos, model.site_pos)
         if not all(np.isfinite(array).all() for array in numbers):
             raise InvalidInput(f"MuJoCo finds numbers in {self.file} that are not finite.")
-        root = self._robot()
-        self._note_inferred(root)
-        for body in self._below(root):
+        root = self._root()
+        below, moved = {root}, {root} & self.hinged
+        for body in range(root + 1, model.nbody):
+            if self.parents[body] in below:
+                below.add(body)
+                if body in self.hinged or self.parents[body] in moved:
+                    moved.add(body)
+        self._note_inferred(sorted(below))
+        for body in sorted(below):
             self._read_body(body, root)
-        name = self.robot.spec.modelname
+            if body in moved and body not in self.carrying:
+                self._add_feet(body)
+        # The engine's name for models without one.
+        unnamed = self.spec.modelname == "MuJoCo Model"
         return Tree(
-            # The engine's name for models without one.
-            self.robot.source.path.stem if name == "MuJoCo Model" else name,
+            Path(self.file).stem if unnamed else self.spec.modelname,
             self.links,
             tuple(self.joints),
             file=self.file,
             findings=tuple(self.findings),
         )
 
-    def _body(self, body: int) -> str:
-        return str(self.model.body(body).name)
-
-    def _note(self, subject: str, what: str) -> None:
-        noun, _, name = subject.partition(" ")
+    def _note(self, noun: str, name: str, what: str) -> None:
         where = self.where("body" if noun == "link" else noun, name)
-        self.findings.note(subject, what, where)
+        self.findings.note(f"{noun} {name}", what, where)
 
-    def _below(self, body: int) -> list[int]:
-        """A body and all that hang on it, in the file's order."""
-        below = {body}
-        for other in range(body + 1, self.model.nbody):
-            if self.parents[other] in below:
-                below.add(other)
-        return sorted(below)
-
-    def _joints(self, body: int) -> list[int]:
-        first = int(self.model.body_jntadr[body])
-        return list(range(first, first + int(self.model.body_jntnum[body]))) if first >= 0 else []
-
-    def _robot(self) -> int:
-        """The one body under the world that carries hinges."""
+    def _root(self) -> int:
+        """Return the one body under the world that carries hinges."""
         tops = [body for body in range(1, self.model.nbody) if self.parents[body] == 0]
         carrying = [top for top in tops if top in self.carrying]
         if len(carrying) != 1:
-            names = [self._body(top) for top in carrying]
-            named = f" ({', '.join(names[:6])}{', …' if len(names) > 6 else ''})" if names else ""
-            raise InvalidRobot(
-                f"{self.file} has {len(carrying)} root links{named}; exactly 1 is needed.",
-                hint="a robot is one body of the world, which carries bodies with hinges",
-            )
-        others = [self._body(top) for top in tops if top != carrying[0]]
+            raise root_error(self.file, [self.names[top] for top in carrying], _ONE_ROBOT)
+        others = [self.names[top] for top in tops if top != carrying[0]]
         if others:
-            listed = ", ".join(others[:6])
-            what = f"{listed} beside the robot {'was' if len(others) == 1 else 'were'} ignored."
-            self._note(f"link {others[0]}", what)
+            verb = "was" if len(others) == 1 else "were"
+            what = f"{', '.join(others[:6])} beside the robot {verb} ignored."
+            self._note("link", others[0], what)
         return carrying[0]
 
-    def _note_inferred(self, root: int) -> None:
+    def _note_inferred(self, bodies: list[int]) -> None:
         import mujoco
 
         always = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-        inferred = self.robot.spec.compiler.inertiafromgeom == always
+        inferred = self.spec.compiler.inertiafromgeom == always
         shaped = [
-            self._body(body)
-            for body in self._below(root)
+            self.names[body]
+            for body in bodies
             if self.model.body_mass[body] > 2 * MASSLESS
-            and (inferred or not self.robot.spec.body(self._body(body)).explicitinertial)
+            and (inferred or not self.spec.body(self.names[body]).explicitinertial)
         ]
         if shaped:
             what = f"links without <inertial>: {len(shaped)}; masses were computed from shapes."
-            self._note(f"link {shaped[0]}", what)
+            self._note("link", shaped[0], what)
 
     def _read_body(self, body: int, root: int) -> None:
-        name = self._body(body)
-        where = self.where("body", name)
-        joints = self._joints(body)
-        if body == root:
-            if len(joints) > 1 or body in self.hinged:
-                what = f"joints between the world and {name} were ignored; the robot floats."
-                self._note(f"link {name}", what)
-        else:
+        model, name = self.model, self.names[body]
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        joints = range(first, first + count)
+        if body != root:
             self._add_joints(body, joints)
+        elif count > 1 or body in self.hinged:
+            what = f"joints between the world and {name} were ignored; the robot floats."
+            self._note("link", name, what)
         shift = self.shifts.setdefault(body, np.zeros(3))
-        inertial, parts = self._inertial(body, shift), self._parts(body, shift)
-        complete = name not in self.robot.incomplete
-        self._add_link(name, inertial, parts, where, self._balls(body, shift), complete)
-        self._add_feet(body, root)
+        inertial, mass = None, float(model.body_mass[body])
+        if mass > 2 * MASSLESS:
+            R = quaternion_rotation(model.body_iquat[body])
+            tensor = R @ np.diag(model.body_inertia[body]) @ R.T
+            inertial = Inertial(mass, model.body_ipos[body] - shift, (tensor + tensor.T) / 2)
+        parts, balls = self._shapes(body, shift)
+        complete = name not in self.incomplete
+        self._add_link(TreeLink(name, inertial, parts, self.where("body", name), balls, complete))
 
-    def _add_link(
-        self,
-        name: str,
-        inertial: Inertial | None = None,
-        parts: tuple[Part, ...] = (),
-        where: str = "",
-        balls: tuple[tuple[float, float, float, float], ...] = (),
-        complete: bool = True,
-    ) -> None:
-        if name in self.links:
-            raise InvalidRobot(f"two links are called {short(name)}.", where=where)
-        self.links[name] = TreeLink(name, inertial, parts, where, balls, complete)
+    def _add_link(self, link: TreeLink) -> None:
+        if link.name in self.links:
+            raise InvalidRobot(f"two links are called {short(link.name)}.", where=link.where)
+        self.links[link.name] = link
 
-    def _inertial(self, body: int, shift: Float[np.ndarray, "3"]) -> Inertial | None:
-        model = self.model
-        mass = float(model.body_mass[body])
-        if mass <= 2 * MASSLESS:
-            return None
-        R = _rotation(model.body_iquat[body])
-        tensor = R @ np.diag(model.body_inertia[body]) @ R.T
-        return Inertial(mass, model.body_ipos[body] - shift, (tensor + tensor.T) / 2)
-
-    def _add_joints(self, body: int, joints: list[int]) -> None:
-        model, name = self.model, self._body(body)
-        parent = self.parents[body]
-        X = np.eye(4)
-        X[:3, :3] = _rotation(model.body_quat[body])
-        X[:3, 3] = model.body_pos[body] - self.shifts[parent]
-        above = self._body(parent)
-        where = self.where("body", name)
+    def _add_joints(self, body: int, joints: range) -> None:
+        model, name, parent = self.model, self.names[body], self.parents[body]
+        X = _pose(model.body_quat[body], model.body_pos[body] - self.shifts[parent])
+        above, where = self.names[parent], self.where("body", name)
         if not joints:
             self.joints.append(TreeJoint(f"{name}_joint", "fixed", above, name, X, where=where))
             return
         before = np.zeros(3)
         for joint in joints:
-            label = self.model.joint(joint).name
             here = model.jnt_pos[joint].copy()
             step = np.eye(4)
             step[:3, 3] = here - before
             # Joints of one body turn it one after the other, each about its own point.
-            child = name if joint == joints[-1] else f"{name}_{label}"
+            child = name if joint == joints[-1] else f"{name}_{model.joint(joint).name}"
             self.joints.append(self._joint(joint, above, child, X @ step))
             if child != name:
-                self._add_link(child, where=where)
+                self._add_link(TreeLink(child, where=where))
             above, before, X = child, here, np.eye(4)
         self.shifts[body] = before
 
@@ -509,21 +440,15 @@ class _Reader:
         kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
         axis = model.jnt_axis[joint].copy()
         if kind != mujoco.mjtJoint.mjJNT_HINGE:
-            slide = kind == mujoco.mjtJoint.mjJNT_SLIDE
-            return TreeJoint(
-                name, "prismatic" if slide else "ball", parent, child, X, axis, where=where
-            )
-        turn = np.eye(4)
+            word = "prismatic" if kind == mujoco.mjtJoint.mjJNT_SLIDE else "ball"
+            return TreeJoint(name, word, parent, child, X, axis, where=where)
         # The file shows the body at the angle ref.
-        turn[:3, :3] = _turned(axis, -float(model.qpos0[model.jnt_qposadr[joint]]))
+        half = -float(model.qpos0[model.jnt_qposadr[joint]]) / 2
+        turn = _pose(np.array([np.cos(half), *(np.sin(half) * axis)]), np.zeros(3))
         limited = bool(model.jnt_limited[joint])
-        lower, upper = model.jnt_range[joint] if limited else (-np.inf, np.inf)
-        lower, upper = (
-            lower if lower > -ENDLESS else -np.inf,
-            upper if upper < ENDLESS else np.inf,
-        )
+        lower, upper = map(float, model.jnt_range[joint] if limited else (-np.inf, np.inf))
         if float(np.ravel(model.jnt_stiffness)[joint]):
-            self._note(f"joint {name}", f"joint {name} has a spring, which was ignored.")
+            self._note("joint", name, f"joint {name} has a spring, which was ignored.")
         dof = int(model.jnt_dofadr[joint])
         return TreeJoint(
             name,
@@ -532,8 +457,8 @@ class _Reader:
             child,
             X @ turn,
             axis,
-            float(lower),
-            float(upper),
+            lower if lower > -ENDLESS else -np.inf,
+            upper if upper < ENDLESS else np.inf,
             self._effort(joint),
             damping=float(model.dof_damping[dof].flat[0]),
             friction=float(model.dof_frictionloss[dof]),
@@ -542,7 +467,7 @@ class _Reader:
         )
 
     def _effort(self, joint: int) -> float | None:
-        """The largest torque of a joint's actuators; None where none has a limit."""
+        """Return the largest torque of a joint's actuators; None where none has a limit."""
         model, torques = self.model, []
         # Actuators of anything but joints were not read.
         for i in np.flatnonzero(model.actuator_trnid[:, 0] == joint):
@@ -558,41 +483,36 @@ class _Reader:
             return min([*torques, most])
         return max(torques, default=None)
 
-    def _parts(self, body: int, shift: Float[np.ndarray, "3"]) -> tuple[Part, ...]:
-        """Return the shapes that the engine shows: those without contact, or else all."""
-        model = self.model
-        first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-        shown = [g for g in range(first, first + count) if model.geom_group[g] < INVISIBLE]
-        bare = [g for g in shown if not (model.geom_contype[g] or model.geom_conaffinity[g])]
-        parts = []
-        for geom in bare or shown:
-            rgba = self._color(geom)
-            mesh = self._mesh(geom) if rgba[3] > 0 else None
-            if mesh is None:
-                continue
-            X = np.eye(4)
-            X[:3, :3] = _rotation(model.geom_quat[geom])
-            X[:3, 3] = model.geom_pos[geom] - shift
-            name = re.sub(r"^[^/]*/\d+/", "", self.model.geom(geom).name)
-            name = name if name.isprintable() else ""
-            parts.append(Part(mesh.vertices, mesh.faces, rgba, name).at(X))
-        return tuple(parts)
-
-    def _balls(
+    def _shapes(
         self, body: int, shift: Float[np.ndarray, "3"]
-    ) -> tuple[tuple[float, float, float, float], ...]:
-        """Centres and radii of the spheres with which a body touches others."""
+    ) -> tuple[tuple[Part, ...], tuple[tuple[float, float, float, float], ...]]:
+        """Return the shapes that the engine shows, and the spheres that touch others.
+
+        Of the shown ones those without contact are returned, or else all.
+        """
         import mujoco
 
         model = self.model
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-        balls = []
-        for geom in range(first, first + count):
-            touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
-            if model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_SPHERE) and touches:
-                x, y, z = (model.geom_pos[geom] - shift).tolist()
-                balls.append((x, y, z, float(model.geom_size[geom, 0])))
-        return tuple(balls)
+        geoms = range(first, first + count)
+        touching = {g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]}
+        balls = [
+            (*(model.geom_pos[geom] - shift).tolist(), float(model.geom_size[geom, 0]))
+            for geom in geoms
+            if geom in touching and model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_SPHERE)
+        ]
+        shown = [g for g in geoms if model.geom_group[g] < INVISIBLE]
+        parts = []
+        for geom in [g for g in shown if g not in touching] or shown:
+            rgba = self._color(geom)
+            mesh = self._mesh(geom) if rgba[3] > 0 else None
+            if mesh is None:
+                continue
+            X = _pose(model.geom_quat[geom], model.geom_pos[geom] - shift)
+            name = re.sub(r"^[^/]*/\d+/", "", model.geom(geom).name)
+            name = name if name.isprintable() else ""
+            parts.append(Part(mesh.vertices, mesh.faces, rgba, name).at(X))
+        return tuple(parts), tuple(balls)
 
     def _color(self, geom: int) -> meshes.Color:
         model = self.model
@@ -606,53 +526,53 @@ class _Reader:
         return r, g, b, a
 
     def _mesh(self, geom: int) -> meshes.Mesh | None:
-        """A geom's triangles in its own frame."""
+        """Return a geom's triangles in its own frame; None for other shapes and huge ones."""
         import mujoco
 
         model, kinds = self.model, mujoco.mjtGeom
         kind = mujoco.mjtGeom(int(model.geom_type[geom]))
         a, b, c = (float(size) for size in model.geom_size[geom])
         if kind == kinds.mjGEOM_MESH:
-            number = int(model.geom_dataid[geom])
-            vertex, face = int(model.mesh_vertadr[number]), int(model.mesh_faceadr[number])
+            mesh = int(model.geom_dataid[geom])
+            vertex, face = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
             return meshes.Mesh(
-                model.mesh_vert[vertex : vertex + int(model.mesh_vertnum[number])].astype(float),
-                model.mesh_face[face : face + int(model.mesh_facenum[number])].astype(np.int64),
+                model.mesh_vert[vertex : vertex + int(model.mesh_vertnum[mesh])].astype(float),
+                model.mesh_face[face : face + int(model.mesh_facenum[mesh])].astype(np.int64),
             )
         if not 0 < a <= meshes.LARGEST_SPAN or max(b, c) > meshes.LARGEST_SPAN:
             return None
-        made: dict[Any, Any] = {
-            kinds.mjGEOM_SPHERE: lambda: meshes.sphere(a),
-            kinds.mjGEOM_CAPSULE: lambda: meshes.capsule(a, 2 * b),
-            kinds.mjGEOM_CYLINDER: lambda: meshes.cylinder(a, 2 * b),
-            kinds.mjGEOM_BOX: lambda: meshes.box((2 * a, 2 * b, 2 * c)),
-            kinds.mjGEOM_ELLIPSOID: lambda: meshes.sphere(1.0).scaled((a, b, c)),
-        }
-        return made[kind]() if kind in made else None
+        match kind:
+            case kinds.mjGEOM_SPHERE:
+                return meshes.sphere(a)
+            case kinds.mjGEOM_CAPSULE:
+                return meshes.capsule(a, 2 * b)
+            case kinds.mjGEOM_CYLINDER:
+                return meshes.cylinder(a, 2 * b)
+            case kinds.mjGEOM_BOX:
+                return meshes.box((2 * a, 2 * b, 2 * c))
+            case kinds.mjGEOM_ELLIPSOID:
+                return meshes.sphere(1.0).scaled((a, b, c))
+        return None
 
-    def _add_feet(self, body: int, root: int) -> None:
-        """Sites of a last link that sound like feet, as massless links."""
-        model, name = self.model, self._body(body)
-        if body == root or body in self.carrying or body not in self.moved:
-            return
+    def _add_feet(self, body: int) -> None:
+        """Add sites of a last link that sound like feet, as massless links."""
+        model, name = self.model, self.names[body]
+        hinges = {model.joint(i).name for i in range(model.njnt)}
         for site in np.flatnonzero(model.site_bodyid == body):
-            label = self.model.site(site).name
+            label = model.site(site).name
             if not names_a_foot(label):
                 continue
             where = self.where("site", label)
-            foot = f"{label}_site" if label in self.bodies else label
-            X = np.eye(4)
-            X[:3, :3] = _rotation(model.site_quat[site])
-            X[:3, 3] = model.site_pos[site] - self.shifts[body]
-            self._add_link(foot, where=where)
-            joint = f"{foot}_{'fixed' if f'{foot}_joint' in self.hinges else 'joint'}"
+            foot = f"{label}_site" if label in self.names else label
+            X = _pose(model.site_quat[site], model.site_pos[site] - self.shifts[body])
+            self._add_link(TreeLink(foot, where=where))
+            joint = f"{foot}_{'fixed' if f'{foot}_joint' in hinges else 'joint'}"
             self.joints.append(TreeJoint(joint, "fixed", name, foot, X, where=where))
 
 
-def _rotation(quaternion: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:
-    return quaternion_rotation(np.asarray(quaternion, dtype=float))
-
-
-def _turned(axis: Float[np.ndarray, "3"], angle: float) -> Float[np.ndarray, "3 3"]:
-    half = angle / 2
-    return _rotation(np.array([np.cos(half), *(np.sin(half) * axis)]))
+def _pose(
+    quaternion: Float[np.ndarray, "4"], position: Float[np.ndarray, "3"]
+) -> Float[np.ndarray, "4 4"]:
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = quaternion_rotation(quaternion), position
+    return X

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +12,9 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.stl import StlFiles, meshes_of
+from phasmid.formats.meshes import StlFiles
 from phasmid.formats.tree import HINGES, Tree, TreeJoint, TreeLink
+from phasmid.formats.xml import written
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial
 from phasmid.units import STANDARD_GRAVITY
@@ -35,7 +36,7 @@ def mjcf_files(
     home: Mapping[str, float] | None = None,
     servo: Servo | None = None,
 ) -> dict[str, bytes]:
-    """A tree as an MJCF file and its meshes; the robot stands on a floor in its keyframe `home`.
+    """Return a tree as an MJCF file and its meshes; the robot stands in its keyframe `home`.
 
     Feet are the massless links without a look at the ends of the legs: each becomes a site of its
     name and a small collision sphere, whose far end is the foot. Every hinge has a position
@@ -55,7 +56,7 @@ def mjcf_files(
     Raises:
         InvalidRobot: A moving link has no mass, or a joint is neither a hinge nor fixed.
     """
-    document = _Document(tree, home or {}, servo, StlFiles(meshes_of(name)))
+    document = _Document(tree, home or {}, servo, StlFiles(name))
     root = document.element(name)
     ET.indent(root)
     files = {f"{name}.xml": ET.tostring(root, encoding="utf-8") + b"\n"}
@@ -63,11 +64,7 @@ def mjcf_files(
 
 
 class _Document:
-    """One file in the making.
-
-    Attributes:
-        meshes: Its mesh files.
-    """
+    """One file in the making, and its mesh files."""
 
     def __init__(
         self, tree: Tree, home: Mapping[str, float], servo: Servo | None, meshes: StlFiles
@@ -79,13 +76,14 @@ class _Document:
             joint.name: min(max(home.get(joint.name, 0.0), joint.lower), joint.upper)
             for joint in self._hinges
         }
-        inertials = [link.inertial for link in tree.links.values() if link.inertial]
-        self._weight = STANDARD_GRAVITY * sum(inertial.mass for inertial in inertials)
+        masses = [link.inertial.mass for link in tree.links.values() if link.inertial]
+        self._weight = STANDARD_GRAVITY * sum(masses)
 
     def element(self, name: str) -> ET.Element:
-        """The whole file."""
+        """Return the whole file."""
         root = ET.Element("mujoco", model=self._tree.name or name)
-        ET.SubElement(root, "compiler", angle="radian", autolimits="true", meshdir=meshes_of(name))
+        settings = {"angle": "radian", "autolimits": "true", "meshdir": self.meshes.folder}
+        ET.SubElement(root, "compiler", settings)
         # Hard friction, so that standing feet hardly creep.
         option = {"timestep": "0.001", "integrator": "implicitfast"}
         ET.SubElement(root, "option", option | {"cone": "elliptic", "impratio": "100"})
@@ -94,7 +92,8 @@ class _Document:
         world = ET.SubElement(root, "worldbody")
         _furnish(asset, world)
         trunk = ET.SubElement(world, "body", name=self._tree.root.name)
-        trunk.set("pos", _text([0.0, 0.0, self._height()]))
+        height = self._height()
+        trunk.set("pos", written([0.0, 0.0, height]))
         ET.SubElement(trunk, "freejoint", name=f"{self._tree.root.name}_free")
         self._fill(trunk, self._tree.root)
         ET.SubElement(trunk, "site", name="imu", size="0.005", group="4")
@@ -104,7 +103,12 @@ class _Document:
         for joint in self._hinges:
             ET.SubElement(actuator, "position", self._drive(joint))
         _add_sensors(root, list(self._feet))
-        self._add_home(root)
+        angles = [self._home[joint.name] for joint in self._hinges]
+        qpos = [0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0, *angles]
+        key = {"name": "home", "qpos": written(qpos), "ctrl": written(angles)}
+        if not angles:
+            del key["ctrl"]
+        ET.SubElement(ET.SubElement(root, "keyframe"), "key", key)
         self._add_classes(default)
         for empty in [child for child in (default, asset, actuator) if not len(child)]:
             root.remove(empty)
@@ -119,10 +123,15 @@ class _Document:
             raise InvalidRobot(f"link {link.name} moves but has no mass.", where=link.where)
         if by is not None and moves:
             ET.SubElement(body, "joint", _hinge(by))
-        pieces = [piece for part in link.parts for piece in _pieces(part)]
+        most = MOST_STL_FACES
+        pieces = [
+            Part(part.vertices, part.faces[start : start + most], part.color, part.name)
+            for part in link.parts
+            for start in range(0, len(part.faces), most)
+        ]
         for number, part in enumerate(pieces):
             mesh = Path(self.meshes.add(part, part.name or link.name)).stem
-            look = {"mesh": mesh, "rgba": _text(part.color)}
+            look = {"mesh": mesh, "rgba": written(part.color)}
             # The engine wants names of their own for all geoms.
             name = f"{link.name}/{number}/{part.name}"
             ET.SubElement(body, "geom", {"class": "visual", "name": name, **look})
@@ -141,24 +150,24 @@ class _Document:
 
     def _add_foot(self, body: ET.Element, joint: TreeJoint) -> None:
         radius, centre = _sphere(joint)
-        site = {"name": joint.child, **_pose(joint), "size": _text([1.5 * radius])}
+        site = {"name": joint.child, **_pose(joint), "size": written([1.5 * radius])}
         ET.SubElement(body, "site", {"class": "foot", **site})
         name = f"{joint.child}_sphere"
         ET.SubElement(
-            body, "geom", {"class": "foot"}, name=name, pos=_text(centre), size=_text([radius])
+            body, "geom", {"class": "foot"}, name=name, pos=written(centre), size=written([radius])
         )
 
     def _drive(self, joint: TreeJoint) -> dict[str, str]:
         drive = {"name": joint.name, "joint": joint.name}
         torque = joint.effort or self._weight * self._reach(joint)
         if self._servo is not None:
-            drive |= {"kp": _text([self._servo.stiffness]), "kv": _text([self._servo.damping])}
+            drive |= {"kp": written([self._servo.stiffness]), "kv": written([self._servo.damping])}
         else:
-            drive |= {"kp": _text([torque / SAG]), "dampratio": "1.0"}
+            drive |= {"kp": written([torque / SAG]), "dampratio": "1.0"}
         if math.isfinite(joint.lower) and math.isfinite(joint.upper):
-            drive["ctrlrange"] = _text([joint.lower, joint.upper])
+            drive["ctrlrange"] = written([joint.lower, joint.upper])
         if joint.effort:
-            drive["forcerange"] = _text([-joint.effort, joint.effort])
+            drive["forcerange"] = written([-joint.effort, joint.effort])
         return drive
 
     def _reach(self, joint: TreeJoint) -> float:
@@ -195,12 +204,6 @@ class _Document:
                 X = poses[name]
                 lowest += [float((part.vertices @ X[2, :3]).min() + X[2, 3]) for part in link.parts]
         return -min(lowest, default=0.0)
-
-    def _add_home(self, root: ET.Element) -> None:
-        angles = [self._home[joint.name] for joint in self._hinges]
-        qpos = [0.0, 0.0, self._height(), 1.0, 0.0, 0.0, 0.0, *angles]
-        key = {"name": "home", "qpos": _text(qpos)} | ({"ctrl": _text(angles)} if angles else {})
-        ET.SubElement(ET.SubElement(root, "keyframe"), "key", key)
 
     def _add_classes(self, default: ET.Element) -> None:
         """Write the classes of shapes and feet."""
@@ -243,52 +246,42 @@ def _sphere(joint: TreeJoint) -> tuple[float, Float[np.ndarray, "3"]]:
     return FOOT_SHARE * max(length, 0.01), (1 - FOOT_SHARE) * tip
 
 
-def _text(numbers: Sequence[float] | Float[np.ndarray, " n"]) -> str:
-    # Adding zero makes minus zero plain.
-    return " ".join(repr(float(number) + 0.0) for number in numbers)
-
-
 def _quaternion(R: Float[np.ndarray, "3 3"]) -> dict[str, str]:
     if np.array_equal(R, np.eye(3)):
         return {}
-    return {"quat": _text(Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True))}
+    return {"quat": written(Rotation.from_matrix(R).as_quat(canonical=True, scalar_first=True))}
 
 
 def _pose(joint: TreeJoint) -> dict[str, str]:
     X = joint.X_parent_child
-    return {"pos": _text(X[:3, 3]), **_quaternion(X[:3, :3])}
+    return {"pos": written(X[:3, 3]), **_quaternion(X[:3, :3])}
 
 
 def _inertia(inertial: Inertial) -> dict[str, str]:
-    own = {"pos": _text(inertial.com), "mass": _text([inertial.mass])}
+    own = {"pos": written(inertial.com), "mass": written([inertial.mass])}
     if np.array_equal(inertial.inertia, np.diag(np.diag(inertial.inertia))):
-        return own | {"diaginertia": _text(np.diag(inertial.inertia))}
+        return own | {"diaginertia": written(np.diag(inertial.inertia))}
     # The engine would stop at 1e-12 kg·m² when it turns to principal axes itself.
     moments, axes = np.linalg.eigh(inertial.inertia)
     if np.linalg.det(axes) < 0:
         axes = axes * [1, 1, -1]
-    return own | _quaternion(axes) | {"diaginertia": _text(moments)}
+    return own | _quaternion(axes) | {"diaginertia": written(moments)}
 
 
 def _hinge(joint: TreeJoint) -> dict[str, str]:
-    hinge = {"name": joint.name, "type": "hinge", "axis": _text(joint.axis)}
+    hinge = {"name": joint.name, "type": "hinge", "axis": written(joint.axis)}
     if math.isfinite(joint.lower) and math.isfinite(joint.upper) and joint.kind == "revolute":
-        hinge["range"] = _text([joint.lower, joint.upper])
+        hinge["range"] = written([joint.lower, joint.upper])
     physics = {
         "armature": joint.armature,
         "damping": joint.damping,
         "frictionloss": joint.friction,
     }
-    return hinge | {key: _text([value]) for key, value in physics.items() if value}
-
-
-def _pieces(part: Part) -> Iterator[Part]:
-    for start in range(0, len(part.faces), MOST_STL_FACES):
-        yield Part(part.vertices, part.faces[start : start + MOST_STL_FACES], part.color, part.name)
+    return hinge | {key: written([value]) for key, value in physics.items() if value}
 
 
 def _furnish(asset: ET.Element, world: ET.Element) -> None:
-    """A sky, a light and a floor."""
+    """Return a sky, a light and a floor."""
     size = {"width": "512", "height": "512"}
     sky = {"type": "skybox", "builtin": "gradient", "rgb1": "0.6 0.7 0.8", "rgb2": "0.1 0.15 0.2"}
     ET.SubElement(asset, "texture", sky | size)

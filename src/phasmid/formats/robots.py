@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,8 +13,7 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.outgoing import neutral_angles, tree_of
-from phasmid.formats.tree import Tree
+from phasmid.formats.tree import Tree, neutral_angles, tree_of
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
@@ -52,9 +52,8 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
         InvalidRobot: No machine could have these numbers, or the model does not cover it.
     """
     if _reader(source) is None:
-        _refuse_options(source, options)
         # Judging takes a moment, and such a robot is possible by construction.
-        return load_own_robot(source)
+        return _own_robot(source, options)
     return possible(import_robot(source, options), source)
 
 
@@ -85,14 +84,10 @@ def with_robot(scenario: Scenario) -> Scenario:
 
 
 def possible(imported: Imported, source: str | Path) -> Robot:
-    """Return the robot of an import, or raise the first reason why there is none.
-
-    Args:
-        imported: As `import_robot` gives it.
-        source: Its file, for messages.
+    """Return the robot that `import_robot` found in a file.
 
     Raises:
-        InvalidRobot: There is none.
+        InvalidRobot: There is none; the error is the first reason.
     """
     if imported.robot is not None:
         return imported.robot
@@ -124,8 +119,7 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
     """
     reader = _reader(source)
     if reader is None:
-        _refuse_options(source, options)
-        robot = load_own_robot(source)
+        robot = _own_robot(source, options)
         return Imported(robot, judge_robot(robot))
     options = options or ImportOptions()
     tree = reader(Path(source), options)
@@ -135,14 +129,15 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
     return robot_from_tree(tree, options)
 
 
-def _refuse_options(source: str | Path, options: ImportOptions | None) -> None:
-    """Refuse options for a robot that is read as it stands."""
+def _own_robot(source: str | Path, options: ImportOptions | None) -> Robot:
+    """Load a preset or a ``.toml`` file, which is read as it stands."""
     if options is not None and replace(options, strict=False) != ImportOptions():
         raise InvalidInput(
             f"{source} describes its robot in full; options of reading are for URDF, MJCF and "
             "STEP files.",
             hint=f"phasmid convert {source} robot.toml, and change it there",
         )
+    return load_own_robot(source)
 
 
 _Reader = Callable[[Path, ImportOptions], Tree]
@@ -168,7 +163,7 @@ def _reader(source: str | Path) -> _Reader | None:
             else "convert it to URDF or MJCF",
         )
     if suffix in (".step", ".stp"):
-        from phasmid.formats.step import read_step
+        from phasmid.formats.step_in import read_step
 
         return read_step
     if suffix == ".urdf" or (suffix == ".xml" and _root(Path(source)) == "robot"):
@@ -187,13 +182,8 @@ def _root(path: Path) -> str:
             text = file.read(65536).decode("utf-8", errors="replace")
     except (OSError, ValueError):
         return ""
-    while "<" in text:
-        text = text.partition("<")[2]
-        if text.startswith("!--"):
-            text = text.partition("-->")[2]
-        elif text[:1] not in "?!":
-            return text.split(">")[0].split()[0].rstrip("/") if text.split() else ""
-    return ""
+    found = re.search(r"<([^?!\s/>]+)", re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL))
+    return found.group(1) if found else ""
 
 
 def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[Finding, ...]:
@@ -220,25 +210,36 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
         )
     if not force and path.exists():
         raise AlreadyExists(path, option="file")
-    files = _files(robot, path)
-    for name, data in files.items():
-        if not force and _differs(path.parent / name, data):
-            raise AlreadyExists(path.parent / name, option="file")
+    files = {path.parent / name: data for name, data in _files(robot, path).items()}
+    try:
+        for target, data in files.items():
+            # The same mesh may serve two robots.
+            if not force and target.exists() and not _holds(target, data):
+                raise AlreadyExists(target, option="file")
+        for folder in {target.parent for target in files}:
+            folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(Path(error.filename or path), error) from None
     # The robot's own file last: when it appears, what it names is there.
-    for name in sorted(files, key=lambda name: name == path.name):
-        target = path.parent / name
-        _make_folder(target.parent)
-        write_whole(target, files[name])
-    return _lost(path)
+    for target in sorted(files, key=lambda target: target.name == path.name):
+        write_whole(target, files[target])
+    what = LOST.get(path.suffix.lower())
+    hint = "a .toml file keeps everything"
+    return (Finding(Severity.NOTE, path.name, what, hint=hint),) if what else ()
 
 
 def _files(robot: Robot, path: Path) -> dict[str, bytes]:
     """Return the content of a robot's files, by their names beside its own."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
-        return _toml_files(robot, path)
+        look, files = robot.appearance, {}
+        if look is not None and look.parts:
+            look = Appearance.of(look.parts, f"{path.stem}.glb")
+            files[look.name] = glb(look.parts)
+        text = robot_to_toml(replace(robot, appearance=look))
+        return {**files, path.name: text.encode("utf-8")}
     if suffix in (".step", ".stp"):
-        from phasmid.formats.solids import step_files
+        from phasmid.formats.step_out import step_files
 
         return dict(step_files(robot, path.name))
     tree = tree_of(robot)
@@ -253,47 +254,22 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
     return {path.name: files.pop(f"{path.stem}.xml"), **files}
 
 
-def _toml_files(robot: Robot, path: Path) -> dict[str, bytes]:
-    look, files = robot.appearance, {}
-    if look is not None and look.parts:
-        look = Appearance.of(look.parts, f"{path.stem}.glb")
-        files[look.name] = glb(look.parts)
-    text = robot_to_toml(replace(robot, appearance=look))
-    return {**files, path.name: text.encode("utf-8")}
+def _holds(path: Path, data: bytes) -> bool:
+    return path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
 
 
-def _differs(path: Path, data: bytes) -> bool:
-    """Return whether another file is there; the same mesh may serve two robots."""
-    try:
-        same = path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
-        return path.exists() and not same
-    except OSError as error:
-        raise cannot_write(path, error) from None
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(folder, error) from None
-
-
-_LOST = (
+_NUMBERS = (
     "keeps geometry, masses, meshes, limits, effort, speed and friction; neutral feet, names of "
     "legs and the servos' own laws are lost."
 )
+_SOLIDS = (
+    "STEP keeps solids of phasmid's shaping; joints, masses and the servo are in the file "
+    "beside it; neutral feet and names of legs are lost."
+)
 
 LOST = {
-    ".urdf": f"URDF {_LOST}",
-    ".xml": f"MJCF {_LOST}",
-    ".step": "STEP keeps solids of phasmid's shaping; joints, masses and the servo are in the file "
-    "beside it; neutral feet and names of legs are lost.",
+    ".urdf": f"URDF {_NUMBERS}",
+    **dict.fromkeys((".xml", ".mjcf"), f"MJCF {_NUMBERS}"),
+    **dict.fromkeys((".step", ".stp"), _SOLIDS),
 }
 """Properties of a robot that a format cannot hold."""
-
-
-def _lost(path: Path) -> tuple[Finding, ...]:
-    suffix = {".mjcf": ".xml", ".stp": ".step"}.get(path.suffix.lower(), path.suffix.lower())
-    if suffix not in LOST:
-        return ()
-    return (Finding(Severity.NOTE, path.name, LOST[suffix], hint="a .toml file keeps everything"),)

@@ -1,23 +1,30 @@
-"""A kinematic tree: links and joints of any names, between a file's format and a robot."""
+"""Kinematic trees: links and joints of any names, between a file's format and a robot."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Finding
-from phasmid.robot import Part, Servo
-from phasmid.robot.inertial import Inertial
+from phasmid.kinematics import joint_angles
+from phasmid.robot import JOINTS, Link, Part, Robot, Servo
+from phasmid.robot.inertial import Inertial, merged
 
 HINGES = frozenset({"revolute", "continuous"})
 """Kinds of joints that turn; a continuous one has no limits."""
+
+WHOLE_TURN = 2.02 * math.pi
+"""A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
+
+ENDLESS = 1000.0
+"""Limits of a joint from here on mean none [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +112,8 @@ class Tree:
     servo: Servo | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "links", MappingProxyType(dict(self.links)))
         names = Counter(joint.name for joint in self.joints)
+        by_child: dict[str, TreeJoint] = {}
         for joint in self.joints:
             if names[joint.name] > 1:
                 raise InvalidRobot(f"two joints are called {joint.name}.", where=joint.where)
@@ -116,8 +123,6 @@ class Tree:
                         f'joint {joint.name} names a link "{end}", which is not there.',
                         where=joint.where,
                     )
-        by_child: dict[str, TreeJoint] = {}
-        for joint in self.joints:
             first = by_child.setdefault(joint.child, joint)
             if first is not joint:
                 raise InvalidRobot(
@@ -126,20 +131,13 @@ class Tree:
                 )
         roots = [name for name in self.links if name not in by_child]
         if len(roots) != 1:
-            named = f" ({', '.join(roots[:6])}{', …' if len(roots) > 6 else ''})" if roots else ""
-            raise InvalidRobot(
-                f"{self.file or self.name} has {len(roots)} root links{named}; "
-                "exactly 1 is needed.",
-            )
+            raise root_error(self.file or self.name, roots)
         # Links that hang on a ring of joints are not reached from the root.
-        reached = {roots[0]}
-        frontier = [roots[0]]
-        while frontier:
-            for joint in self.joints_from(frontier.pop()):
-                reached.add(joint.child)
-                frontier.append(joint.child)
-        lost = [name for name in self.links if name not in reached]
-        if lost:
+        reached = [roots[0]]
+        for name in reached:
+            reached += [joint.child for joint in self.joints_from(name)]
+        attached = set(reached)
+        if lost := [name for name in self.links if name not in attached]:
             raise InvalidRobot(
                 f"link {lost[0]} hangs on a ring of joints that is not tied to the root link.",
                 where=self.links[lost[0]].where,
@@ -148,16 +146,167 @@ class Tree:
     @cached_property
     def root(self) -> TreeLink:
         """The link without a parent."""
-        children = {joint.child for joint in self.joints}
-        return next(link for name, link in self.links.items() if name not in children)
+        (root,) = set(self.links) - {joint.child for joint in self.joints}
+        return self.links[root]
 
     @cached_property
-    def _outgoing(self) -> Mapping[str, tuple[TreeJoint, ...]]:
+    def _outgoing(self) -> Mapping[str, Sequence[TreeJoint]]:
         outgoing: dict[str, list[TreeJoint]] = {name: [] for name in self.links}
         for joint in self.joints:
             outgoing[joint.parent].append(joint)
-        return {name: tuple(joints) for name, joints in outgoing.items()}
+        return outgoing
 
-    def joints_from(self, link: str) -> tuple[TreeJoint, ...]:
-        """Joints that a link carries."""
+    def joints_from(self, link: str) -> Sequence[TreeJoint]:
+        """Return the joints that a link carries."""
         return self._outgoing[link]
+
+
+def root_error(file: str, roots: Sequence[str], hint: str = "") -> InvalidRobot:
+    """Return the error for no root link, or several."""
+    named = f" ({', '.join(roots[:6])}{', …' if len(roots) > 6 else ''})" if roots else ""
+    what = f"{file} has {len(roots)} root links{named}; exactly 1 is needed."
+    return InvalidRobot(what, hint=hint)
+
+
+@dataclass(frozen=True, eq=False)
+class RigidLink:
+    """Links of a file that move as one, in the frame of the first of them.
+
+    Attributes:
+        links: The links, that which stands nearest the root first.
+        poses: Pose of each link's frame in the first one's, by name, shape (4, 4).
+        joints: The joints that it carries and that move.
+        ends: Those of its links that carry no joint at all, besides the first.
+        inertial: Mass and inertia of all of them; None where none has any.
+        parts: Their look.
+    """
+
+    links: tuple[TreeLink, ...]
+    poses: Mapping[str, Float[np.ndarray, "4 4"]]
+    joints: tuple[TreeJoint, ...]
+    ends: tuple[TreeLink, ...]
+    inertial: Inertial | None
+    parts: tuple[Part, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of its first link."""
+        return self.links[0].name
+
+    def pose_of(self, joint: TreeJoint) -> Float[np.ndarray, "4 4"]:
+        """Pose in it, at joint angle 0, of the link that a joint moves."""
+        return self.poses[joint.parent] @ joint.X_parent_child
+
+
+def rigid_link(tree: Tree, first: str, held: Collection[str] = ()) -> RigidLink:
+    """Join a link and all that is fixed to it, outwards; arguments as of `fixed_to`."""
+    poses, moving = fixed_to(tree, first, held)
+    links = tuple(tree.links[name] for name in poses)
+    return RigidLink(
+        links,
+        poses,
+        moving,
+        tuple(link for link in links[1:] if not tree.joints_from(link.name)),
+        merged([link.inertial.at(poses[link.name]) for link in links if link.inertial]),
+        tuple(part.at(poses[link.name]) for link in links for part in link.parts),
+    )
+
+
+def fixed_to(
+    tree: Tree, first: str, held: Collection[str] = ()
+) -> tuple[dict[str, Float[np.ndarray, "4 4"]], tuple[TreeJoint, ...]]:
+    """Find all links that are fixed to a link, outwards, and the joints that they carry.
+
+    Args:
+        tree: The tree.
+        first: Name of the link.
+        held: Names of joints that are taken as fixed at angle 0 though they could move.
+
+    Returns:
+        Pose of each link's frame in the first one's, by name; and the joints that move.
+    """
+    poses = {first: np.eye(4)}
+    moving: list[TreeJoint] = []
+    frontier = [first]
+    while frontier:
+        parent = frontier.pop()
+        for joint in tree.joints_from(parent):
+            if joint.kind == "fixed" or joint.name in held:
+                poses[joint.child] = poses[parent] @ joint.X_parent_child
+                frontier.append(joint.child)
+            else:
+                moving.append(joint)
+    return poses, tuple(moving)
+
+
+def inverse(X: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
+    """Return the inverse of a pose."""
+    R = X[:3, :3].T
+    Y = np.eye(4)
+    Y[:3, :3], Y[:3, 3] = R, -R @ X[:3, 3]
+    return Y
+
+
+def tree_of(robot: Robot) -> Tree:
+    """Convert a robot to a tree; its links' frames are the body's and those of Table 1.
+
+    Links are ``base_link``, ``LEG_coxa_link``, ``LEG_femur_link``, ``LEG_tibia_link`` and the
+    massless ``LEG_foot``; joints ``LEG_coxa``, ``LEG_femur``, ``LEG_tibia`` and the fixed
+    ``LEG_foot_joint``. Every hinge turns about its child's z, and its angle is that of Table 1.
+    """
+    body, look = robot.body, robot.appearance
+    trunk = Inertial(body.mass, body.com, body.inertia)
+    links = {"base_link": TreeLink("base_link", trunk, look.body if look else ())}
+    joints: list[TreeJoint] = []
+    for leg in robot.legs:
+        # From the coxa's frame to the femur's: a quarter turn about x.
+        poses = (
+            leg.X_body_hip,
+            _end(leg.coxa, [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+            _end(leg.femur),
+        )
+        parent = "base_link"
+        for joint, link, X, limits in zip(JOINTS, leg.links, poses, leg.joint_limits, strict=True):
+            name = f"{leg.name}_{joint}"
+            child = f"{name}_link"
+            parts = look.link(leg.name, joint) if look else ()
+            links[child] = TreeLink(child, Inertial(link.mass, link.com, link.inertia), parts)
+            joints.append(
+                TreeJoint(
+                    name,
+                    "revolute",
+                    parent,
+                    child,
+                    X,
+                    lower=float(limits[0]),
+                    upper=float(limits[1]),
+                    effort=robot.servo.stall_torque,
+                    velocity=robot.servo.no_load_speed,
+                    friction=robot.servo.friction,
+                    damping=robot.servo.viscous_friction,
+                    armature=robot.servo.armature,
+                )
+            )
+            parent = child
+        foot = f"{leg.name}_foot"
+        links[foot] = TreeLink(foot)
+        joints.append(TreeJoint(f"{foot}_joint", "fixed", parent, foot, _end(leg.tibia)))
+    return Tree(robot.name, links, tuple(joints))
+
+
+def _end(link: Link, R: list[list[float]] | None = None) -> np.ndarray:
+    """Return the pose of the next link's frame, or of the foot, in a link's frame."""
+    X = np.eye(4)
+    if R is not None:
+        X[:3, :3] = R
+    X[:3, 3] = link.end
+    return X
+
+
+def neutral_angles(robot: Robot) -> dict[str, float]:
+    """Return angles of the tree's hinges with which all feet are at their neutral places [rad]."""
+    return {
+        f"{leg.name}_{joint}": float(angle)
+        for leg in robot.legs
+        for joint, angle in zip(JOINTS, joint_angles(leg, leg.neutral_foot), strict=True)
+    }

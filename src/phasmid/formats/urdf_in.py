@@ -16,11 +16,12 @@ from phasmid.formats import meshes
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.options import ImportOptions
-from phasmid.formats.origins import ENDLESS, WHOLE_TURN, pose_of
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink
-from phasmid.formats.xml import Element, load_xml, short
+from phasmid.formats.tree import ENDLESS, WHOLE_TURN, Tree, TreeJoint, TreeLink
+from phasmid.formats.xml import LARGEST_FILE, LARGEST_NUMBER, Element, read_xml, short
+from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
+from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
@@ -33,12 +34,12 @@ _KNOWN = {
     "link": {"inertial", "visual", "collision"},
     "inertial": {"origin", "mass", "inertia"},
     "visual": {"origin", "geometry", "material"},
+    "collision": {"origin", "geometry", "material"},
     "geometry": {"box", "cylinder", "sphere", "capsule", "mesh"},
     "material": {"color"},
     "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "phasmid"},
 }
-"""Elements that are read, by their parent; others are counted. Collisions have the elements of
-visuals, and settings of MuJoCo are not missed."""
+"""Elements that are read, by their parent; others are counted."""
 
 OWN_SHAPE = "phasmid_"
 """So begin the names of shapes that our export adds; they are no part of the robot."""
@@ -48,37 +49,17 @@ UNLIMITED = 1e9
 
 
 def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
-    """The kinematic tree of a URDF file.
+    """Read the kinematic tree of a URDF file.
 
     Args:
         path: The file.
-        options: Where packages lie and in which unit meshes are.
+        options: Folders of packages, unit of meshes, and whether ignored elements are errors.
 
     Raises:
         InvalidInput: The file cannot be read, or a number in it cannot be used.
         InvalidRobot: Its links and joints form no tree.
     """
-    options = options or ImportOptions()
-    root = load_xml(path)
-    _check_root(root)
-    reader = _Reader(path, root, options)
-    links = [reader.link(element) for element in root.all("link")]
-    twice = [name for name, count in Counter(link.name for link in links).items() if count > 1]
-    if twice:
-        again = [link for link in links if link.name == twice[0]][1]
-        raise InvalidInput(f"two links are called {twice[0]}.", where=again.where)
-    joints = tuple(reader.joint(element) for element in root.all("joint"))
-    reader.count_ignored()
-    return Tree(
-        root.need_name() if "name" in root.attributes else path.stem,
-        {link.name: link for link in links},
-        joints,
-        file=path.name,
-        findings=tuple(reader.findings),
-    )
-
-
-def _check_root(root: Element) -> None:
+    root = read_xml(read_bytes(path, LARGEST_FILE), path.name)
     for element in root.walk():
         if element.tag.startswith("xacro:"):
             raise InvalidInput(
@@ -90,6 +71,16 @@ def _check_root(root: Element) -> None:
             f"{root.file} line {root.line}: the file holds a <{short(root.tag)}>; "
             "a URDF file holds a <robot>.",
         )
+    reader = _Reader(path, root, options or ImportOptions())
+    links: dict[str, TreeLink] = {}
+    for link in map(reader.link, root.all("link")):
+        if link.name in links:
+            raise InvalidInput(f"two links are called {link.name}.", where=link.where)
+        links[link.name] = link
+    joints = tuple(map(reader.joint, root.all("joint")))
+    reader.count_ignored()
+    name = root.need_name() if "name" in root.attributes else path.stem
+    return Tree(name, links, joints, file=path.name, findings=tuple(reader.findings))
 
 
 @dataclass
@@ -100,24 +91,18 @@ class _Reader:
     root: Element
     options: ImportOptions
     findings: Findings = field(default_factory=Findings)
-    files: meshes.MeshFiles = field(init=False)
     colors: dict[str, meshes.Color] = field(default_factory=dict)
     missing: set[tuple[str, str]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.files = meshes.MeshFiles(self.options.mesh_unit)
         # A material may be defined in one link and named in another; the robot's own count first.
-        own = self.root.all("material")
-        local = [
-            material
-            for link in self.root.all("link")
-            for visual in link.all("visual")
-            for material in visual.all("material")
-        ]
-        for material in own + local:
-            color = material.find("color")
-            if color is not None and "name" in material.attributes:
-                self.colors.setdefault(material.attributes["name"], _rgba(color))
+        looks = [visual for link in self.root.all("link") for visual in link.all("visual")]
+        for owner in (self.root, *looks):
+            for material in owner.all("material"):
+                color = material.find("color")
+                if color is not None and "name" in material.attributes:
+                    self.colors.setdefault(material.attributes["name"], _rgba(color))
 
     def link(self, element: Element) -> TreeLink:
         name = element.need_name()
@@ -139,25 +124,18 @@ class _Reader:
         )
 
     def _inertial(self, element: Element, link: str) -> Inertial:
-        mass = element.find("mass")
-        moments = element.find("inertia")
+        mass, moments = element.find("mass"), element.find("inertia")
         I = np.zeros((3, 3))
         if moments is not None:
-            for i, j, key in (
-                (0, 0, "ixx"),
-                (1, 1, "iyy"),
-                (2, 2, "izz"),
-                (0, 1, "ixy"),
-                (0, 2, "ixz"),
-                (1, 2, "iyz"),
-            ):
+            for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"):
+                i, j = ("xyz".index(axis) for axis in key[1:])
                 I[i, j] = I[j, i] = moments.number(key)
         for part, tag in ((mass, "mass"), (moments, "inertia")):
             if part is None:
                 what = f"link {link} has an <inertial> without <{tag}>; 0 was taken."
                 hint = "--masses geometry" if tag == "inertia" else ""
                 self.findings.suspect(f"link {link}", what, element.where, hint)
-        X = pose_of(element.find("origin"))
+        X = _pose(element.find("origin"))
         R = X[:3, :3]
         if not np.array_equal(R, np.eye(3)):
             I = R @ I @ R.T
@@ -168,21 +146,17 @@ class _Reader:
         parts: list[Part] = []
         for look in link.all(tag):
             geometry = look.find("geometry")
-            if geometry is None or not geometry.children:
-                continue
             name = look.attributes.get("name", "")
-            if name.startswith(OWN_SHAPE):
+            if geometry is None or not geometry.children or name.startswith(OWN_SHAPE):
                 continue
             # Our export puts the link and a number before the name of a part.
             name = re.sub(rf"^{re.escape(link.need_name())}/\d+/", "", name)
-            X = pose_of(look.find("origin"))
+            name = name if name.isprintable() else ""
+            X = _pose(look.find("origin"))
             color = self._color(look.find("material"))
             with located(look.where):
                 for mesh in self._shapes(geometry.children[0], link):
-                    shown = color or mesh.color or GREY
-                    part = Part(
-                        mesh.vertices, mesh.faces, shown, name if name.isprintable() else ""
-                    )
+                    part = Part(mesh.vertices, mesh.faces, color or mesh.color or GREY, name)
                     parts.append(part if np.array_equal(X, np.eye(4)) else part.at(X))
         return tuple(parts)
 
@@ -207,22 +181,18 @@ class _Reader:
             raise InvalidInput("<mesh>: a scale of 0 leaves nothing.", where=shape.where)
         with located(shape.where):
             path = named_file(self.path, written, "mesh", self.options.packages)
-            if not path.is_file():
-                what = f'mesh "{short(written)}" is not there; it was left out.'
-                self._miss(link, what, shape.where)
-                return ()
             try:
+                if not path.is_file():
+                    what = f'mesh "{short(written)}" is not there; it was left out.'
+                    raise meshes.UnreadMesh(what)
                 return self.files.meshes(path, scale)
             except meshes.UnreadMesh as error:
-                self._miss(link, error.what, shape.where, error.hint)
+                # Once per link; equal findings of several links are grouped later.
+                subject = f"link {link.need_name()}"
+                if (subject, error.what) not in self.missing:
+                    self.missing.add((subject, error.what))
+                    self.findings.suspect(subject, error.what, shape.where, error.hint)
                 return ()
-
-    def _miss(self, link: Element, what: str, where: str, hint: str = "") -> None:
-        """Note a missing mesh once per link; equal findings are grouped later."""
-        subject = f"link {link.need_name()}"
-        if (subject, what) not in self.missing:
-            self.missing.add((subject, what))
-            self.findings.suspect(subject, what, where, hint)
 
     def joint(self, element: Element) -> TreeJoint:
         name = element.need_name()
@@ -234,81 +204,70 @@ class _Reader:
                 where=element.where,
                 hint=f'type="{guess}"' if guess else "",
             )
-        lower, upper, effort, velocity = self._limits(element, name, kind)
-        damping, friction, armature = _dynamics(element, name)
+        lower, upper = self._limits(element, name, kind)
+        limit, dynamics = element.find("limit"), element.find("dynamics")
+        effort, velocity = (
+            _positive(limit, name, key, math.inf, math.inf) for key in ("effort", "velocity")
+        )
         return TreeJoint(
             name,
             kind,
             element.need("parent").need_name("link"),
             element.need("child").need_name("link"),
-            pose_of(element.find("origin")),
+            _pose(element.find("origin")),
             self._axis(element.find("axis"), name, kind),
             lower,
             upper,
-            effort,
-            velocity,
-            damping,
-            friction,
-            armature,
+            effort if effort < UNLIMITED else None,
+            velocity if velocity < UNLIMITED else None,
+            _positive(dynamics, name, "damping"),
+            _positive(dynamics, name, "friction"),
+            _positive(element.find("phasmid"), name, "armature"),
             element.where,
         )
 
     def _axis(self, element: Element | None, name: str, kind: str) -> Float[np.ndarray, "3"]:
         if kind in {"fixed", "floating"}:
             return np.array([0.0, 0.0, 1.0])
-        axis = np.array([1.0, 0.0, 0.0])
-        if element is not None:
-            axis = np.array(element.numbers("xyz", 3, axis.tolist()))
+        if element is None:
+            return np.array([1.0, 0.0, 0.0])
+        axis = np.array(element.numbers("xyz", 3, (1.0, 0.0, 0.0)))
         length = float(np.linalg.norm(axis))
-        where = element.where if element is not None else ""
         if length < 1e-9:
-            raise InvalidInput(f"joint {name}: its axis has no direction.", where=where)
+            raise InvalidInput(f"joint {name}: its axis has no direction.", where=element.where)
         if abs(length - 1) > 1e-3:
             what = f"joint {name}: its axis has length {plain_number(length)}; it was made 1."
-            self.findings.note(f"joint {name}", what, where)
+            self.findings.note(f"joint {name}", what, element.where)
         # A unit vector stays as it is, to the last digit.
         return axis if abs(length - 1) < 1e-15 else axis / length
 
-    def _limits(
-        self, element: Element, name: str, kind: str
-    ) -> tuple[float, float, float | None, float | None]:
+    def _limits(self, element: Element, name: str, kind: str) -> tuple[float, float]:
+        """Return the lowest and highest angle or place of a joint."""
         limit = element.find("limit")
-        lower, upper = -math.inf, math.inf
-        effort = velocity = None
-        if limit is not None:
-            effort, velocity = _strength(limit, name, "effort"), _strength(limit, name, "velocity")
-        if kind in {"revolute", "prismatic"}:
-            if limit is None:
-                what = f"no <limit>, which {kind} joints must have; it may move without end."
-                self.findings.suspect(f"joint {name}", what, element.where)
-            else:
-                lower, upper = (
-                    limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper")
-                )
-                if lower > upper:
-                    raise InvalidInput(
-                        f"joint {name}: its lower limit {lower:.6g} lies above the upper "
-                        f"{upper:.6g}.",
-                        where=limit.where,
-                    )
-        if kind == "revolute" and limit is not None:
-            lower, upper = self._angles(limit, name, lower, upper)
-        return lower, upper, effort, velocity
-
-    def _angles(self, limit: Element, name: str, lower: float, upper: float) -> tuple[float, float]:
+        if kind not in {"revolute", "prismatic"}:
+            return -math.inf, math.inf
+        if limit is None:
+            what = f"no <limit>, which {kind} joints must have; it may move without end."
+            self.findings.suspect(f"joint {name}", what, element.where)
+            return -math.inf, math.inf
+        lower, upper = (limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper"))
+        if lower > upper:
+            raise InvalidInput(
+                f"joint {name}: its lower limit {lower:.6g} lies above the upper {upper:.6g}.",
+                where=limit.where,
+            )
         largest = max(-lower, upper)
-        if largest >= ENDLESS:
-            what = f"joint {name}: limits beyond {ENDLESS:g} rad were taken for none."
-            self.findings.note(f"joint {name}", what, limit.where)
-            lower = lower if lower > -ENDLESS else -math.inf
-            return lower, upper if upper < ENDLESS else math.inf
-        if largest > WHOLE_TURN:
+        if kind == "prismatic" or largest <= WHOLE_TURN:
+            return lower, upper
+        if largest < ENDLESS:
             raise InvalidInput(
                 f"joint {name}: limits {lower:g} to {upper:g} rad; URDF angles are radians.",
                 where=limit.where,
                 hint=f"{math.radians(lower):.5g} and {math.radians(upper):.5g}",
             )
-        return lower, upper
+        what = f"joint {name}: limits beyond {ENDLESS:g} rad were taken for none."
+        self.findings.note(f"joint {name}", what, limit.where)
+        return lower if lower > -ENDLESS else -math.inf, upper if upper < ENDLESS else math.inf
 
     def count_ignored(self) -> None:
         """Note elements that were not read, or refuse them if the options are strict."""
@@ -316,21 +275,33 @@ class _Reader:
         pending = [self.root]
         while pending:
             element = pending.pop()
-            known = _KNOWN.get("visual" if element.tag == "collision" else element.tag)
-            if known is None:
-                continue
-            for child in element.children:
-                if child.tag in known:
+            known = _KNOWN.get(element.tag)
+            for child in element.children if known else ():
+                if known and child.tag in known:
                     pending.append(child)
                 else:
-                    ignored[child.tag] += 1
-        if not ignored:
-            return
-        listed = ", ".join(f"{n} <{short(tag, 40)}>" for tag, n in sorted(ignored.items())[:20])
-        what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
-        if self.options.strict:
-            raise InvalidInput(what, where=self.path.name, hint="leave --strict out")
-        self.findings.note(f"file {self.path.name}", what, self.path.name)
+                    ignored[short(child.tag, 40)] += 1
+        self.findings.note_ignored(ignored, self.path.name, strict=self.options.strict)
+
+
+def _pose(element: Element | None) -> Float[np.ndarray, "4 4"]:
+    """Return the pose of an ``<origin>``: turned by Rz(yaw) Ry(pitch) Rx(roll), then moved."""
+    X = np.eye(4)
+    if element is None:
+        return X
+    roll, pitch, yaw = element.numbers("rpy", 3, (0.0, 0.0, 0.0))
+    if max(abs(roll), abs(pitch), abs(yaw)) > WHOLE_TURN:
+        turned = " ".join(f"{angle:.5g}" for angle in np.radians([roll, pitch, yaw]))
+        raise InvalidInput(
+            f"<origin>: rpy {roll:g} {pitch:g} {yaw:g} rad is more than a turn; "
+            "URDF angles are radians.",
+            where=element.where,
+            hint=f'rpy="{turned}", if these are degrees',
+        )
+    if roll or pitch or yaw:
+        X[:3, :3] = rotation_rpy(*map(np.asarray, (roll, pitch, yaw)))
+    X[:3, 3] = element.numbers("xyz", 3, (0.0, 0.0, 0.0))
+    return X
 
 
 def _rgba(color: Element) -> meshes.Color:
@@ -341,14 +312,14 @@ def _rgba(color: Element) -> meshes.Color:
 
 
 def _balls(link: Element) -> tuple[tuple[float, float, float, float], ...]:
-    """Centres and radii of a link's collision spheres, besides those of our own export."""
+    """Return centres and radii of a link's collision spheres, besides those of our own export."""
     balls = []
     for collision in link.all("collision"):
         geometry = collision.find("geometry")
         sphere = geometry.find("sphere") if geometry is not None else None
         if sphere is None or collision.attributes.get("name", "").startswith(OWN_SHAPE):
             continue
-        x, y, z = pose_of(collision.find("origin"))[:3, 3].tolist()
+        x, y, z = _pose(collision.find("origin"))[:3, 3].tolist()
         balls.append((x, y, z, _sizes(sphere, "radius")[0]))
     return tuple(balls)
 
@@ -374,26 +345,19 @@ def _sizes(shape: Element, attribute: str, count: int = 1) -> list[float]:
     return values
 
 
-def _strength(limit: Element, joint: str, key: str) -> float | None:
-    if key not in limit.attributes:
-        return None
-    value = limit.number(key, largest=math.inf)
+def _positive(
+    element: Element | None,
+    joint: str,
+    key: str,
+    default: float = 0.0,
+    largest: float = LARGEST_NUMBER,
+) -> float:
+    """Return a number of a joint that is 0 or more; the default where it is absent."""
+    if element is None or key not in element.attributes:
+        return default
+    value = element.number(key, largest=largest)
     if value < 0:
         raise InvalidInput(
-            f"joint {joint}: {key} is {value:g}; it must be 0 or more.", where=limit.where
+            f"joint {joint}: {key} is {value:g}; it must be 0 or more.", where=element.where
         )
-    return value if value < UNLIMITED else None
-
-
-def _dynamics(element: Element, joint: str) -> tuple[float, float, float]:
-    values = []
-    for tag, key in (("dynamics", "damping"), ("dynamics", "friction"), ("phasmid", "armature")):
-        found = element.find(tag)
-        value = found.number(key, 0.0) if found is not None else 0.0
-        if value < 0:
-            where = found.where if found is not None else element.where
-            raise InvalidInput(
-                f"joint {joint}: {key} is {value:g}; it must be 0 or more.", where=where
-            )
-        values.append(value)
-    return values[0], values[1], values[2]
+    return value

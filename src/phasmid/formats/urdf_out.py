@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import html
 import math
 import re
-from collections.abc import Iterable
+import xml.etree.ElementTree as ET
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.formats.stl import StlFiles, meshes_of
+from phasmid.formats.meshes import Color, StlFiles
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
 from phasmid.formats.urdf_in import GREY, KINDS, OWN_SHAPE, UNLIMITED
+from phasmid.formats.xml import written
 
 FOOT_RADIUS = 0.005
 """Radius of the ball at a foot, on which simulators let the robot stand [m]."""
@@ -21,15 +21,17 @@ FOOT_RADIUS = 0.005
 _STICK_RADIUS = 0.008
 """Radius of the sticks that show a robot without a look [m]."""
 
+_NOT_XML = re.compile(r"[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that XML cannot hold."""
+
 
 def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
-    """A robot's URDF file and its meshes.
+    """Return a robot's URDF file and its meshes.
 
     A massless link at the end of a chain is a foot; the link that carries it gets a small ball
     there as its collision shape, since simulators take the ball's own mass for that of a massless
-    link.
-    A tree without any look is shown as cylinders from joint to joint. The inertia of
-    rotors, which URDF has no word for, is in elements ``<phasmid>``, which other readers ignore.
+    link. A tree without any look is shown as cylinders from joint to joint. The inertia of rotors,
+    which URDF has no word for, is in elements ``<phasmid>``, which other readers ignore.
 
     Args:
         tree: The tree.
@@ -42,34 +44,31 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
     Raises:
         InvalidInput: A joint is of a kind that URDF does not have.
     """
-    looks = _Looks(meshes_of(name))
-    shown = any(link.parts for link in tree.links.values())
-    body: list[str] = []
+    meshes, colors = StlFiles(name), dict[Color, str]()
+    root = ET.Element("robot", name=tree.name)
+    # MuJoCo would look for all meshes beside the file.
+    ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", strippath="false")
+    sticks = not any(link.parts for link in tree.links.values())
     for link in tree.links.values():
-        body += _link(tree, link, looks, sticks=not shown)
+        _add_link(root, tree, link, meshes, colors, sticks=sticks)
     for joint in tree.joints:
-        body += _joint(joint)
-    lines = [
-        '<?xml version="1.0" encoding="utf-8"?>',
-        f"<robot{_attributes(name=tree.name)}>",
-        # MuJoCo would look for all meshes beside the file.
-        '  <mujoco><compiler strippath="false"/></mujoco>',
-        *looks.materials(),
-        *body,
-        "</robot>",
-        "",
-    ]
-    return {f"{name}.urdf": "\n".join(lines).encode(), **looks.meshes.files}
+        _add_joint(root, joint)
+    for number, (color, own) in enumerate(colors.items(), 1):
+        material = ET.Element("material", name=own)
+        ET.SubElement(material, "color", rgba=written(color))
+        root.insert(number, material)
+    for element in root.iter():
+        for key, value in element.items():
+            element.set(key, _NOT_XML.sub("\ufffd", value))
+    ET.indent(root)
+    return {f"{name}.urdf": ET.tostring(root, "utf-8", xml_declaration=True), **meshes.files}
 
 
 def rpy_of(R: Float[np.ndarray, "3 3"]) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a rotation Rz(yaw) Ry(pitch) Rx(roll) [rad].
+    """Return roll, pitch and yaw of a rotation Rz(yaw) Ry(pitch) Rx(roll) [rad].
 
     The roll is taken from the remainder of the yaw, so that both are exact where the pitch is
     a right angle and each of them alone is not determined.
-
-    Args:
-        R: A rotation, shape (3, 3).
     """
     yaw = math.atan2(R[1, 0], R[0, 0])
     pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
@@ -78,132 +77,91 @@ def rpy_of(R: Float[np.ndarray, "3 3"]) -> tuple[float, float, float]:
     return roll, pitch, yaw
 
 
-class _Looks:
-    """Materials and mesh files, each written once."""
+def _add_link(
+    root: ET.Element,
+    tree: Tree,
+    link: TreeLink,
+    meshes: StlFiles,
+    colors: dict[Color, str],
+    *,
+    sticks: bool,
+) -> None:
+    body = ET.SubElement(root, "link", name=link.name)
 
-    def __init__(self, folder: str) -> None:
-        self.meshes = StlFiles(folder)
-        self._colors: dict[tuple[float, ...], str] = {}
+    def add_shape(
+        tag: str, name: str, shape: str, color: Color | None = None, **sizes: str
+    ) -> ET.Element:
+        look = ET.SubElement(body, tag, name=name)
+        ET.SubElement(ET.SubElement(look, "geometry"), shape, sizes)
+        if color:
+            own = colors.setdefault(color, f"color_{len(colors) + 1}")
+            ET.SubElement(look, "material", name=own)
+        return look
 
-    def material(self, color: tuple[float, ...]) -> str:
-        return self._colors.setdefault(tuple(color), f"color_{len(self._colors) + 1}")
-
-    def materials(self) -> list[str]:
-        return [
-            f'  <material name="{name}"><color rgba="{_row(color)}"/></material>'
-            for color, name in self._colors.items()
-        ]
-
-
-def _link(tree: Tree, link: TreeLink, looks: _Looks, *, sticks: bool) -> list[str]:
-    lines = []
     if link.inertial is not None:
-        I = link.inertial.inertia
-        moments = _attributes(
-            ixx=I[0, 0], ixy=I[0, 1], ixz=I[0, 2], iyy=I[1, 1], iyz=I[1, 2], izz=I[2, 2]
-        )
-        lines += [
-            "    <inertial>",
-            f'      <origin xyz="{_row(link.inertial.com)}" rpy="0 0 0"/>',
-            f"      <mass{_attributes(value=link.inertial.mass)}/>",
-            f"      <inertia{moments}/>",
-            "    </inertial>",
-        ]
+        inertial, I = ET.SubElement(body, "inertial"), link.inertial.inertia
+        _add_origin(inertial, link.inertial.com)
+        ET.SubElement(inertial, "mass", value=written([link.inertial.mass]))
+        keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        moments = I[np.triu_indices(3)].tolist()
+        numbers = {key: written([moment]) for key, moment in zip(keys, moments, strict=True)}
+        ET.SubElement(inertial, "inertia", numbers)
     for number, part in enumerate(link.parts):
-        file = looks.meshes.add(part, f"{link.name}_{part.name}".strip("_"))
-        mesh = f"<mesh{_attributes(filename=file)}/>"
+        file = meshes.add(part, f"{link.name}_{part.name}".strip("_"))
         # Simulators want names of their own for all shapes of a robot.
-        lines += _look(
-            "visual", f"{link.name}/{number}/{part.name}", mesh, looks.material(part.color)
-        )
-    joints = tree.joints_from(link.name)
-    if sticks:
-        for joint in joints:
-            lines += _stick(joint, looks)
-    for joint in joints:
+        add_shape("visual", f"{link.name}/{number}/{part.name}", "mesh", part.color, filename=file)
+    for joint in tree.joints_from(link.name):
+        end = joint.X_parent_child[:3, 3]
+        length = float(np.linalg.norm(end))
+        if sticks and length >= 1e-3:
+            x, y, z = end / length
+            sizes = {"radius": written([_STICK_RADIUS]), "length": written([length])}
+            look = add_shape("visual", f"{OWN_SHAPE}{joint.name}", "cylinder", GREY, **sizes)
+            # Ry(pitch) and Rz(yaw) turn the cylinder's z to the end.
+            _add_origin(look, end / 2, (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
+    for joint in tree.joints_from(link.name):
         foot = tree.links[joint.child]
         if joint.kind == "fixed" and foot.inertial is None and not tree.joints_from(foot.name):
-            ball = f"<sphere{_attributes(radius=FOOT_RADIUS)}/>"
-            origin = f'      <origin xyz="{_row(joint.X_parent_child[:3, 3])}" rpy="0 0 0"/>'
-            lines += _look("collision", f"{OWN_SHAPE}{foot.name}", ball, origin=origin)
-    name = _attributes(name=link.name)
-    return [f"  <link{name}>", *lines, "  </link>"] if lines else [f"  <link{name}/>"]
+            radius = written([FOOT_RADIUS])
+            ball = add_shape("collision", f"{OWN_SHAPE}{foot.name}", "sphere", radius=radius)
+            _add_origin(ball, joint.X_parent_child[:3, 3])
 
 
-def _look(tag: str, name: str, shape: str, material: str = "", origin: str = "") -> list[str]:
-    return [
-        f"    <{tag}{_attributes(name=name)}>",
-        *([origin] if origin else []),
-        f"      <geometry>{shape}</geometry>",
-        *([f'      <material name="{material}"/>'] if material else []),
-        f"    </{tag}>",
-    ]
+def _add_origin(
+    owner: ET.Element,
+    xyz: Float[np.ndarray, "3"],
+    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> None:
+    ET.SubElement(owner, "origin", xyz=written(xyz), rpy=written(rpy))
 
 
-def _stick(joint: TreeJoint, looks: _Looks) -> list[str]:
-    """A cylinder from a link's origin to a joint that it carries."""
-    end = joint.X_parent_child[:3, 3]
-    length = float(np.linalg.norm(end))
-    if length < 1e-3:
-        return []
-    x, y, z = end / length
-    # Ry(pitch) and Rz(yaw) turn the cylinder's z to the end.
-    rpy = (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x))
-    origin = f'      <origin xyz="{_row(end / 2)}" rpy="{_row(rpy)}"/>'
-    shape = f"<cylinder{_attributes(radius=_STICK_RADIUS, length=length)}/>"
-    return _look("visual", f"{OWN_SHAPE}{joint.name}", shape, looks.material(GREY), origin)
-
-
-def _joint(joint: TreeJoint) -> list[str]:
-    kind = joint.kind
+def _add_joint(root: ET.Element, joint: TreeJoint) -> None:
+    kind, X = joint.kind, joint.X_parent_child
     if kind not in KINDS:
         raise InvalidInput(f"joint {joint.name} is {kind}; URDF has no such joint.")
-    endless = math.isinf(joint.lower) and math.isinf(joint.upper)
-    if kind == "revolute" and endless:
+    if kind == "revolute" and math.isinf(joint.lower) and math.isinf(joint.upper):
         kind = "continuous"
-    X = joint.X_parent_child
-    lines = [
-        f"  <joint{_attributes(name=joint.name, type=kind)}>",
-        f'    <origin xyz="{_row(X[:3, 3])}" rpy="{_row(rpy_of(X[:3, :3]))}"/>',
-        f"    <parent{_attributes(link=joint.parent)}/>",
-        f"    <child{_attributes(link=joint.child)}/>",
-    ]
-    if kind != "fixed":
-        lines.append(f'    <axis xyz="{_row(joint.axis)}"/>')
-        # URDF has no word for "unknown" or "none"; readers want numbers in all four places.
-        limits = {
-            "lower": max(joint.lower, -UNLIMITED),
-            "upper": min(joint.upper, UNLIMITED),
-            "effort": UNLIMITED if joint.effort is None else joint.effort,
-            "velocity": UNLIMITED if joint.velocity is None else joint.velocity,
-        }
-        if kind == "continuous":
-            del limits["lower"], limits["upper"]
-        lines.append(f"    <limit{_attributes(**limits)}/>")
-        dynamics = _attributes(damping=joint.damping, friction=joint.friction)
-        lines.append(f"    <dynamics{dynamics}/>")
-        if joint.armature:
-            lines.append(f"    <phasmid{_attributes(armature=joint.armature)}/>")
-    return [*lines, "  </joint>"]
-
-
-def _attributes(**values: object) -> str:
-    return "".join(
-        f' {key}="{_text(value) if isinstance(value, str) else _number(value)}"'
-        for key, value in values.items()
-    )
-
-
-def _text(text: str) -> str:
-    """A text for XML, without the characters that XML cannot hold."""
-    kept = re.sub(r"[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
-    return html.escape(kept)
-
-
-def _number(value: object) -> str:
-    # Adding 0 turns a negative zero into a plain one.
-    return repr(float(value) + 0.0)  # type: ignore[arg-type]
-
-
-def _row(values: Iterable[float]) -> str:
-    return " ".join(map(_number, values))
+    element = ET.SubElement(root, "joint", name=joint.name, type=kind)
+    _add_origin(element, X[:3, 3], rpy_of(X[:3, :3]))
+    ET.SubElement(element, "parent", link=joint.parent)
+    ET.SubElement(element, "child", link=joint.child)
+    if kind == "fixed":
+        return
+    ET.SubElement(element, "axis", xyz=written(joint.axis))
+    # URDF has no word for "unknown" or "none"; readers want numbers in all four places.
+    limits = {
+        "lower": max(joint.lower, -UNLIMITED),
+        "upper": min(joint.upper, UNLIMITED),
+        "effort": UNLIMITED if joint.effort is None else joint.effort,
+        "velocity": UNLIMITED if joint.velocity is None else joint.velocity,
+    }
+    if kind == "continuous":
+        del limits["lower"], limits["upper"]
+    groups = {
+        "limit": limits,
+        "dynamics": {"damping": joint.damping, "friction": joint.friction},
+        "phasmid": {"armature": joint.armature} if joint.armature else {},
+    }
+    for tag, values in groups.items():
+        if values:
+            ET.SubElement(element, tag, {key: written([v]) for key, v in values.items()})

@@ -60,7 +60,7 @@ def _edges(
     stance: Bool[np.ndarray, "samples legs"],
     com: Float[np.ndarray, "samples 2"],
 ) -> tuple[Float[np.ndarray, "edges 2"], Float[np.ndarray, " edges"]]:
-    """Of each edge of the polygons its inward normal, and how far inside it the mass is [m]."""
+    """Return each edge's inward normal and the distance of the mass inside it [m]."""
     along = feet[:, None, :, :] - feet[:, :, None, :]
     length = np.hypot(along[..., 0], along[..., 1])
     along = along / np.where(length > SAME_PLACE, length, 1.0)[..., None]
@@ -78,7 +78,7 @@ def _edges(
 def _top(
     normals: Float[np.ndarray, "planes 2"], heights: Float[np.ndarray, " planes"], farthest: float
 ) -> Float[np.ndarray, "2"]:
-    """The shift at which the lowest of all planes is the highest, of equal ones the smallest."""
+    """Return the shift with the largest least margin; of equal ones the smallest."""
     count = len(heights)
     sides = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
     # Of shift s and margin r: n · s - r + h >= 0 under each plane, and the box's sides.

@@ -27,15 +27,6 @@ def geometry(leg: LegGeometry) -> tuple[np.ndarray, np.ndarray]:
     return leg.lengths, np.asarray(leg.lateral_offsets.sum(axis=-1))
 
 
-def is_printed(form: str) -> bool:
-    """Return whether a form is ``as-printed``; refuse other texts than the two forms."""
-    if form not in ("corrected", "as-printed"):
-        raise InvalidInput(
-            f'form is "{form}"; it must be "corrected" or "as-printed".', hint='"corrected"'
-        )
-    return form == "as-printed"
-
-
 def scalar(name: str, value: float) -> float:
     """Return one number; refuse an array, which would broadcast over the axes of vectors."""
     if np.ndim(value):

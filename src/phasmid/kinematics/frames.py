@@ -7,13 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.arguments import is_printed, per_leg
-from phasmid.kinematics.matrices import dh_matrix, matrix
-from phasmid.kinematics.printed import printed_body_rotation, printed_dh_transform
+from phasmid.kinematics.arguments import per_leg
+from phasmid.kinematics.matrices import dh_transform, matrix
 from phasmid.robot import Leg, Robot
-
-R_OURS_PAPER = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""Rotation from the paper's axes, y forward, to ours, x forward."""
 
 
 class LinkFrames(NamedTuple):
@@ -26,33 +22,6 @@ class LinkFrames(NamedTuple):
 
     rotation: Float[np.ndarray, "*batch legs 3 3 3"]
     position: Float[np.ndarray, "*batch legs 3 3"]
-
-
-def dh_transform(
-    alpha: Float[np.ndarray, "*batch"],
-    a: Float[np.ndarray, "*batch"],
-    d: Float[np.ndarray, "*batch"],
-    theta: Float[np.ndarray, "*batch"],
-    *,
-    form: str = "corrected",
-) -> Float[np.ndarray, "*batch 4 4"]:
-    """Transform between neighbouring frames in modified Denavit-Hartenberg form (Craig).
-
-    Args:
-        alpha: Angle between the joint axes, about the previous x [rad].
-        a: Distance between the joint axes, along the previous x [m].
-        d: Offset along the joint axis [m].
-        theta: Joint angle [rad].
-        form: ``corrected``, or ``as-printed``: Eq. 1 with its misprint, for study.
-
-    Returns:
-        ``X_previous_next``, shape (..., 4, 4).
-
-    Source: Eq. 1 with its entry (1,4) corrected to a.
-    """
-    if is_printed(form):
-        return printed_dh_transform(alpha, a, d, theta)
-    return dh_matrix(alpha, a, d, theta)
 
 
 def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 4 4 4"]:
@@ -73,10 +42,10 @@ def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, 
     coxa, femur, tibia = leg.lengths
     # Offsets count along the joints' axes, which are to the leg's right.
     to_femur, to_tibia, to_foot = -leg.lateral_offsets
-    X_hip_coxa = dh_matrix(zero, zero, zero, q1)
-    X_coxa_femur = dh_matrix(right, coxa, to_femur, q2)
-    X_femur_tibia = dh_matrix(zero, femur, to_tibia, q3)
-    X_tibia_foot = dh_matrix(zero, tibia, to_foot, zero)
+    X_hip_coxa = dh_transform(zero, zero, zero, q1)
+    X_coxa_femur = dh_transform(right, coxa, to_femur, q2)
+    X_femur_tibia = dh_transform(zero, femur, to_tibia, q3)
+    X_tibia_foot = dh_transform(zero, tibia, to_foot, zero)
     X_hip_femur = X_hip_coxa @ X_coxa_femur
     X_hip_tibia = X_hip_femur @ X_femur_tibia
     return np.stack([X_hip_coxa, X_hip_femur, X_hip_tibia, X_hip_tibia @ X_tibia_foot], axis=-3)
@@ -86,8 +55,6 @@ def rotation_rpy(
     roll: Float[np.ndarray, "*batch"],
     pitch: Float[np.ndarray, "*batch"],
     yaw: Float[np.ndarray, "*batch"],
-    *,
-    form: str = "corrected",
 ) -> Float[np.ndarray, "*batch 3 3"]:
     """Rotation of the body: roll about x, then pitch about y, then yaw about z, fixed axes.
 
@@ -95,17 +62,12 @@ def rotation_rpy(
         roll: Angle about the forward axis x [rad].
         pitch: Angle about the axis y, to the left [rad].
         yaw: Angle about the vertical [rad].
-        form: ``corrected``, or ``as-printed``: T_B^G with its misprint, for study, brought from
-            the paper's axes, y forward and pitch about x to the right, to these
-            (`printed_body_rotation` leaves it in the paper's).
 
     Returns:
         ``R_world_body``, shape (..., 3, 3).
 
     Source: T_B^G, corrected, with x forward (the paper's forward axis is y).
     """
-    if is_printed(form):
-        return R_OURS_PAPER @ printed_body_rotation(roll, np.negative(pitch), yaw) @ R_OURS_PAPER.T
     cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
     cy, sy = np.cos(yaw), np.sin(yaw)
     return matrix(

@@ -11,8 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import Unreachable
-from phasmid.kinematics.arguments import LegGeometry, geometry, is_printed
-from phasmid.kinematics.printed import printed_joint_angles
+from phasmid.kinematics.arguments import LegGeometry, geometry
 from phasmid.robot import Leg, LegArrays
 
 STRETCH_TOLERANCE = 1e-12
@@ -40,27 +39,22 @@ def foot_position(
 
 
 def joint_angles(
-    leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"], *, form: str = "corrected"
+    leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint angles that place the foot at a point, knee up and leg outwards.
 
     Args:
         leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
         p_hip_foot: Foot in the leg's hip frame [m], shape (..., 3).
-        form: ``corrected``, or ``as-printed``: Eqs. 3 to 9 with all their misprints, for study.
 
     Returns:
-        Coxa, femur and tibia angles [rad], each in (-pi, pi], shape (..., 3); as printed, NaN
-        where an equation gives no angle.
+        Coxa, femur and tibia angles [rad], each in (-pi, pi], shape (..., 3).
 
     Raises:
         Unreachable: A point is nearer or farther than the leg can go; carries the first such point.
-        InvalidInput: There is no such form.
 
     Source: Eqs. 3-9, corrected (docs/errata.md).
     """
-    if is_printed(form):
-        return printed_joint_angles(leg, p_hip_foot)
     q, margin = angles_and_margin(leg, p_hip_foot)
     # Written so that NaN counts as unreachable.
     reachable = margin >= -STRETCH_TOLERANCE * (leg.lengths[..., 1] + leg.lengths[..., 2]) ** 2

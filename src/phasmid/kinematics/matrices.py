@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from jaxtyping import Float
 
 Samples = np.ndarray | np.float64
 """One number per sample; NumPy makes a scalar of a single one."""
@@ -21,8 +22,22 @@ def matrix(*rows: Sequence[Samples | float]) -> np.ndarray:
     return filled
 
 
-def dh_matrix(alpha: Samples, a: Samples, d: Samples, theta: Samples) -> np.ndarray:
-    """Return the transform of Eq. 1, corrected; arguments as in ``frames.dh_transform``."""
+def dh_transform(
+    alpha: Samples, a: Samples, d: Samples, theta: Samples
+) -> Float[np.ndarray, "*batch 4 4"]:
+    """Transform between neighbouring frames in modified Denavit-Hartenberg form (Craig).
+
+    Args:
+        alpha: Angle between the joint axes, about the previous x [rad].
+        a: Distance between the joint axes, along the previous x [m].
+        d: Offset along the joint axis [m].
+        theta: Joint angle [rad].
+
+    Returns:
+        ``X_previous_next``, shape (..., 4, 4).
+
+    Source: Eq. 1 with its entry (1,4) corrected to a.
+    """
     ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
     return matrix(
         [ct, -st, 0.0, a],

@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.matrices import Samples, dh_matrix, matrix
+from phasmid.kinematics.matrices import Samples, dh_transform, matrix
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import UNITS
 
@@ -99,7 +99,7 @@ def printed_dh_transform(
     Source: Eq. 1 as printed.
     """
     wrong = KinematicMisprint.EQ_1_OFFSET in map(KinematicMisprint, misprints)
-    return dh_matrix(alpha, alpha * (DEG.per_si / MM.per_si) if wrong else a, d, theta)
+    return dh_transform(alpha, alpha * (DEG.per_si / MM.per_si) if wrong else a, d, theta)
 
 
 def printed_leg_pose(

@@ -188,7 +188,7 @@ def _least_waits(
     low1: Float[np.ndarray, " swings"],
     top: Float[np.ndarray, " swings"],
 ) -> tuple[Float[np.ndarray, " swings"], Float[np.ndarray, " swings"]]:
-    """The shortest waits with which the foot is high enough wherever it comes.
+    """Return the shortest waits with which the foot clears the ground along its path.
 
     The foot is at the place of τ at the time a + (1 - a - b) τ. It must not be there before it is
     up, nor after it must come down; each place bounds a from below and b from below, each by the

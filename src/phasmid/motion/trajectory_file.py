@@ -48,7 +48,7 @@ def load_trajectory(
         raise InvalidInput(f"trajectory {path} does not exist or is not a file.")
     if path.suffix not in _READERS:
         raise InvalidInput(
-            f"{path} is no trajectory that can be read.", hint="a .csv, .npy, .nc or .rec file"
+            f"{path} is no trajectory that can be read.", hint="a .csv, .npy, .nc or .mcap file"
         )
     size = path.stat().st_size
     if size > LARGEST_FILE:
@@ -183,5 +183,5 @@ _READERS = {
     ".csv": _read_csv,
     ".npy": _read_npy,
     ".nc": _read_recording,
-    ".rec": _read_recording,
+    ".mcap": _read_recording,
 }

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from phasmid.paper.evidence import SERVO_STIFFNESS, Evidence
+from phasmid.paper.comparisons import (
+    CREEPS,
+    grips_table,
+    relaxations_table,
+    shares_tables,
+    squeezes_table,
+    table,
+    variants_table,
+)
+from phasmid.paper.evidence import DRIVES, GAITS, SERVO_STIFFNESS, Evidence
 from phasmid.paper.misprints import MISPRINTS, two_digits
-from phasmid.paper.sharing import AFTER_TOUCHDOWN, Grip, Relaxation, Share, Squeeze
 from phasmid.paper.statement import RULES, Finding, Grade, Statement
 from phasmid.paper.trajectory import turned_in_support
-from phasmid.paper.variants import Variant
+from phasmid.paper.walking import force_differences
 
 
 class Graded(NamedTuple):
@@ -23,40 +28,16 @@ class Graded(NamedTuple):
     finding: Finding
 
 
-class Results(NamedTuple):
-    """Everything that the page shows.
+Parts = dict[str, list[Graded]]
+"""The graded statements under their headings."""
 
-    Attributes:
-        parts: The graded statements under their headings.
-        variants: The stance laws and layouts.
-        shares: The force models beside the drives.
-        grips: The friction that models and simulations need.
-        squeezes: Internal forces under each drive.
-        creeps: Internal forces of prescribed joints by how much the ground creeps.
-        relaxations: How the squeeze of servos fades.
-        more_feet: Rms difference of the normal forces from those of minimum norm in other gaits,
-            prescribed joints [N].
-        model_torque: Rms difference of the model's torques from the simulated ones amid stance,
-            each leg and joint [N·m], shape (L, 3).
-    """
 
-    parts: dict[str, list[Graded]]
-    variants: list[Variant]
-    shares: list[Share]
-    grips: list[Grip]
-    squeezes: list[Squeeze]
-    creeps: list[Squeeze]
-    relaxations: list[Relaxation]
-    more_feet: dict[str, float]
-    model_torque: np.ndarray
-
-    @property
-    def tally(self) -> str:
-        """How many statements there are of each grade, a sentence."""
-        grades = [line.finding.grade for lines in self.parts.values() for line in lines]
-        counted = Counter(grades)
-        each = (f"{grade.value}: {counted[grade]}" for grade in Grade if counted[grade])
-        return f"{len(grades)} statements. {' · '.join(each)}"
+def tally(parts: Parts) -> str:
+    """Return how many statements there are of each grade, a sentence."""
+    grades = [line.finding.grade for lines in parts.values() for line in lines]
+    counted = Counter(grades)
+    each = (f"{grade.value}: {counted[grade]}" for grade in Grade if counted[grade])
+    return f"{len(grades)} statements. {' · '.join(each)}"
 
 
 _PAGE = """\
@@ -197,27 +178,32 @@ change nothing on a walk that is far from slipping.
 """
 
 
-def document(results: Results, evidence: Evidence) -> str:
-    """The page, in Markdown."""
+def document(parts: Parts, evidence: Evidence) -> str:
+    """Return the page, in Markdown."""
+    femur, tibia = turned_in_support(evidence, "straight")
     return _PAGE.format(
-        parts="".join(_part(name, lines) for name, lines in results.parts.items()),
-        rules=_table(("grade", "given where"), [(g.value, rule) for g, rule in RULES.items()]),
-        count=results.tally,
+        parts="".join(_part(name, lines) for name, lines in parts.items()),
+        rules=table(("grade", "given where"), [(g.value, rule) for g, rule in RULES.items()]),
+        count=tally(parts),
         slip=1000 * evidence.variant("coxa-only", "as-given").summary["slip"]["mean"],
-        femur=turned_in_support(evidence, "straight")[0],
-        tibia=turned_in_support(evidence, "straight")[1],
-        variants=_variants(results.variants),
+        femur=femur,
+        tibia=tibia,
+        variants=variants_table(evidence),
         misprints=_misprints(),
-        model=_model_torque(results.model_torque, evidence.robot.leg_names),
+        model=_model_torque(evidence),
         position=SERVO_STIFFNESS,
         own=evidence.robot.servo.stiffness,
         friction=evidence.scenario.terrain.friction,
-        shares=_shares(results.shares),
-        more_feet=", ".join(f"{gap:.2f} N ({gait})" for gait, gap in results.more_feet.items()),
-        grips=_grips(results.grips),
-        squeezes=_squeezes("joints", results.squeezes),
-        creeps=_squeezes("friction damping", results.creeps),
-        relaxations=_relaxations(results.relaxations),
+        shares=shares_tables(evidence),
+        grips=grips_table(evidence),
+        squeezes=squeezes_table("joints", {drive: evidence.driven(drive) for drive in DRIVES}),
+        creeps=squeezes_table(
+            "friction damping", {f"{c:g} N·s/m a point": evidence.creeping(c) for c in CREEPS}
+        ),
+        relaxations=relaxations_table(evidence),
+        more_feet=", ".join(
+            f"{force_differences(evidence.gait(gait))[0]:.2f} N ({gait})" for gait in GAITS
+        ),
     )
 
 
@@ -226,33 +212,7 @@ def _part(name: str, lines: list[Graded]) -> str:
     for statement, finding in lines:
         measured = finding.number + (f". {finding.note}" if finding.note else "")
         rows.append((statement.where, statement.says, measured, finding.grade.value))
-    return f"## {name}\n\n{_table(('where', 'the paper says', 'measured', 'grade'), rows)}\n\n"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _variants(variants: list[Variant]) -> str:
-    head = ("stance law", "mounts", "way [mm]", "drift [mm]", "heading [°]", "slip a step [mm]")
-    joints = ("coxa [N·m]", "femur [N·m]", "tibia [N·m]")
-    rows = []
-    for v in variants:
-        turn, wobble = np.degrees([v.heading_change, v.heading_wobble / 2])
-        torques = [f"{a:.2f} / {b:.2f}" for a, b in zip(v.peak, v.peak_model, strict=True)]
-        rows.append(
-            (
-                v.stance_law,
-                v.mounts,
-                f"{1000 * v.distance:.0f}",
-                f"{round(1000 * v.drift, 1) + 0.0:.1f}",
-                f"{round(float(turn), 2) + 0.0:.2f} ± {wobble:.2f}",
-                f"{1000 * v.slip:.1f}",
-                *torques,
-            )
-        )
-    return _table((*head, *joints), rows)
+    return f"## {name}\n\n{table(('where', 'the paper says', 'measured', 'grade'), rows)}\n\n"
 
 
 def _misprints() -> str:
@@ -260,73 +220,13 @@ def _misprints() -> str:
     for name in ("eq-10", "theta-3-as-fed", "eq-10-as-fed", "eq-11-sign"):
         row = next(misprint for misprint in MISPRINTS if misprint.name == name)
         rows.append((row.where, *(two_digits(1000 * extent.largest) for extent in row.cost())))
-    head = ("largest error of a torque [mN·m]", "swing", "support", "random states")
-    return _table(head, rows)
+    return table(("largest error of a torque [mN·m]", "swing", "support", "random states"), rows)
 
 
-def _model_torque(gap: np.ndarray, names: Sequence[str]) -> str:
-    rows = []
-    for number, (name, joints) in enumerate(zip(names, gap, strict=True), 1):
-        rows.append((f"{number} {name.replace('_', ' ')}", *(f"{1000 * v:.1f}" for v in joints)))
-    return _table(("leg", "coxa", "femur", "tibia"), rows)
-
-
-def _shares(shares: list[Share]) -> str:
-    tables = []
-    for kind, what in (
-        ("normal", "normal forces [N]"),
-        ("tangential", "tangential forces [N]"),
-        ("torque", "joint torques [N·m]"),
-    ):
-        gap = {(share.model, share.drive): getattr(share, kind) for share in shares}
-        models, drives = (list(dict.fromkeys(names)) for names in zip(*gap, strict=True))
-        least = {drive: min(gap[model, drive] for model in models) for drive in drives}
-        rows = []
-        for model in models:
-            cells = []
-            for drive in drives:
-                value = gap[model, drive]
-                # Models that differ by less than a hundredth come equally near.
-                near = value <= 1.01 * least[drive]
-                cells.append(f"**{value:.3f}**" if near else f"{value:.3f}")
-            rows.append((model, *cells))
-        tables.append(_table((what, *drives), rows))
-    return "\n\n".join(tables)
-
-
-def _grips(grips: list[Grip]) -> str:
-    head = ("forces", "mean", "95 %", "largest", "margin [N]")
+def _model_torque(evidence: Evidence) -> str:
+    gap = evidence.walk.summary["model_against_simulation"]["torque"]["rms_mid_stance"]
     rows = [
-        (grip.source, *(f"{v:.3f}" for v in (grip.mean, grip.high, grip.largest, grip.margin)))
-        for grip in grips
+        (f"{number} {name.replace('_', ' ')}", *(f"{1000 * value:.1f}" for value in joints))
+        for number, (name, joints) in enumerate(zip(evidence.robot.leg_names, gap, strict=True), 1)
     ]
-    return _table(head, rows)
-
-
-def _squeezes(what: str, squeezes: list[Squeeze]) -> str:
-    head = (what, "tangential", "internal", "remainder", "normal part of a squeeze of 1 N")
-    rows = [
-        (
-            squeeze.source,
-            f"{squeeze.tangential:.2f}",
-            f"{squeeze.internal:.2f}",
-            f"{squeeze.remainder:.2f}",
-            f"{squeeze.normal_part:.4f}",
-        )
-        for squeeze in squeezes
-    ]
-    return _table(head, rows)
-
-
-def _relaxations(relaxations: list[Relaxation]) -> str:
-    times = [f"{time:g} s" for time in AFTER_TOUCHDOWN]
-    rows = [
-        (
-            relaxation.drive,
-            *(f"{share:.2f}" for share in relaxation.shares),
-            f"{relaxation.seen:.1f} s",
-            f"{relaxation.expected:.1f} s",
-        )
-        for relaxation in relaxations
-    ]
-    return _table(("joints", *times, "fades in", "damping × give"), rows)
+    return table(("leg", "coxa", "femur", "tibia"), rows)

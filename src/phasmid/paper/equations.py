@@ -31,7 +31,7 @@ def as_printed(name: str) -> Finding:
 
 
 def _sizes(cost: Cost) -> list[float]:
-    """The errors; where the print gives nothing at all, without bound."""
+    """Return the errors; infinite where the printed equation gives no value."""
     return [np.inf if np.isnan(extent.largest) else extent.largest for extent in cost]
 
 
@@ -43,7 +43,7 @@ def _words(extent: Extent, unit: str) -> str:
 
 
 def two_methods(evidence: Evidence) -> Finding:
-    """The closed form, from Lagrange's equations, against Newton and Euler's recursion."""
+    """Compare the closed form, from Lagrange's equations, with the Newton-Euler recursion."""
     robot = evidence.robot
     rng, shape = np.random.default_rng(4), (STATES, len(robot.legs), 3)
     q = rng.uniform(-np.pi, np.pi, shape)

@@ -55,7 +55,7 @@ class Trial:
         return middle_halves(self.channel("stance"))
 
     def channel(self, name: str) -> np.ndarray:
-        """A channel of the recording as an array."""
+        """Return a channel of the recording as an array."""
         return np.asarray(self.recording[name].values)
 
 
@@ -91,13 +91,13 @@ class Evidence:
         return self.trial("the paper's walk")
 
     def variant(self, stance_law: str, mounts: str) -> Trial:
-        """The walk under one of the two stance laws, on one of the two layouts of the hips."""
+        """Return the walk with one stance law and one layout of the hips."""
         if (stance_law, mounts) == ("straight", "as-given"):
             return self.walk
         return self.trial(f"{stance_law}, mounts {mounts}", stance_law=stance_law, mounts=mounts)
 
     def driven(self, drive: str) -> Trial:
-        """The walk with one of `DRIVES`."""
+        """Return the walk with one of `DRIVES`."""
         prescribed, position, springs, own = DRIVES
         if drive == prescribed:
             return self.walk
@@ -110,18 +110,18 @@ class Evidence:
         return self.trial(position, drive="ideal-servo", robot=replace(self.robot, servo=servo))
 
     def creeping(self, friction_damping: float) -> Trial:
-        """The walk, prescribed joints, on ground whose friction creeps more or less [N·s/m]."""
+        """Return the walk with prescribed joints and a friction damping [N·s/m]."""
         if friction_damping == self.scenario.contact.friction_damping:
             return self.walk
         name = f"friction damping {friction_damping:g} N·s/m"
         return self.trial(name, friction_damping=friction_damping)
 
     def gait(self, name: str) -> Trial:
-        """The walk in another gait."""
+        """Return the walk in another gait."""
         return self.trial(f"{name} gait", gait=name)
 
     def trial(self, name: str, **changes: Any) -> Trial:
-        """The paper's scenario with some changes, simulated.
+        """Simulate the paper's scenario with some changes.
 
         Args:
             name: Name of the variant; one name always has the same changes.

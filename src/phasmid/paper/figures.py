@@ -8,12 +8,13 @@ import numpy as np
 
 from phasmid.dynamics import leg_torque
 from phasmid.dynamics.printed import EQ_10, LegMisprint, printed_leg_torque
+from phasmid.forces import FORCE_MODELS
 from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
+from phasmid.paper.comparisons import model_force_and_torque
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
-from phasmid.paper.sharing import model_force_and_torque
 from phasmid.recording import JOINTS
-from phasmid.reporting.figure_layout import figure_legend
+from phasmid.reporting.panels import figure_legend
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -39,9 +40,6 @@ LINES: tuple[Line, ...] = tuple(
 )
 """Of the force models; those that meet stay visible beneath each other."""
 
-INDISTINCT = 0.01
-"""Force models that differ by less are one line [N]."""
-
 CYCLE = (2.0, 4.0)
 """The second cycle, which the start does not touch any more [s]."""
 
@@ -52,15 +50,11 @@ def as_printed_figure(evidence: Evidence) -> Figure:
     walk = plan(scenario).sample(np.linspace(0.0, 1.0, 500, endpoint=False))
     leg = walk.robot.legs[0]
     motion = (walk.q[:, 0], walk.qd[:, 0], walk.qdd[:, 0])
-    printed = {
-        "as printed": frozenset(EQ_10),
-        "as printed, fed with θ3 of Eq 9": frozenset({*EQ_10, LegMisprint.THETA_3_AS_FED}),
-    }
+    printed = (
+        ("as printed", frozenset(EQ_10), "--"),
+        ("as printed, fed with θ3 of Eq 9", frozenset({*EQ_10, LegMisprint.THETA_3_AS_FED}), ":"),
+    )
     right = 1000 * leg_torque(leg, *motion)
-    lines = {
-        name: 1000 * printed_leg_torque(leg, *motion, misprints=switches)
-        for name, switches in printed.items()
-    }
     with styled():
         figure, axes = _grid(
             3,
@@ -73,26 +67,21 @@ def as_printed_figure(evidence: Evidence) -> Figure:
         for joint, axis in enumerate(axes[:, 0]):
             colour = JOINT_COLOURS[joint]
             axis.plot(walk.time, right[:, joint], color=colour, linewidth=2.2)
-            for (_, values), dash in zip(lines.items(), ("--", ":"), strict=True):
-                axis.plot(walk.time, values[:, joint], color=INK, linewidth=1.2, linestyle=dash)
+            for _, switches, dash in printed:
+                wrong = 1000 * printed_leg_torque(leg, *motion, misprints=switches)
+                axis.plot(walk.time, wrong[:, joint], color=INK, linewidth=1.2, linestyle=dash)
             axis.set_title(JOINTS[joint])
             axis.set_ylabel("torque [mN·m]")
         axes[-1, 0].set_xlabel("time [s]")
         axes[-1, 0].set_xlim(0, 1)
-        _legend(
-            figure,
-            [("corrected", FAINT, "-", 2.2)]
-            + [(name, INK, dash, 1.2) for name, dash in zip(lines, ("--", ":"), strict=True)],
-        )
+        entries = [(name, INK, dash, 1.2) for name, _, dash in printed]
+        _legend(figure, [("corrected", FAINT, "-", 2.2), *entries])
     return figure
 
 
 def stance_laws_figure(evidence: Evidence) -> Figure:
     """Joint angles of legs 1 to 3 in the first cycle, under both stance laws side by side."""
-    columns = {
-        "coxa-only": "coxa-only, the text on Fig. 12",
-        "straight": "straight, the default",
-    }
+    columns = {"coxa-only": "coxa-only, the text on Fig. 12", "straight": "straight, the default"}
     with styled():
         figure, axes = _grid(
             3,
@@ -125,16 +114,14 @@ def stance_laws_figure(evidence: Evidence) -> Figure:
         for leg in range(3):
             axes[leg, 0].set_ylabel(f"leg {leg + 1}: angle [°]")
         axes[0, 0].set_xlim(0, evidence.scenario.stride.period)
-        _legend(
-            figure,
-            [(name, colour, "-", 1.4) for name, colour in zip(JOINTS, JOINT_COLOURS, strict=True)],
-        )
+        pairs = zip(JOINTS, JOINT_COLOURS, strict=True)
+        _legend(figure, [(name, colour, "-", 1.4) for name, colour in pairs])
     return figure
 
 
-def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
+def sharing_figure(evidence: Evidence) -> Figure:
     """Forces on foot 2 over one cycle, by each drive in the engine and by each force model."""
-    lines = _alike(evidence, models)
+    lines = _alike(evidence)
     with styled():
         figure, axes = _grid(
             2,
@@ -164,13 +151,13 @@ def sharing_figure(evidence: Evidence, models: tuple[str, ...]) -> Figure:
     return figure
 
 
-def _alike(evidence: Evidence, models: tuple[str, ...]) -> list[list[str]]:
-    """The models, those together whose forces on this walk are the same line."""
+def _alike(evidence: Evidence) -> list[list[str]]:
+    """Return the force models, those together whose forces on this walk are the same line."""
     found: list[tuple[np.ndarray, list[str]]] = []
-    for model in models:
+    for model in FORCE_MODELS:
         force, _ = model_force_and_torque(evidence.walk, model)
         for other, names in found:
-            if np.abs(force - other).max() < INDISTINCT:
+            if np.abs(force - other).max() < 0.01:
                 names.append(model)
                 break
         else:
@@ -199,7 +186,7 @@ def _grid(
     room: float = 0.34,
     legend: int = 1,
 ) -> tuple[Figure, np.ndarray]:
-    """A figure of panels under a title, a subtitle and a place for the legend's lines."""
+    """Return a figure of panels with title, subtitle and space for the legend."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as NewFigure
 

@@ -254,5 +254,5 @@ SLIPS = (
 
 
 def two_digits(value: float) -> str:
-    """A number with two significant digits, without an exponent; round-off is 0."""
+    """Format a number with two significant digits, without an exponent; round-off is 0."""
     return "0" if abs(value) < ROUND_OFF else f"{float(f'{value:.2g}'):g}"

@@ -70,7 +70,7 @@ class Statement:
 def judged(
     good: bool | np.bool_, number: str, note: str = "", *, best: Grade = Grade.HOLDS
 ) -> Finding:
-    """A finding of a statement that either fares as well as it can or does not hold.
+    """Return a finding with the best possible verdict, or the verdict that it does not hold.
 
     Args:
         good: Whether the number bears it out.
@@ -82,5 +82,5 @@ def judged(
 
 
 def length(metres: float) -> str:
-    """A difference of two ways to one length, in words: round-off of nothing is nothing."""
+    """Describe a length difference in words; round-off counts as none."""
     return "0 m" if metres == 0 else f"{metres:.0e} m"

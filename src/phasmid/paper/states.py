@@ -18,9 +18,6 @@ from phasmid.scenario import load_scenario
 RANDOM_STATES = 2000
 """Random states of each leg."""
 
-SEED = 3
-"""Of the random states."""
-
 FARTHEST_ROLL = math.radians(30)
 """Random rolls and pitches of the body are at most this [rad]."""
 
@@ -59,7 +56,7 @@ class States:
 
 @cache
 def walk_states() -> States:
-    """The samples of the paper's walk, with the foot forces of least norm.
+    """Return the samples of the paper's walk, with the foot forces of least norm.
 
     The links' masses lie as Eq. 10 assumes, so that only the print makes a difference.
     """
@@ -86,7 +83,7 @@ def random_states() -> States:
     outside its coxa axis.
     """
     robot = walk_states().robot
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(3)
     leg = robot.legs[0]
     lower, upper = leg.joint_limits.T.copy()
     lower[0], upper[0] = -math.pi, math.pi

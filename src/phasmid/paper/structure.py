@@ -12,8 +12,8 @@ import numpy as np
 from phasmid import kinematics
 from phasmid.errors import InfeasibleWalk
 from phasmid.formats import ImportOptions, load_robot, save_robot
-from phasmid.formats.step_guess import first_guess
-from phasmid.formats.step_sidecar import sidecar_of
+from phasmid.formats.step_in import sidecar_of
+from phasmid.formats.step_out import first_guess
 from phasmid.motion import plan
 from phasmid.paper.evidence import Evidence
 from phasmid.paper.statement import Finding, Grade, Statement, judged, length
@@ -80,7 +80,7 @@ def _shortest_step(evidence: Evidence, **step: float) -> float:
 
 
 def _largest(scenario: Callable[[float], Scenario], most: float, step: float) -> float:
-    """The largest value whose scenario can be planned."""
+    """Return the largest value whose scenario can be planned."""
     low, high = step, most
     while high - low > step:
         middle = (low + high) / 2
@@ -119,7 +119,7 @@ def lengths(evidence: Evidence) -> Finding:
 
 
 def chain(evidence: Evidence) -> Finding:
-    """The chain of Table 1 against the closed form."""
+    """Compare the chain of Table 1 with the closed form."""
     leg = evidence.robot.legs[0]
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (STATES, 3))
     foot = kinematics.leg_frames(leg, q)[:, 3, :3, 3]

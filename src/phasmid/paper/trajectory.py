@@ -19,7 +19,7 @@ FIRST, SECOND = (0, 2, 4), (1, 3, 5)
 
 
 def inputs(evidence: Evidence) -> Finding:
-    """The four inputs, as found in the planned feet."""
+    """Compare the four inputs with the planned feet."""
     walk, stride = evidence.planned, evidence.scenario.stride
     p = kinematics.body_from_hip(
         walk.robot, kinematics.foot_position(walk.robot.arrays, walk.q[:2001])
@@ -51,7 +51,7 @@ def smooth(evidence: Evidence) -> Finding:
 
 
 def first_half(evidence: Evidence) -> Finding:
-    """Which legs stand in the first second, and in the next."""
+    """Compare the stance legs of both halves of the cycle with the paper."""
     time, stance = evidence.planned.time, evidence.planned.stance
     first = (time % 2.0) < 1.0 - EXACT
     good = (
@@ -92,7 +92,7 @@ def coxa_only(evidence: Evidence) -> Finding:
 
 
 def transfer(evidence: Evidence) -> Finding:
-    """How far each joint turns in a transfer."""
+    """Compare the rotation of each joint in a transfer phase."""
     walk = evidence.planned
     swinging = ~walk.stance[:1000, 0]
     turned = np.degrees(np.ptp(walk.q[:1000][swinging][:, FIRST], axis=0)).min(axis=0)
@@ -104,7 +104,7 @@ def transfer(evidence: Evidence) -> Finding:
 
 
 def mapping(evidence: Evidence) -> Finding:
-    """Where the feet stand at the start."""
+    """Compare the feet's places at the start."""
     walk = evidence.planned
     robot, start = walk.robot, walk.q[0]
     p = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, start))
@@ -140,9 +140,7 @@ TRAJECTORY = (
     Statement("Fig 6", "step length 40 mm, height 30 mm, time 2 s, 41 samples", inputs),
     Statement("results", "a polynomial of fifth degree makes the trajectory smooth", smooth),
     Statement(
-        "Fig 12",
-        "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 bear, then reversed",
-        first_half,
+        "Fig 12", "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 bear, then reversed", first_half
     ),
     Statement("results", "a mapping gives the joint angles from which the gait starts", mapping),
     Statement("Fig 12", "in transfer all three joints move", transfer),

@@ -107,7 +107,7 @@ def leg_five(evidence: Evidence) -> Finding:
 
 
 def lever(evidence: Evidence) -> Finding:
-    """The middle leg's share by the lever rule, against the simulated one."""
+    """Compare the middle leg's share by the lever rule with the simulated one."""
     trial = evidence.walk
     amid = trial.amid_stance[:, 1]
     feet = trial.walk.foot_position[amid] - trial.walk.trunk.position[amid, None]
@@ -124,7 +124,7 @@ def lever(evidence: Evidence) -> Finding:
 
 
 def minimum_norm(evidence: Evidence) -> Finding:
-    """The minimum-norm forces against the simulated ones, normal and tangential."""
+    """Compare minimum-norm and simulated forces, normal and tangential."""
     normal, tangential, size = force_differences(evidence.walk)
     _, servos, servos_size = force_differences(evidence.driven("AX-12A"))
     return judged(
@@ -139,7 +139,7 @@ def minimum_norm(evidence: Evidence) -> Finding:
 
 
 def force_differences(trial: Trial, model: np.ndarray | None = None) -> tuple[float, float, float]:
-    """How far a model's foot forces are from the simulated ones, amid the stances of all legs.
+    """Return the differences of modelled and simulated foot forces in mid-stance.
 
     Args:
         trial: The walk.

@@ -2,8 +2,7 @@
 
 from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Channel
 from phasmid.recording.file import load_recording, save_recording
-from phasmid.recording.frames import DamagedRecording
-from phasmid.recording.log import RecordingLog, check_log
+from phasmid.recording.log import DamagedRecording, RecordingLog, check_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 from phasmid.recording.ros import check_mcap, save_mcap
 from phasmid.recording.table import save_csv

@@ -16,7 +16,7 @@ import numpy as np
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
-from phasmid.recording.frames import DamagedRecording, is_log, read_log
+from phasmid.recording.log import DamagedRecording, is_log, read_log, sync_folder
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
 CHECKSUM = b"\nphasmid CRC-32 %08x\n"
@@ -137,20 +137,47 @@ def new_file(path: Path, *, option: str, force: bool) -> Iterator[Path]:
         place.unlink(missing_ok=True)
 
 
+def check_new_file(path: Path, *, option: str, force: bool) -> None:
+    """Raise where no file can be written, before a run starts.
+
+    Args:
+        path: The file; folders above it may be absent.
+        option: The option of the command line that names another place.
+        force: Whether an older file is replaced.
+
+    Raises:
+        InvalidInput: It is a folder, or exists and may not be replaced.
+        OutputError: It cannot be made there.
+    """
+    try:
+        folder, exists = path.is_dir(), path.exists() or path.is_symlink()
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    if folder:
+        raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
+    if exists and not force:
+        raise AlreadyExists(path, option=option)
+    check_place(path)
+
+
+def check_place(path: Path) -> None:
+    """Raise OutputError where the folder for a file or folder is none or not writable."""
+    try:
+        parent = path.resolve().parent
+        while not parent.exists():
+            parent = parent.parent
+    except OSError as error:
+        raise cannot_write(path, error) from None
+    if not parent.is_dir():
+        raise OutputError(f"cannot write {path}: {parent} is not a folder.")
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise OutputError(f"cannot write {path}: {parent} is not writable.")
+
+
 def cannot_write(path: Path, error: OSError) -> OutputError:
     """Return the error of a path that cannot be written."""
     reason = (error.strerror or str(error)).lower()
     return OutputError(f"cannot write {path}: {reason}.")
-
-
-def sync_folder(folder: Path) -> None:
-    """Force a rename to the disk, on systems that can open folders."""
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
 
 
 def load_recording(path: str | Path) -> Recording:
@@ -205,7 +232,7 @@ def _inside(folder: Path) -> Path:
     if not path.exists():
         raise InvalidInput(
             f"{folder} is a folder without a recording.nc.",
-            hint="a recording.nc, a .rec, or a folder that phasmid wrote",
+            hint="a recording.nc, a .mcap, or a folder that phasmid wrote",
         )
     return path
 
@@ -260,7 +287,7 @@ def _own(value: Any) -> str | int | float:
         value = value.item()
     if isinstance(value, str | int | float):
         return value
-    # HDF5 has its own way to say that a text is empty.
+    # HDF5 has a type for empty text.
     if type(value).__name__ == "Empty":
         return ""
     raise ValueError(f"an attribute holds {type(value).__name__}")

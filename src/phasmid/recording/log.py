@@ -1,34 +1,60 @@
-"""Logs: recordings written during a run."""
+"""Logs: recordings written during a run, as MCAP files.
+
+A log holds two channels of ROS 2 messages. ``/recording`` has one message for each sample:
+``float64 time`` and then every channel as an array of fixed length. ``/recording/attributes`` has
+the attributes as JSON: one message at the beginning, for a run that is cut off, and one at the end.
+Every message is a chunk with its own CRC-32, so that each sample outlives a killed process.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import json
 import os
-import secrets
 import shutil
+import struct
 import threading
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, OutputError
-from phasmid.recording.file import sync_folder
-from phasmid.recording.frames import frame, header, json_frame, opening, payload, sample_size
-from phasmid.recording.recording import Attributes
+from phasmid.errors import InvalidInput, OutputError, plain
+from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.recording import FORMAT, Attributes
 
 SYNC_INTERVAL = 0.5
 """Interval at which a log is forced to the disk [s]."""
+
+MAGIC = b"\x89MCAP0\r\n"
+"""First bytes of an MCAP file."""
+
+_SAMPLE, _ATTRIBUTES = "/recording", "/recording/attributes"
+_CDR = b"\x00\x01\x00\x00"
+"""Header of a ROS 2 message in little-endian byte order."""
+
+
+class DamagedRecording(UserWarning):
+    """A recording was read only in part.
+
+    Attributes:
+        wrong: True for damaged bytes, False where only the end is missing.
+    """
+
+    def __init__(self, message: str, *, wrong: bool) -> None:
+        super().__init__(plain(message))
+        self.wrong = wrong
 
 
 class RecordingLog:
     """Log of a run.
 
-    The file appears under its name with its first samples. Appended samples survive the process at
-    once, and a power failure as soon as they are acknowledged.
+    The file appears with its first samples. Appended samples survive the process at once, and a
+    power failure as soon as they are acknowledged.
 
     Attributes:
         path: The file.
@@ -55,35 +81,21 @@ class RecordingLog:
 
         Raises:
             InvalidInput: The file exists and may not be replaced.
-            OutputError: It cannot be written, or its disk has no room for all samples.
+            OutputError: Its disk has no room for all samples.
         """
         self.path = Path(path)
-        self._channels, self._time, self._force = tuple(first), time, force
+        self._attributes, self._time, self._force = attributes, time, force
+        self._definition = _definition({name: a.shape[1:] for name, a in first.items()})
+        self._dtype = _dtype(self._definition)
         self._done = self.acknowledged = 0
-        check_log(self.path, force=force)
-        self._check_room(sample_size(first) * len(time))
-        self._opening = opening(header(attributes, first, len(time)))
-        self._partial = self.path.with_name(f".{self.path.name}.{secrets.token_hex(4)}.partial")
         self._file: Any = None
-        self._made: list[Path] = []
         self._failure: OSError | None = None
         self._closing = threading.Event()
         self._syncing = threading.Thread(target=self._sync_now_and_then, daemon=True)
+        check_log(self.path, force=force)
+        self._check_room(self._dtype.itemsize * len(time))
 
     def __enter__(self) -> RecordingLog:
-        try:
-            folders = self.path.parent, *self.path.parent.parents
-            self._made = [folder for folder in folders if not folder.exists()]
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self._partial.open("xb", buffering=0)
-            self._size = 0
-            self._write(self._opening)
-        except OSError as error:
-            self._discard()
-            raise self._cannot_write(error) from None
-        except BaseException:
-            self._discard()
-            raise
         return self
 
     def append(self, time: Float[np.ndarray, " time"], channels: Mapping[str, np.ndarray]) -> None:
@@ -96,11 +108,17 @@ class RecordingLog:
         Raises:
             OutputError: They cannot be written; the log ends before them.
         """
-        samples = payload(time, {name: channels[name] for name in self._channels})
+        samples = np.empty(len(time), self._dtype)
+        for name in samples.dtype.names or ():
+            samples[name] = time if name == "time" else channels[name]
         try:
-            self._write(frame(b"DATA", samples, self._done))
             if not self._done:
-                self._appear()
+                self._open()
+            for number, sample in enumerate(samples, self._done):
+                self._write(self._sample, sample.tobytes(), number, sample["time"])
+            self._file.flush()
+            if not self._done:
+                self._syncing.start()
         except OSError as error:
             raise self._cannot_write(error) from None
         self._done += len(time)
@@ -122,7 +140,9 @@ class RecordingLog:
                     "is lost.",
                     hint="another --out for each",
                 )
-            self._write(json_frame(b"DONE", attributes, self._done))
+            self._write_attributes(attributes)
+            self._writer.finish()
+            self._file.flush()
         except OSError as error:
             raise self._cannot_write(error) from None
 
@@ -137,61 +157,60 @@ class RecordingLog:
         Raises:
             OutputError: It could not be forced to the disk.
         """
-        if self._done == 0:
-            self._discard()
+        self._closing.set()
+        if self._syncing.is_alive():
+            self._syncing.join()
+        if self._file is None:
             return
-        self._stop_syncing()
         self._sync()
-        self._file.close()
-        if self._failure and error is None:
+        with contextlib.suppress(OSError):
+            self._file.close()
+        if not self._done:
+            self.path.unlink(missing_ok=True)
+        elif self._failure and error is None:
             reason = (self._failure.strerror or str(self._failure)).lower()
             raise OutputError(
                 f"cannot force {self.path} to the disk: {reason}; {self.acknowledged} of "
                 f"{self._done} samples are known to be on it."
             )
 
-    def _appear(self) -> None:
-        """Rename the file, which has its first samples."""
-        self._file.close()
+    def _open(self) -> None:
+        # Lazy import: 0.07 s.
+        from mcap.writer import CompressionType, Writer
+
+        folders = [folder for folder in self.path.parents if not folder.exists()]
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         check_log(self.path, force=self._force)
-        self._partial.replace(self.path)
+        self.path.unlink(missing_ok=True)
+        self._file = self.path.open("xb")
         # A file survives a power failure only with its name, and with its folder's name.
-        for folder in (self.path, *self._made):
-            sync_folder(folder.parent)
-        self._file = self.path.open("r+b", buffering=0)
-        self._file.seek(0, os.SEEK_END)
-        self._syncing.start()
+        for path in (self.path, *folders):
+            sync_folder(path.parent)
+        # A chunk ends as soon as it is longer than 0 bytes.
+        self._writer: Any = Writer(self._file, chunk_size=0, compression=CompressionType.NONE)
+        self._writer.start("ros2")
+        self._text = self._channel(_ATTRIBUTES, "std_msgs/msg/String", "string data")
+        self._sample = self._channel(_SAMPLE, "phasmid_msgs/msg/Sample", self._definition)
+        self._write_attributes(
+            {**self._attributes, "format": FORMAT, "planned_samples": len(self._time)}
+        )
 
-    def _discard(self) -> None:
-        """Delete the file."""
-        self._stop_syncing()
-        if self._file:
-            self._file.close()
-        with contextlib.suppress(OSError):
-            self._partial.unlink()
+    def _channel(self, topic: str, kind: str, definition: str) -> int:
+        schema = self._writer.register_schema(kind, "ros2msg", definition.encode())
+        return int(self._writer.register_channel(topic, "cdr", schema))
 
-    def _write(self, content: bytes) -> None:
-        """Write a complete frame, or truncate the file to its end before."""
-        rest = memoryview(content)
-        try:
-            while rest:
-                rest = rest[self._file.write(rest) :]
-        except BaseException:
-            with contextlib.suppress(OSError):
-                self._file.truncate(self._size)
-                self._file.seek(self._size)
-            raise
-        self._size += len(content)
+    def _write_attributes(self, attributes: Attributes) -> None:
+        text = json.dumps(attributes, ensure_ascii=False).encode() + b"\0"
+        self._write(self._text, struct.pack("<I", len(text)) + text, self._done, 0.0)
+
+    def _write(self, channel: int, content: bytes, number: int, time: float) -> None:
+        ns = max(0, round(1e9 * time))
+        self._writer.add_message(channel, ns, _CDR + content, ns, number)
 
     def _sync_now_and_then(self) -> None:
         """Force the file to the disk from a thread, so that the run does not wait."""
         while not self._closing.wait(SYNC_INTERVAL):
             self._sync()
-
-    def _stop_syncing(self) -> None:
-        self._closing.set()
-        if self._syncing.is_alive():
-            self._syncing.join()
 
     def _sync(self) -> None:
         done = self._done
@@ -245,6 +264,134 @@ def check_log(path: Path, *, force: bool = False) -> None:
         )
     if not path.is_file():
         raise InvalidInput(f"{path} is not a file; nothing was written.", hint="another name")
+
+
+def is_log(path: Path) -> bool:
+    """Return whether a file is an MCAP file."""
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
+
+
+def read_log(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, Any]]:
+    """Read time, channels and attributes of a log, up to its end or first damage.
+
+    Raises:
+        InvalidInput: Its beginning is damaged, it is no log, or it holds no sample.
+
+    Warns:
+        DamagedRecording: It was cut off, or a bit in it is wrong.
+    """
+    from mcap.exceptions import EndOfFile
+
+    dtype: np.dtype[Any] | None = None
+    samples: list[bytes] = []
+    attributes: list[dict[str, Any]] = []
+    damage: Exception | None = None
+    with path.open("rb") as file:
+        try:
+            for topic, definition, message in _messages(file, path.stat().st_size):
+                if message.sequence != len(samples):
+                    raise ValueError("a sample is absent")
+                if topic == _ATTRIBUTES:
+                    attributes.append(json.loads(message.data[8:-1]))
+                elif topic == _SAMPLE:
+                    dtype = dtype or _dtype(definition)
+                    if len(message.data) != len(_CDR) + dtype.itemsize:
+                        raise ValueError("a sample has a wrong length")
+                    samples.append(message.data[len(_CDR) :])
+        except InvalidInput as error:
+            raise InvalidInput(f"{path}: {error.what}", hint=error.hint) from None
+        except Exception as error:
+            # Damaged bytes raise any exception in the MCAP reader.
+            damage = error
+    if not (dtype and samples and attributes and isinstance(attributes[0], dict)):
+        raise InvalidInput(
+            f"{path} holds no whole sample of a phasmid recording.",
+            hint="a log that phasmid walk or drive wrote",
+        )
+    planned = max(len(samples), attributes[0].pop("planned_samples", 0))
+    known = attributes[0]
+    if len(attributes) > 1:
+        known |= attributes[-1]
+    else:
+        wrong = damage is not None and not isinstance(damage, EndOfFile)
+        found = (
+            f"{path.name} is {'damaged' if wrong else 'cut off'}: {len(samples)} of {planned} "
+            "samples were read; the original is untouched."
+        )
+        warnings.warn(DamagedRecording(found, wrong=wrong), stacklevel=3)
+        reason = str(known.get("ending_reason", "")).rstrip(".")
+        known["ending_reason"] = f"{reason}: {found}" if reason else found
+    read = np.frombuffer(b"".join(samples), dtype)
+    arrays = {name: np.ascontiguousarray(read[name]) for name in dtype.names or ()}
+    return arrays.pop("time"), arrays, known
+
+
+def _messages(file: IO[bytes], size: int) -> Iterator[tuple[str, str, Any]]:
+    """Yield topic, definition and message of every message, each chunk checked first."""
+    from mcap.records import Channel, Chunk, Message, Schema
+    from mcap.stream_reader import StreamReader, breakup_chunk
+
+    definitions: dict[int, str] = {}
+    channels: dict[int, Any] = {}
+    for chunk in StreamReader(file, emit_chunks=True, record_size_limit=size).records:
+        if not isinstance(chunk, Chunk):
+            continue
+        if chunk.compression:
+            # A small file must not fill the memory.
+            raise InvalidInput("it is compressed; a log that phasmid wrote is not.")
+        for record in breakup_chunk(chunk, validate_crc=True):
+            if isinstance(record, Schema):
+                definitions[record.id] = record.data.decode()
+            elif isinstance(record, Channel):
+                channels[record.id] = record
+            elif isinstance(record, Message):
+                channel = channels[record.channel_id]
+                yield channel.topic, definitions[channel.schema_id], record
+
+
+def _definition(shapes: Mapping[str, tuple[int, ...]]) -> str:
+    """Return the ROS 2 message definition of a sample: numbers, aligned to 8 bytes, then bools."""
+    lines = ["float64 time  # s"]
+    for kind, ros in (("float", "float64"), ("bool", "bool")):
+        lines += [
+            f"{ros}[{int(np.prod(shape))}] {name}  # {CHANNELS[name].units}"
+            for name, shape in shapes.items()
+            if CHANNELS[name].kind == kind
+        ]
+    return "\n".join(lines)
+
+
+def _dtype(definition: str) -> np.dtype[Any]:
+    """Return the layout of a sample.
+
+    Raises:
+        InvalidInput: A channel is unknown, or has another unit, kind or shape than in this version.
+    """
+    fields: list[tuple[str, str, tuple[int, ...]]] = [("time", "<f8", ())]
+    for line in definition.splitlines()[1:]:
+        name = line.partition("  #")[0].rpartition(" ")[2]
+        if name not in CHANNELS:
+            raise InvalidInput(f'its channel "{name[:40]}" is unknown.', hint="upgrade phasmid")
+        channel = CHANNELS[name]
+        sizes = [len(COORDINATES.get(dim, ())) for dim in channel.dims[1:]]
+        if "leg" in channel.dims:
+            length = line.partition("[")[2].partition("]")[0]
+            sizes[0] = int(length) // max(1, int(np.prod(sizes[1:]))) if length.isdigit() else 0
+        fields.append((name, "?" if channel.kind == "bool" else "<f8", tuple(sizes)))
+    if _definition({name: shape for name, _, shape in fields[1:]}) != definition:
+        raise InvalidInput("its channels have other units or shapes.", hint="upgrade phasmid")
+    return np.dtype(fields)
+
+
+def sync_folder(folder: Path) -> None:
+    """Force a rename to the disk, on systems that can open folders."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def _bytes(size: int) -> str:

@@ -3,14 +3,15 @@
 from phasmid.reporting.catalogue import CATALOGUE, FigureKind, can_be_plotted, figures, plot
 from phasmid.reporting.data_file import check_export, export
 from phasmid.reporting.drawing import draw_robot, walk_picture
+from phasmid.reporting.run import Run, Source, read_run
 from phasmid.reporting.run_folder import check_folder, report
-from phasmid.reporting.source import Source, read_source
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.reporting.text import print_summary
 
 __all__ = [
     "CATALOGUE",
     "FigureKind",
+    "Run",
     "Source",
     "Summary",
     "can_be_plotted",
@@ -21,7 +22,7 @@ __all__ = [
     "figures",
     "plot",
     "print_summary",
-    "read_source",
+    "read_run",
     "report",
     "summarise",
     "walk_picture",

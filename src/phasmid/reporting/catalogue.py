@@ -2,37 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import string
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.recording import Recording, load_recording
-from phasmid.reporting import envelope, foot_path, friction, gait_diagram, power, residuals, support
+from phasmid.reporting import path_figures, time_figures
 from phasmid.reporting.drawing import walk_figure
-from phasmid.reporting.layout import laid_out, page_layout
-from phasmid.reporting.leg_figures import (
+from phasmid.reporting.run import Needs, Run, gather, shown_part
+from phasmid.reporting.style import Figure, laid_out, styled
+from phasmid.reporting.time_figures import (
     ANGLES,
     FORCES,
+    RESIDUAL_CHANNELS,
+    SENSOR_CHANNELS,
     SERVO_QUANTITIES,
     TORQUES,
-    Quantity,
-    leg_groups,
+    Legs,
     quantity_figure,
-    suffix_of,
 )
-from phasmid.reporting.required_channels import Needs, check_needs, missing_group
-from phasmid.reporting.runs import Run, gather
-from phasmid.reporting.sensors import SENSOR_CHANNELS, sensor_figure
-from phasmid.reporting.style import Figure
 
-Draw = Callable[[Sequence[Run], tuple[int, ...]], Figure]
+Draw = Callable[[Sequence[Run], Legs, str], Figure]
+
+LEGS_PER_FIGURE = 3
+
+TORQUE_AND_SPEED: Needs = (
+    ("joint_torque", "joint_torque_model"),
+    ("joint_velocity", "joint_velocity_target"),
+)
 
 
-def _together(count: int) -> list[tuple[int, ...]]:
-    return [tuple(range(1, count + 1))]
+def suffix_of(number: int) -> str:
+    """Return the suffix of the files of one kind: none, then b, c and so on, then a number."""
+    letters = string.ascii_lowercase
+    return "" if number == 0 else letters[number] if number < 26 else f"-{number + 1}"
+
+
+def leg_groups(count: int) -> list[Legs]:
+    """Return leg numbers from 1 in even groups of at most three."""
+    parts = np.array_split(np.arange(1, count + 1), -(-count // LEGS_PER_FIGURE))
+    return [tuple(int(leg) for leg in part) for part in parts]
+
+
+def _all_angles(count: int) -> list[Legs]:
+    groups = leg_groups(count)
+    return groups if len(groups) > 2 else groups[:1]
 
 
 @dataclass(frozen=True)
@@ -43,102 +63,100 @@ class FigureKind:
         name: Its name, and the stem of its file.
         sentence: Its content.
         needs: Groups of channels; it requires one of each.
-        draw: Function from runs and leg numbers to the figure.
+        draw: Function from runs, leg numbers and a note to the figure.
         groups: Function from a number of legs to the legs of each figure.
         in_folder: It is a file of a run's folder.
         in_page: It is part of a run's page.
         several: It can compare runs.
+        whole: It shows whole runs, others their last cycles.
     """
 
     name: str
     sentence: str
     needs: Needs
     draw: Draw
-    groups: Callable[[int], list[tuple[int, ...]]] = _together
+    groups: Callable[[int], list[Legs]] = lambda count: [tuple(range(1, count + 1))]
     in_folder: bool = False
     in_page: bool = True
     several: bool = True
-
-
-def _all_angles(count: int) -> list[tuple[int, ...]]:
-    groups = leg_groups(count)
-    return groups if len(groups) > 2 else groups[:1]
-
-
-def _first(count: int) -> list[tuple[int, ...]]:
-    return leg_groups(count)[:1]
-
-
-def _others(count: int) -> list[tuple[int, ...]]:
-    return leg_groups(count)[1:]
-
-
-def _paper(number: int, words: str, quantity: Quantity, groups: Any) -> FigureKind:
-    sentence = f"{words} over time, as the paper's Fig. {number}."
-    draw = partial(quantity_figure, quantity=quantity)
-    name, needs = f"fig{number}", (quantity.channels,)
-    return FigureKind(name, sentence, needs, draw, groups, in_folder=True)
-
-
-def _all_legs(name: str, sentence: str, quantity: Quantity) -> FigureKind:
-    draw = partial(quantity_figure, quantity=quantity)
-    return FigureKind(name, sentence, (quantity.channels,), draw, in_page=False)
+    whole: bool = False
 
 
 KINDS: tuple[FigureKind, ...] = (
-    _paper(12, "Joint angles of the first legs", ANGLES, _all_angles),
-    _paper(13, "Joint torques of the first legs", TORQUES, _first),
-    _paper(14, "Joint torques of the other legs", TORQUES, _others),
-    _paper(15, "Normal forces on the first feet", FORCES, _first),
-    _paper(16, "Normal forces on the other feet", FORCES, _others),
-    _all_legs("joint-angle", "Joint angles of all legs over time.", ANGLES),
-    _all_legs(
-        "joint-torque", "Joint torques of all legs over time, simulated and by the model.", TORQUES
+    *(
+        FigureKind(
+            f"fig{number}",
+            f"{words} over time, as the paper's Fig. {number}.",
+            (quantity.channels,),
+            partial(quantity_figure, quantity=quantity),
+            groups,
+            in_folder=True,
+        )
+        for number, words, quantity, groups in (
+            (12, "Joint angles of the first legs", ANGLES, _all_angles),
+            (13, "Joint torques of the first legs", TORQUES, lambda n: leg_groups(n)[:1]),
+            (14, "Joint torques of the other legs", TORQUES, lambda n: leg_groups(n)[1:]),
+            (15, "Normal forces on the first feet", FORCES, lambda n: leg_groups(n)[:1]),
+            (16, "Normal forces on the other feet", FORCES, lambda n: leg_groups(n)[1:]),
+        )
     ),
-    _all_legs(
-        "normal-force", "Normal forces on all feet over time, simulated and by the model.", FORCES
+    *(
+        FigureKind(
+            name,
+            f"{words} over time{kinds}.",
+            (quantity.channels,),
+            partial(quantity_figure, quantity=quantity),
+            in_page=False,
+        )
+        for name, words, quantity, kinds in (
+            ("joint-angle", "Joint angles of all legs", ANGLES, ""),
+            ("joint-torque", "Joint torques of all legs", TORQUES, ", simulated and by the model"),
+            ("normal-force", "Normal forces on all feet", FORCES, ", simulated and by the model"),
+        )
     ),
     FigureKind(
         "gait-diagram",
         "Planned stance and recorded contact of each leg over time.",
-        gait_diagram.NEEDS,
-        gait_diagram.gait_diagram,
+        (("stance", "contact"),),
+        time_figures.gait_diagram,
     ),
     FigureKind(
         "support-margin",
         "Distance of the centre of mass, seen from above, from the edge of the support polygon.",
-        support.NEEDS,
-        support.support_figure,
+        (("foot_position",), ("contact", "stance"), ("body_position",)),
+        time_figures.support_figure,
     ),
     FigureKind(
         "servo-envelope",
         "Torque over speed of each joint, in the envelope of its servo.",
-        envelope.NEEDS,
-        envelope.envelope_figure,
+        TORQUE_AND_SPEED,
+        path_figures.envelope_figure,
+        whole=True,
     ),
     FigureKind(
         "friction-demand",
         "Tangential over normal force of each stance foot, against the coefficient of friction.",
-        friction.NEEDS,
-        friction.friction_figure,
+        (("foot_force", "foot_force_model"), ("stance", "contact")),
+        time_figures.friction_figure,
     ),
     FigureKind(
         "foot-path",
         "Foot paths in body axes and in the world, from above and from the side.",
-        foot_path.NEEDS,
-        foot_path.foot_path_figure,
+        (("foot_position",), ("body_position",), ("body_orientation",)),
+        path_figures.foot_path_figure,
     ),
     FigureKind(
         "power",
         "Power of all joints, the energy since the start, and the cost of transport.",
-        power.NEEDS,
-        power.power_figure,
+        TORQUE_AND_SPEED,
+        time_figures.power_figure,
+        whole=True,
     ),
     FigureKind(
         "residuals",
         "The model's normal forces and joint torques less the simulated ones.",
-        residuals.NEEDS,
-        residuals.residuals_figure,
+        tuple((name,) for name in RESIDUAL_CHANNELS),
+        time_figures.residuals_figure,
     ),
     *(
         FigureKind(
@@ -154,9 +172,10 @@ KINDS: tuple[FigureKind, ...] = (
         "sensors",
         "Measured over true values of the last cycle.",
         (SENSOR_CHANNELS,),
-        sensor_figure,
+        time_figures.sensor_figure,
         in_folder=True,
         several=False,
+        whole=True,
     ),
     FigureKind(
         "walk",
@@ -169,6 +188,7 @@ KINDS: tuple[FigureKind, ...] = (
         walk_figure,
         in_page=False,
         several=False,
+        whole=True,
     ),
 )
 """All figures, in the order in which they are listed."""
@@ -187,7 +207,8 @@ def find_figure(name: str) -> FigureKind:
 
 def can_be_plotted(recording: Recording) -> list[FigureKind]:
     """Return the figures whose channels are recorded."""
-    return [kind for kind in KINDS if not missing_group(recording, kind.needs)]
+    known = set(recording.data_vars)
+    return [kind for kind in KINDS if all(known & set(group) for group in kind.needs)]
 
 
 def plot(
@@ -220,7 +241,7 @@ def plot(
     kind = find_figure(name)
     given = list(recordings) if isinstance(recordings, list | tuple) else [recordings]
     loaded = [load_recording(one) if isinstance(one, str | Path) else one for one in given]
-    with laid_out(page_layout(width, title=title)):
+    with laid_out(width, title=title):
         return draw_groups(gather(loaded, labels), kind, legs)[0]
 
 
@@ -235,12 +256,18 @@ def draw_groups(
         legs: Leg numbers, from 1, of a single figure instead.
 
     Raises:
-        InvalidInput: A required channel is not recorded, or the figure cannot compare runs.
+        InvalidInput: A required channel is not recorded, there is no such leg, or the figure cannot
+            compare runs.
     """
     check_figure(runs, kind)
-    count = min(len(run.source.robot.legs) for run in runs)
+    count = min(len(run.robot.legs) for run in runs)
+    for leg in legs or ():
+        if not 1 <= leg <= count:
+            raise InvalidInput(f"there is no leg {leg}; legs are 1 to {count}.")
     groups = [tuple(legs)] if legs else kind.groups(count)
-    return [kind.draw(runs, group) for group in groups]
+    parts, note = (runs, "") if kind.whole else shown_part(runs)
+    with styled():
+        return [kind.draw(parts, group, note) for group in groups]
 
 
 def check_figure(runs: Sequence[Run], kind: FigureKind) -> None:
@@ -249,7 +276,8 @@ def check_figure(runs: Sequence[Run], kind: FigureKind) -> None:
         raise InvalidInput(f"the figure {kind.name} shows one run; {len(runs)} were given.")
     for run in runs:
         with located(run.label if len(runs) > 1 else ""):
-            check_needs(run.recording, kind.needs, kind.name)
+            for group in kind.needs:
+                run.first_channel(group, f"the figure {kind.name}")
 
 
 def figures(recording: Recording) -> dict[str, Figure]:
@@ -261,17 +289,15 @@ def figures(recording: Recording) -> dict[str, Figure]:
         ``servo-duty``, ``servo-current`` and ``servo-temperature``, and ``sensors`` where sensors
         were recorded.
     """
+    return {name: figure for name, _, figure in report_figures(recording, in_page=False)}
+
+
+def report_figures(
+    recording: Recording, *, in_page: bool = True
+) -> Iterator[tuple[str, FigureKind, Figure]]:
+    """Yield file stem, kind and figure of a run's folder, and of its page."""
     run = gather([recording])[0]
-    return {
-        name: kind.draw([run], legs) for name, kind, legs in report_figures(run) if kind.in_folder
-    }
-
-
-def report_figures(run: Run) -> list[tuple[str, FigureKind, tuple[int, ...]]]:
-    """Return file stem, kind and leg numbers of each figure of a run's folder and page."""
-    return [
-        (kind.name + suffix_of(number), kind, legs)
-        for kind in can_be_plotted(run.recording)
-        if kind.in_folder or kind.in_page
-        for number, legs in enumerate(kind.groups(len(run.source.robot.legs)))
-    ]
+    for kind in can_be_plotted(run.recording):
+        if kind.in_folder or (in_page and kind.in_page):
+            for number, figure in enumerate(draw_groups([run], kind)):
+                yield kind.name + suffix_of(number), kind, figure

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.errors import AlreadyExists, InvalidInput, nearest, plain
+from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.recording import (
     CHANNELS,
     Recording,
@@ -16,9 +16,9 @@ from phasmid.recording import (
     save_mcap,
     save_recording,
 )
-from phasmid.recording.file import cannot_write, new_file
+from phasmid.recording.file import check_new_file, new_file
 from phasmid.recording.ros import rows_at
-from phasmid.reporting.source import read_source
+from phasmid.reporting.run import read_run
 
 ENDINGS = {"csv": ".csv", "netcdf": ".nc", "mcap": ".mcap"}
 """Endings of the file names of each format."""
@@ -58,7 +58,7 @@ def export(
     kind = check_export(path, format, force=force)
     if rate is not None and not 0 < rate < np.inf:
         raise InvalidInput(f"rate is {rate}; it must be a finite number greater than 0.")
-    names = read_source(recording).robot.leg_names if "robot" in recording.attrs else None
+    names = read_run(recording).robot.leg_names if "robot" in recording.attrs else None
     chosen = _chosen(recording, channels)
     if rate is not None and kind != "mcap":
         rows = rows_at(np.asarray(chosen["time"].values), rate)
@@ -105,14 +105,7 @@ def check_export(path: str | Path, format: str | None = None, *, force: bool = F
             f'"{path}" ends as a {implied} file, and the format is {kind}; they must agree.',
             hint=f'"{path.with_suffix(ENDINGS[kind])}"',
         )
-    try:
-        folder, exists = path.is_dir(), path.exists()
-    except OSError as error:
-        raise cannot_write(path, error) from None
-    if folder:
-        raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
-    if exists and not force:
-        raise AlreadyExists(path, option="--out FILE")
+    check_new_file(path, option="--out FILE", force=force)
     if kind == "mcap":
         check_mcap()
     return kind

@@ -7,33 +7,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from contextlib import closing
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid import kinematics
-from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.reporting.camera import View, camera_axes, fitted_view
-from phasmid.reporting.figure_layout import Axes, drive_words, short, time_axis
-from phasmid.reporting.gait_diagram import draw_bars
-from phasmid.reporting.layout import NORMAL_WIDTH, layout, points
+from phasmid.reporting.panels import Axes, time_axis
 from phasmid.reporting.renderer import SceneRenderer, Segment, opengl_lack
-from phasmid.reporting.robot_mesh import body_pose, robot_mesh
-from phasmid.reporting.runs import Run
-from phasmid.reporting.source import Source, attribute, channel, finite_part, read_source
+from phasmid.reporting.robot_mesh import body_pose, robot_corners
+from phasmid.reporting.run import Run, Source, read_run, short
 from phasmid.reporting.style import (
     FAINT,
     INK,
+    NORMAL_WIDTH,
     Figure,
     Text,
+    layout,
     leg_colour,
     new_figure,
+    points,
     shrink,
     styled,
 )
+from phasmid.reporting.time_figures import Legs, draw_bars
 from phasmid.robot import Appearance
 from phasmid.terrain import Ground
 
@@ -58,16 +59,9 @@ ENDINGS = {"FELL": "fell", "DIVERGED": "diverged", "STOPPED": "stopped", "CUT": 
 """Words for recordings that were not completed."""
 
 
-def can_be_drawn(recording: Recording) -> bool:
-    """Return whether the robot's pose is recorded."""
-    names = {str(name) for name in finite_part(recording).data_vars}
-    posed = {"body_position", "body_orientation"} <= names
-    return posed and bool(names & {"joint_position", "joint_position_target"})
-
-
-def walk_figure(runs: Sequence[Run], legs: tuple[int, ...]) -> Figure:
+def walk_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
     """Draw `walk_picture` of one run, with all legs."""
-    del legs
+    del legs, note
     return walk_picture(runs[0].recording)
 
 
@@ -81,21 +75,19 @@ def walk_picture(recording: Recording, appearance: Appearance | None = None) -> 
     Raises:
         InvalidInput: The pose is not recorded.
     """
-    source = read_source(recording)
-    moment = swing_moment(finite_part(recording), source)
+    moment = swing_moment(read_run(recording))
     return draw_robot(recording, moment, gait=True, appearance=appearance)
 
 
-def swing_moment(recording: Recording, source: Source) -> float:
+def swing_moment(run: Run) -> float:
     """Return a time in the middle of the walk at which swing feet are high [s]."""
-    time = np.asarray(recording["time"].values)
-    feet = channel(recording, "foot_position")
+    time, feet = run.time, run.channel("foot_position")
     middle = (time[0] + time[-1]) / 2
-    near = np.flatnonzero(np.abs(time - middle) <= source.scenario.stride.period / 2)
+    near = np.flatnonzero(np.abs(time - middle) <= run.scenario.stride.period / 2)
     if feet is None or len(near) == 0:
         return float(middle)
     x, y, z = np.moveaxis(feet[near], -1, 0)
-    height = z - source.scenario.load_terrain().height(x, y)
+    height = z - run.scenario.load_terrain().height(x, y)
     return float(time[near[np.argmax(np.nan_to_num(height.sum(axis=1), nan=-np.inf))]])
 
 
@@ -104,7 +96,6 @@ def draw_robot(
     time: float,
     *,
     gait: bool = False,
-    trail: float | None = None,
     appearance: Appearance | None = None,
 ) -> Figure:
     """Draw the robot at one moment, with the forces on its feet.
@@ -113,39 +104,41 @@ def draw_robot(
         recording: Recording with the body's pose and joint angles, simulated or planned.
         time: Time of the nearest recorded sample [s].
         gait: Draw a gait diagram under the picture.
-        trail: Duration of the foot paths [s]; two cycles by default.
         appearance: The robot's meshes, where they do not come with phasmid.
 
     Raises:
         InvalidInput: The body's pose or the joint angles are not recorded.
     """
-    run = Run(finite_part(recording), read_source(recording, appearance), "", {})
+    run = read_run(recording, appearance)
+    position, orientation, angles = run.pose("this picture")
     now = int(np.argmin(np.abs(run.time - time)))
     page = layout()
     wide = WIDTH if page.width == NORMAL_WIDTH else page.width
     # However wide it is, the picture has as many pixels.
     tall, dpi = 0.54 * wide, DPI * WIDTH / wide
-    gait = gait and "stance" in run.recording.data_vars
-    strip = points(0.55 + 0.145 * len(run.source.robot.legs)) if gait else 0.0
+    gait = gait and run.has("stance")
+    strip = points(0.55 + 0.145 * len(run.robot.legs)) if gait else 0.0
     size = (round(wide * dpi), round(tall * dpi))
-    X_world_body, q = _pose(run, now)
-    view = _view(run.source, X_world_body, q, size)
-    if trail is None:
-        trail = 2 * run.source.scenario.stride.period
+    X_world_body, q = body_pose(position[now], orientation[now]), angles[now]
+    view = _view(run, X_world_body, q, size)
     with styled():
         figure = new_figure(wide, tall + strip, dpi)
         axis = figure.add_axes((0, strip / (tall + strip), 1, tall / (tall + strip)))
         axis.set_axis_off()
         axis.set(xlim=(0, size[0]), ylim=(size[1], 0))
         words = _write_caption(axis, run, now) if page.title else []
-        paths = _foot_paths(run, now, trail, view, words)
+        paths = _foot_paths(run, now, view, words)
+        joints = _joint_positions(run, X_world_body, q)
         if opengl_lack() is None:
             picture = _rendered(run, view, X_world_body, q, paths)
             axis.imshow(picture, extent=(0, *size, 0), aspect="auto", interpolation="none")
         else:
-            _draw_stick_figure(axis, run.source, view, X_world_body, q, paths)
+            _draw_stick_figure(axis, run, view, X_world_body, joints, paths)
         _draw_forces(axis, run, view, now)
-        _number_legs(axis, run.source, view, X_world_body, q)
+        for leg, (x, y) in enumerate(view.project(joints[:, KNEE] + [0, 0, 0.13 * run.hip_span])):
+            bold: dict[str, Any] = {"color": leg_colour(leg), "fontweight": "bold"}
+            bold |= {"fontsize": points(13), "ha": "center"}
+            _write_outlined(axis, x, y, str(leg + 1), 3.0, **bold)
         if gait:
             left, below = points(1.25) / wide, points(0.40) / (tall + strip)
             height = (strip - points(0.52)) / (tall + strip)
@@ -154,46 +147,33 @@ def draw_robot(
     return figure
 
 
-def _pose(run: Run, now: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the body's pose and the joint angles."""
-    position, orientation = run.channel("body_position"), run.channel("body_orientation")
-    angles = run.channel("joint_position")
-    if angles is None:
-        angles = run.channel("joint_position_target")
-    if position is None or orientation is None or angles is None:
-        lacking = "joint_position" if angles is None else "body_position and body_orientation"
-        raise InvalidInput(f"the recording has no {lacking}; this picture needs it.")
-    return body_pose(position[now], orientation[now]), angles[now]
-
-
 def _view(source: Source, X_world_body: np.ndarray, q: np.ndarray, size: tuple[int, int]) -> View:
     """Return a camera at the robot's right side that holds all of it."""
     level = source.scenario.load_terrain().is_level
     yaw = math.atan2(X_world_body[1, 0], X_world_body[0, 0])
     axes = camera_axes(yaw + (AZIMUTH if level else UNEVEN_AZIMUTH), ELEVATION)
-    corners = robot_mesh(source.robot, q, X_world_body).corners.reshape(-1, 3)
+    corners = robot_corners(source.robot, q, X_world_body).reshape(-1, 3)
     share = 1.0 if level else UNEVEN_SHARE
     return fitted_view(corners, axes, size, (0.80 * share, 0.78 * share), (0.53, 0.54))
 
 
 def _write_caption(axis: Axes, run: Run, now: int) -> list[Text]:
     """Write title and caption into the picture's corner; return the texts."""
-    recording, source = run.recording, run.source
-    lines = [drive_words(recording, source), f"t = {run.time[now]:.2f} s"]
-    step = 1000 * source.scenario.stride.step_length
+    lines = [run.drive_words, f"t = {run.time[now]:.2f} s"]
+    step = 1000 * run.scenario.stride.step_length
     lines[1] += f" · step {step:.4g} mm · squares {1000 * SQUARE:g} mm"
-    ending = ENDINGS.get(attribute(recording, "ending"))
+    ending = ENDINGS.get(run.attribute("ending"))
     if ending:
         lines.append(f"{ending} at {run.time[-1]:.2f} s")
-    if source.scenario.terrain.kind != "flat":
-        lines.insert(0, f"terrain: {source.scenario.terrain.kind}")
+    if run.scenario.terrain.kind != "flat":
+        lines.insert(0, f"terrain: {run.scenario.terrain.kind}")
     forces = _forces(run, now)
     if forces is not None:
-        seen = "foot_force" in recording.data_vars
-        what = "ground on foot" if seen else f"{short(attribute(recording, 'force_model'))} forces"
+        seen = run.has("foot_force")
+        what = "ground on foot" if seen else f"{short(run.attribute('force_model'))} forces"
         lines.append(f"arrows: {what}; {_newtons(forces[2].max())} the largest normal force")
     width = float(axis.bbox.width)
-    title = f"{short(source.robot.name)}, {short(source.gait.name)} gait"
+    title = f"{short(run.robot.name)}, {short(run.gait.name)} gait"
     look: dict[str, Any] = {"va": "top", "transform": axis.transAxes}
     texts = [axis.text(0.025, 0.96, title, fontsize=points(14), fontweight="bold", **look)]
     shrink(texts[0], 0.95 * width, least=points(9.0))
@@ -207,13 +187,10 @@ def _write_caption(axis: Axes, run: Run, now: int) -> list[Text]:
 
 def _forces(run: Run, now: int) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Return foot positions [m], forces and normal forces [N]; simulated, or the model's."""
-    feet = run.channel("foot_position")
-    for ending in ("", "_model"):
-        force = run.channel(f"foot_force{ending}")
-        if force is not None and feet is not None:
-            normal = run.channel(f"foot_normal_force{ending}")
-            return feet[now], force[now], force[now][:, 2] if normal is None else normal[now]
-    return None
+    feet, force, normal = run.channel("foot_position"), run.foot_force, run.normal_force
+    if feet is None or force is None or normal is None:
+        return None
+    return feet[now], force[now], normal[now]
 
 
 def _newtons(force: float) -> str:
@@ -222,19 +199,12 @@ def _newtons(force: float) -> str:
     return f"{force:#.3g} N" if force < 99.95 else f"{force:.0f} N"
 
 
-def hip_span(source: Source) -> float:
-    """Return the longer side of the rectangle of the hips [m], the scale of marks."""
-    return float(np.ptp(source.robot.arrays.p_body_hip[:, :2], axis=0).max())
-
-
-def _foot_paths(
-    run: Run, now: int, trail: float, view: View, words: Sequence[Text]
-) -> list[np.ndarray]:
-    """Return each foot's last path [m], from where it enters the picture or leaves the caption."""
+def _foot_paths(run: Run, now: int, view: View, words: Sequence[Text]) -> list[np.ndarray]:
+    """Return each foot's path of two cycles [m], within the picture and clear of the caption."""
     feet = run.channel("foot_position")
     if feet is None:
         return []
-    start = int(np.searchsorted(run.time, run.time[now] - trail))
+    start = int(np.searchsorted(run.time, run.time[now] - 2 * run.scenario.stride.period))
     rows = np.unique(np.linspace(start, now, 120).astype(int))
     seen, gap = view.project(feet[rows]), 0.02 * view.size[0]
     free = np.all((seen > gap) & (seen < np.array(view.size) - gap), axis=-1)
@@ -255,19 +225,27 @@ def _rendered(
     run: Run, view: View, X_world_body: np.ndarray, q: np.ndarray, paths: Sequence[np.ndarray]
 ) -> np.ndarray:
     """Return the robot on its ground, with foot paths as rods."""
-    radius = 0.006 * hip_span(run.source)
+    radius = 0.006 * run.hip_span
     segments: list[Segment] = [
-        (path[k], path[k + 1], radius, leg_colour(leg))
+        (start, end, radius, leg_colour(leg))
         for leg, path in enumerate(paths)
-        for k in range(len(path) - 1)
+        for start, end in pairwise(path)
     ]
-    terrain = run.source.scenario.load_terrain()
-    place = X_world_body[None, :2, 3]
-    renderer = SceneRenderer(run.source.robot, terrain, place, view, SQUARE)
-    try:
+    terrain, place = run.scenario.load_terrain(), X_world_body[None, :2, 3]
+    with closing(SceneRenderer(run.robot, terrain, place, view, SQUARE)) as renderer:
         return renderer.picture(view, X_world_body, q, segments)
-    finally:
-        renderer.close()
+
+
+KNEE = 3
+
+
+def _joint_positions(source: Source, X_world_body: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return hip, coxa, femur, tibia and foot of each leg in the world [m], shape (L, 5, 3)."""
+    frames = [
+        leg.X_body_hip @ np.concatenate([np.eye(4)[None], kinematics.leg_frames(leg, angles)])
+        for leg, angles in zip(source.robot.legs, q, strict=True)
+    ]
+    return np.asarray((X_world_body @ np.array(frames))[..., :3, 3])
 
 
 def _draw_stick_figure(
@@ -275,42 +253,28 @@ def _draw_stick_figure(
     source: Source,
     view: View,
     X_world_body: np.ndarray,
-    q: np.ndarray,
+    joints: np.ndarray,
     paths: Sequence[np.ndarray],
 ) -> None:
     """Draw ground, foot paths and the robot's links as lines."""
     _draw_grid(axis, source.scenario.load_terrain(), view)
     for leg, path in enumerate(paths):
         axis.plot(*view.project(path).T, color=leg_colour(leg), linewidth=points(1.6))
-    joints = np.array(
-        [
-            np.concatenate(
-                [leg.X_body_hip[None], leg.X_body_hip @ kinematics.leg_frames(leg, angles)]
-            )
-            for leg, angles in zip(source.robot.legs, q, strict=True)
-        ]
-    )
-    p_world_joints = (X_world_body @ joints)[..., :3, 3]
     # Painted from the farthest leg to the nearest; the trunk lies between.
-    depth = (p_world_joints[:, -1] - view.eye) @ view.axes[2]
+    depth = (joints[:, -1] - view.eye) @ view.axes[2]
     middle = (view.middle - view.eye) @ view.axes[2]
     line: dict[str, Any] = {"marker": "o", "solid_capstyle": "round", "markeredgecolor": "white"}
-    for leg, p_world_leg in enumerate(p_world_joints):
+    for leg, p_world_leg in enumerate(joints):
         line |= {"color": leg_colour(leg), "zorder": 4 if depth[leg] > middle else 2.5}
         seen = view.project(p_world_leg).T
         axis.plot(*seen, linewidth=points(5.0), markersize=points(7.0), **line)
-    hips = view.project(p_world_joints[:, 0])
+    hips = view.project(joints[:, 0])
     around = np.argsort(np.arctan2(*(source.robot.arrays.p_body_hip[:, :2].T[::-1])))
     axis.fill(*hips[around].T, facecolor="#7d8796", edgecolor=INK, linewidth=2, zorder=3)
-    front = X_world_body[:3, 3] + np.outer([0.0, 0.3 * hip_span(source)], X_world_body[:3, 0])
-    tail, tip = view.project(front)
-    axis.annotate(
-        "",
-        (tip[0], tip[1]),
-        (tail[0], tail[1]),
-        arrowprops={"arrowstyle": "-|>", "color": "white", "linewidth": 2},
-        zorder=3.5,
-    )
+    front = X_world_body[:3, 3] + np.outer([0.0, 0.3 * source.hip_span], X_world_body[:3, 0])
+    tail, tip = view.project(front).tolist()
+    arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 2}
+    axis.annotate("", tip, tail, arrowprops=arrow, zorder=3.5)
 
 
 def _draw_grid(axis: Axes, terrain: Ground, view: View) -> None:
@@ -320,39 +284,36 @@ def _draw_grid(axis: Axes, terrain: Ground, view: View) -> None:
     place = np.round(view.middle[:2] / SQUARE) * SQUARE
     along = np.linspace(-reach, reach, 121)
     for k in range(-count, count + 1):
-        for swap in (False, True):
-            x, y = place[0] + along, np.full(along.shape, place[1] + k * SQUARE)
-            if swap:
-                x, y = np.full(along.shape, place[0] + k * SQUARE), place[1] + along
+        aside = np.full(along.shape, k * SQUARE)
+        fade = max(1.0 - abs(k) / (count + 1), 0.05)
+        for x, y in ((along, aside), (aside, along)):
+            x, y = place[0] + x, place[1] + y
             seen = view.project(np.stack([x, y, terrain.height(x, y)], axis=-1))
-            fade = max(1.0 - abs(k) / (count + 1), 0.05)
             axis.plot(*seen.T, color="#c3c9d3", linewidth=0.8, alpha=fade, zorder=1)
 
 
 def _draw_forces(axis: Axes, run: Run, view: View, now: int) -> None:
     """Draw arrows at the feet, and the normal force beside each stance foot."""
-    from matplotlib.patheffects import withStroke
-
-    forces = _forces(run, now)
+    forces, stance = _forces(run, now), run.channel("stance")
     if forces is None:
         return
-    stance = run.channel("stance")
     feet, force, normal = forces
-    draw_force_arrows(axis, run.source, view, feet, force, [FORCE_COLOUR] * len(feet))
+    draw_force_arrows(axis, run, view, feet, force, [FORCE_COLOUR] * len(feet))
     pixel = view.size[0] / 1000
     for leg, (x, y) in enumerate(view.project(feet)):
-        loaded = np.linalg.norm(force[leg]) > 0.01 * run.source.weight
+        loaded = np.linalg.norm(force[leg]) > 0.01 * run.weight
         if loaded or (stance is not None and stance[now, leg]):
-            axis.text(
-                x + 10 * pixel,
-                y + 4 * pixel,
-                _newtons(normal[leg]),
-                color=FORCE_TEXT,
-                fontsize=points(8.5),
-                va="center",
-                zorder=7,
-                path_effects=[withStroke(linewidth=2.5, foreground="white")],
-            )
+            look: dict[str, Any] = {"color": FORCE_TEXT, "fontsize": points(8.5)}
+            place = x + 10 * pixel, y + 4 * pixel
+            _write_outlined(axis, *place, _newtons(normal[leg]), 2.5, **look)
+
+
+def _write_outlined(axis: Axes, x: float, y: float, words: str, width: float, **look: Any) -> None:
+    """Write words with a white outline of a width [pt]."""
+    from matplotlib.patheffects import withStroke
+
+    outline = [withStroke(linewidth=width, foreground="white")]
+    axis.text(x, y, words, va="center", zorder=7, path_effects=outline, **look)
 
 
 def draw_force_arrows(
@@ -379,59 +340,31 @@ def draw_force_arrows(
     from matplotlib.patches import Circle, FancyArrow
 
     pixel = view.size[0] / 1000
-    tips = view.project(feet + force / source.weight * FORCE_LENGTH * hip_span(source))
+    tips = view.project(feet + force / source.weight * FORCE_LENGTH * source.hip_span)
+    width: dict[str, Any] = {"width": 5.0 * pixel, "head_width": 14.0 * pixel, "linewidth": 1.0}
     drawn: list[Any] = []
-    for (x, y), (to_x, to_y), size, colour in zip(
-        view.project(feet), tips, np.linalg.norm(force, axis=1), colours, strict=True
+    for start, way, size, colour in zip(
+        view.project(feet),
+        tips - view.project(feet),
+        np.linalg.norm(force, axis=1),
+        colours,
+        strict=True,
     ):
         if size <= 0.01 * source.weight:
             continue
         look: dict[str, Any] = {"facecolor": colour, "edgecolor": "white", "zorder": 6}
-        arrow = FancyArrow(
-            x,
-            y,
-            to_x - x,
-            to_y - y,
-            width=5.0 * pixel,
-            head_width=14.0 * pixel,
-            head_length=min(16.0 * pixel, 0.6 * math.hypot(to_x - x, to_y - y)),
-            length_includes_head=True,
-            linewidth=1.0,
-            **look,
-        )
+        shape = width | {"head_length": min(16.0 * pixel, 0.6 * math.hypot(*way))}
+        (x, y), (dx, dy) = start, way
+        arrow = FancyArrow(x, y, dx, dy, length_includes_head=True, **shape, **look)
         # The dot marks a foot hidden behind the body.
-        drawn += [axis.add_patch(arrow), axis.add_patch(Circle((x, y), 4.5 * pixel, **look))]
+        drawn += [axis.add_patch(arrow), axis.add_patch(Circle(start, 4.5 * pixel, **look))]
     return drawn
-
-
-def _number_legs(
-    axis: Axes, source: Source, view: View, X_world_body: np.ndarray, q: np.ndarray
-) -> None:
-    """Write the numbers of the legs over their knees."""
-    from matplotlib.patheffects import withStroke
-
-    for number, (leg, angles) in enumerate(zip(source.robot.legs, q, strict=True)):
-        X_world_knee = X_world_body @ leg.X_body_hip @ kinematics.leg_frames(leg, angles)[2]
-        x, y = view.project(X_world_knee[:3, 3] + [0.0, 0.0, 0.13 * hip_span(source)])
-        axis.text(
-            x,
-            y,
-            str(number + 1),
-            color=leg_colour(number),
-            fontsize=points(13),
-            fontweight="bold",
-            ha="center",
-            va="center",
-            zorder=7,
-            path_effects=[withStroke(linewidth=3, foreground="white")],
-        )
 
 
 def _draw_gait(axis: Axes, run: Run, now: int) -> None:
     """Draw the gait diagram over four cycles around the moment."""
-    reach = 2 * run.source.scenario.stride.period + 1e-9
-    part = slice(run.time[now] - reach, run.time[now] + reach)
-    part_of_run = replace(run, recording=run.recording.sel(time=part))
-    draw_bars(axis, part_of_run, tuple(range(1, len(run.source.robot.legs) + 1)))
+    reach = 2 * run.scenario.stride.period
+    part = run.between(run.time[now] - reach, run.time[now] + reach)
+    draw_bars(axis, part, tuple(range(1, len(run.robot.legs) + 1)))
     axis.axvline(run.time[now], color=FORCE_COLOUR, linewidth=1.6)
-    time_axis(axis, part_of_run.time, "pale: planned stance, dark: contact")
+    time_axis(axis, part.time, "pale: planned stance, dark: contact")

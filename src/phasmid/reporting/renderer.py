@@ -22,7 +22,7 @@ from jaxtyping import Float, UInt8
 from phasmid.errors import OutputError, plain
 from phasmid.reporting.camera import FAR, View
 from phasmid.reporting.robot_mesh import link_poses, mesh_pieces, quaternions
-from phasmid.reporting.shapes import rgb
+from phasmid.reporting.style import rgb
 from phasmid.reporting.terrain_mesh import CELL, floor_image, indexed, landscape
 from phasmid.robot import Robot
 from phasmid.terrain import Ground
@@ -248,7 +248,7 @@ class SceneRenderer:
         for k, (link, mesh, colour) in enumerate(self._pieces.pieces):
             name = f"material{k}"
             spec.add_material(name=name, rgba=(*colour, 1.0), specular=0.5, shininess=0.35)
-            _add_geom(bodies[link + 1], f"piece{k}", f"mesh{mesh}", name)
+            _add_geom(bodies[link + 1], f"piece{k}", name, meshname=f"mesh{mesh}")
         return spec
 
 
@@ -298,19 +298,13 @@ def _add_floor(
     material.textures = roles
     if is_plane:
         material.texuniform, material.texrepeat = True, [1 / size] * 2
-        spec.worldbody.add_geom(
-            name="floor",
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            size=[0, 0, 0.1],
-            material="floor",
-            contype=0,
-            conaffinity=0,
-        )
+        plane = mujoco.mjtGeom.mjGEOM_PLANE
+        _add_geom(spec.worldbody, "floor", "floor", type=plane, size=[0, 0, 0.1])
         return
     cell = max(CELL, size / MOST_CELLS)
     vertices, faces = indexed(landscape(terrain, corner + size / 2, size / 2, cell))
     _add_mesh(spec, "floor", vertices, faces, (vertices[:, :2] - corner) / size)
-    _add_geom(spec.worldbody, "floor", "floor", "floor")
+    _add_geom(spec.worldbody, "floor", "floor", meshname="floor")
 
 
 def _add_mesh(
@@ -328,15 +322,9 @@ def _add_mesh(
         mesh.usertexcoord, mesh.userfacetexcoord = texture_places.ravel(), mesh.userface
 
 
-def _add_geom(body: Any, name: str, mesh: str, material: str) -> None:
+def _add_geom(body: Any, name: str, material: str, **shape: Any) -> None:
+    """Add a geom that touches nothing, by default a mesh."""
     import mujoco
 
-    body.add_geom(
-        name=name,
-        type=mujoco.mjtGeom.mjGEOM_MESH,
-        meshname=mesh,
-        material=material,
-        contype=0,
-        conaffinity=0,
-        mass=0.0,
-    )
+    shape = {"type": mujoco.mjtGeom.mjGEOM_MESH, "mass": 0.0} | shape
+    body.add_geom(name=name, material=material, contype=0, conaffinity=0, **shape)

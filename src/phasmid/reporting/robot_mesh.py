@@ -1,18 +1,19 @@
-"""The shape of a robot as triangles, link by link."""
+"""The shape of a robot as triangles, link by link, and the solids of robots without meshes."""
 
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial import ConvexHull
 
 from phasmid import kinematics
-from phasmid.reporting.shapes import Mesh, ball, beam, box, cylinder, joined, loft, rgb, slab
-from phasmid.reporting.style import leg_colour
+from phasmid.reporting.style import leg_colour, rgb
 from phasmid.reporting.terrain_mesh import indexed
 from phasmid.robot import JOINTS, Leg, Part, Robot
 
@@ -22,34 +23,149 @@ GREY = 0.15
 """Colours whose strongest and weakest channel differ by less than this are grey."""
 
 
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles of one colour; from outside their corners run counter-clockwise.
+
+    Attributes:
+        corners: Corners of each triangle [m], shape (T, 3, 3).
+        colour: Red, green and blue, 0 to 1.
+    """
+
+    corners: Float[np.ndarray, "triangles 3 3"]
+    colour: Float[np.ndarray, "3"]
+
+    def at(self, X: Float[np.ndarray, "4 4"]) -> Mesh:
+        """Return the mesh moved by a pose."""
+        return Mesh(self.corners @ X[:3, :3].T + X[:3, 3], self.colour)
+
+
+def loft(rings: Float[np.ndarray, "rings points 3"], colour: str) -> Mesh:
+    """Return the closed solid through rings of points, each counter-clockwise seen from the last.
+
+    Args:
+        rings: Convex outlines of equal number of points, from the first end to the last [m].
+        colour: Such as ``#4a6fc4``.
+    """
+    low, high = rings[:-1], rings[1:]
+    low_next, high_next = np.roll(low, -1, axis=1), np.roll(high, -1, axis=1)
+    sides = [np.stack(c, axis=-2) for c in ((low, low_next, high_next), (low, high_next, high))]
+    triangles = [side.reshape(-1, 3, 3) for side in sides]
+    for ring, order in ((rings[0], -1), (rings[-1], 1)):
+        outline = ring[::order]
+        hub = np.broadcast_to(outline.mean(axis=0), outline.shape)
+        triangles.append(np.stack([hub, outline, np.roll(outline, -1, axis=0)], axis=1))
+    return Mesh(np.concatenate(triangles), rgb(colour))
+
+
+def beam(sections: list[tuple[float, float, float]], colour: str, chamfer: float = 0.35) -> Mesh:
+    """Return a beam along x through rectangles with cut corners.
+
+    Args:
+        sections: Place along x, half width in y and half width in z of each [m].
+        colour: Such as ``#4a6fc4``.
+        chamfer: Part of the smaller half width that is cut off a corner.
+    """
+    rings = []
+    for x, y, z in sections:
+        c = chamfer * min(y, z)
+        upper = [(x, y, z - c), (x, y - c, z), (x, c - y, z), (x, -y, z - c)]
+        lower = [(x, -y, c - z), (x, c - y, -z), (x, y - c, -z), (x, y, c - z)]
+        rings.append(upper + lower)
+    return loft(np.array(rings), colour)
+
+
+def box(centre: tuple[float, float, float], size: tuple[float, float, float], colour: str) -> Mesh:
+    """Return a box along the axes with bevelled edges [m]."""
+    length, width, height = size
+    bevel = 0.12 * min(size)
+    end, inner = length / 2, length / 2 - bevel
+    y, z = width / 2, height / 2
+    mesh = beam(
+        [(-end, y - bevel, z - bevel), (-inner, y, z), (inner, y, z), (end, y - bevel, z - bevel)],
+        colour,
+        chamfer=0.24,
+    )
+    return Mesh(mesh.corners + np.array(centre), mesh.colour)
+
+
+def turned(profile: list[tuple[float, float]], sides: int, colour: str) -> Mesh:
+    """Return the solid of revolution about z through pairs of height and radius [m]."""
+    angle = np.arange(sides) * 2 * math.pi / sides
+    rings = [
+        np.stack([r * np.cos(angle), r * np.sin(angle), np.full(sides, z)], axis=-1)
+        for z, r in profile
+    ]
+    return loft(np.stack(rings), colour)
+
+
+def cylinder(height: float, radius: float, colour: str) -> Mesh:
+    """Return a cylinder with bevelled ends along z, about the origin [m]."""
+    top, bevel = height / 2, 0.15 * min(radius, height)
+    ends = [(top - bevel, radius), (top, radius - bevel)]
+    return turned([*((-z, r) for z, r in reversed(ends)), *ends], 28, colour)
+
+
+def ball(radius: float, colour: str) -> Mesh:
+    """Return a ball about the origin [m]."""
+    latitudes = np.linspace(-1.45, 1.45, 9).tolist()
+    profile = [(radius * math.sin(angle), radius * math.cos(angle)) for angle in latitudes]
+    return turned(profile, 20, colour)
+
+
+def slab(
+    points: Float[np.ndarray, "points 2"], radius: float, low: float, high: float, colour: str
+) -> Mesh:
+    """Return a plate whose outline is the hull of some points, rounded off about them.
+
+    Args:
+        points: Seen from above [m].
+        radius: Of the rounding, and the margin about the points [m].
+        low: Height of the lower face [m].
+        high: Height of the upper face [m].
+        colour: Such as ``#4a6fc4``.
+    """
+    angle = np.arange(24) * math.pi / 12
+    circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    around = (points[:, None] + circle).reshape(-1, 2)
+    outline = around[ConvexHull(around).vertices]
+    middle = outline.mean(axis=0)
+    bevel = 0.2 * (high - low)
+    size = np.linalg.norm(outline - middle, axis=1, keepdims=True)
+    inset = outline - (outline - middle) / size * bevel
+    heights = ((low, inset), (low + bevel, outline), (high - bevel, outline), (high, inset))
+    return loft(
+        np.stack([np.c_[ring, np.full(len(ring), height)] for height, ring in heights]), colour
+    )
+
+
 def body_pose(
-    position: Float[np.ndarray, "3"], orientation: Float[np.ndarray, "4"]
-) -> Float[np.ndarray, "4 4"]:
-    """Return ``X_world_body`` of a position [m] and a unit quaternion."""
-    X = np.eye(4)
-    X[:3, :3] = kinematics.quaternion_rotation(orientation)
-    X[:3, 3] = position
+    position: Float[np.ndarray, "*batch 3"], orientation: Float[np.ndarray, "*batch 4"]
+) -> Float[np.ndarray, "*batch 4 4"]:
+    """Return ``X_world_body`` of positions [m] and unit quaternions."""
+    X = np.zeros((*position.shape[:-1], 4, 4))
+    X[..., :3, :3] = kinematics.quaternion_rotation(orientation)
+    X[..., :3, 3], X[..., 3, 3] = position, 1.0
     return X
 
 
-def robot_mesh(
+def robot_corners(
     robot: Robot, q: Float[np.ndarray, "legs 3"], X_world_body: Float[np.ndarray, "4 4"]
-) -> Mesh:
-    """Return the robot in the world.
+) -> Float[np.ndarray, "triangles 3 3"]:
+    """Return the corners of the robot's triangles in the world [m].
 
     Args:
         robot: The robot.
         q: Joint angles [rad], shape (L, 3).
         X_world_body: Pose of the body.
     """
-    frames = [
-        X_world_body @ leg.X_body_hip @ kinematics.leg_frames(leg, q[number])
-        for number, leg in enumerate(robot.legs)
-    ]
-    return joined(
+    solids = link_meshes(robot)
+    links = [place for place in solids if place is not None]
+    X = dict(zip(links, link_poses(robot, q[None], links)[0], strict=True))
+    return np.concatenate(
         [
-            mesh.at(X_world_body if place is None else frames[place[0]][place[1]])
-            for place, meshes in link_meshes(robot).items()
+            mesh.at(X_world_body if place is None else X_world_body @ X[place]).corners
+            for place, meshes in solids.items()
             for mesh in meshes
         ]
     )
@@ -75,7 +191,7 @@ def link_meshes(robot: Robot) -> dict[Place | None, list[Mesh]]:
         return {place: meshes for place, meshes in found.items() if meshes or place is None}
     width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
     height = float(robot.body.size[2])
-    found = {None: [body_mesh(robot, width)]}
+    found = {None: body_meshes(robot, width)}
     for number, leg in enumerate(robot.legs):
         links = _leg(leg, width, leg_colour(number), height)
         found |= {(number, frame): meshes for frame, meshes in enumerate(links)}
@@ -107,23 +223,12 @@ def mesh_pieces(robot: Robot) -> MeshPieces:
     for place, solid in solids.items():
         link = -1 if place is None else links.index(place)
         for mesh in solid:
-            for colour, corners in _by_colour(mesh):
-                key = hashlib.sha256(np.ascontiguousarray(corners).tobytes()).digest()
-                if key not in numbers:
-                    numbers[key] = len(meshes)
-                    meshes.append(indexed(corners))
-                shade = tuple(round(float(c), 4) for c in colour)
-                pieces.append((link, numbers[key], shade))
+            key = hashlib.sha256(np.ascontiguousarray(mesh.corners).tobytes()).digest()
+            if key not in numbers:
+                numbers[key] = len(meshes)
+                meshes.append(indexed(mesh.corners))
+            pieces.append((link, numbers[key], tuple(np.round(mesh.colour, 4).tolist())))
     return MeshPieces(meshes, links, pieces)
-
-
-def _by_colour(mesh: Mesh) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return each colour of a mesh and the corners of its triangles."""
-    # Most meshes have one colour; sorting thousands takes long.
-    if np.all(mesh.colours == mesh.colours[:1]):
-        return [(mesh.colours[0], mesh.corners)] if len(mesh.corners) else []
-    colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
-    return [(colour, mesh.corners[which.ravel() == k]) for k, colour in enumerate(colours)]
 
 
 def link_poses(
@@ -151,10 +256,10 @@ def _mesh(part: Part, leg_colour: str = "") -> Mesh:
     colour = np.array(part.color[:3])
     if leg_colour and np.ptp(colour) > GREY:
         colour = rgb(leg_colour)
-    return Mesh(part.vertices[part.faces], np.broadcast_to(colour, (len(part.faces), 3)))
+    return Mesh(part.vertices[part.faces], colour)
 
 
-def body_mesh(robot: Robot, width: float) -> Mesh:
+def body_meshes(robot: Robot, width: float) -> list[Mesh]:
     """Return the trunk in its own frame: two plates at the hips, boxes between and on top."""
     hips = robot.arrays.p_body_hip
     length, breadth, height = (float(s) for s in robot.body.size)
@@ -178,15 +283,13 @@ def body_mesh(robot: Robot, width: float) -> Mesh:
     lid = top + 0.372 * height
     arrow = np.array([[tip, 0], [root, side], [root + 0.02 * length, 0], [root, -side]])
     rings = np.stack([np.c_[arrow, np.full(4, z)] for z in (lid - 0.004, lid)])
-    return joined([*parts, loft(rings, LAMP)])
+    return [*parts, loft(rings, LAMP)]
 
 
 def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Mesh]]:
     """Return coxa, femur and tibia as servos, brackets and a blade with a rubber foot."""
     coxa, femur, tibia = (float(length) for length in leg.lengths)
-    up = np.array([0.0, 0.0, 1.0])
-    zero = np.zeros(3)
-    hip = cylinder(-0.40 * height * up, 0.40 * height * up, (0.46 * w, 0.46 * w), FRAME)
+    hip = cylinder(0.80 * height, 0.46 * w, FRAME)
     yoke = beam(
         [
             (-0.30 * w, 0.34 * w, 0.42 * w),
@@ -196,7 +299,7 @@ def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Mesh]]:
         ],
         SERVO,
     )
-    pivot = cylinder(-0.66 * w * up, 0.66 * w * up, (0.36 * w, 0.36 * w), FRAME)
+    pivot = cylinder(1.32 * w, 0.36 * w, FRAME)
     thigh = [pivot]
     for side in (-1, 1):
         plate = beam(
@@ -232,4 +335,4 @@ def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Mesh]]:
         ],
         colour,
     )
-    return [[hip, yoke], thigh, [pivot, blade], [ball(zero, 0.17 * w, RUBBER)]]
+    return [[hip, yoke], thigh, [pivot, blade], [ball(0.17 * w, RUBBER)]]

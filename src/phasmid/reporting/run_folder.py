@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import secrets
 import shutil
@@ -11,10 +10,10 @@ from pathlib import Path
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.recording import Recording, check_mcap, save_mcap, save_recording
+from phasmid.recording.file import cannot_write, check_place
 from phasmid.reporting.catalogue import CATALOGUE, report_figures
-from phasmid.reporting.drawing import can_be_drawn, walk_picture
-from phasmid.reporting.runs import gather
-from phasmid.reporting.source import read_source
+from phasmid.reporting.drawing import walk_picture
+from phasmid.reporting.run import read_run
 from phasmid.reporting.style import encoded_figure, save_figure
 from phasmid.reporting.summary import Summary, summarise
 from phasmid.robot import Appearance
@@ -62,29 +61,27 @@ def report(
     folder = Path(folder)
     check_folder(folder, force=force)
     # A recording without its robot is refused before anything is written.
-    source = read_source(recording)
+    run = read_run(recording)
     if mcap:
         check_mcap()
     target = folder.resolve()
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     try:
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            partial.mkdir()
-            _fill(recording, partial, figures=figures, appearance=appearance)
-            if mcap:
-                save_mcap(recording, partial / "recording.mcap", leg_names=source.robot.leg_names)
-            _take_place(partial, target, folder, force=force)
-        except BaseException:
-            shutil.rmtree(partial, ignore_errors=True)
-            raise
+        target.parent.mkdir(parents=True, exist_ok=True)
+        partial.mkdir()
+        _fill(recording, partial, figures=figures, appearance=appearance)
+        if mcap:
+            save_mcap(recording, partial / "recording.mcap", leg_names=run.robot.leg_names)
+        _take_place(partial, target, folder, force=force)
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write {folder}: {reason}.") from None
+        raise cannot_write(folder, error) from None
     except OutputError as error:
         # A message must not name the folder that was there only for a moment.
         error.what = error.what.replace(str(partial), str(folder))
         raise
+    finally:
+        # Renamed to its place unless something failed.
+        shutil.rmtree(partial, ignore_errors=True)
     return folder
 
 
@@ -106,19 +103,11 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
             hint=f'"{folder / "walk"}"',
         )
     try:
-        exists = folder.exists() or folder.is_symlink()
-        if exists:
+        if folder.exists() or folder.is_symlink():
             _check_existing(folder, force=force)
-        parent = folder.resolve().parent
-        while not parent.exists():
-            parent = parent.parent
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise OutputError(f"cannot write {folder}: {reason}.") from None
-    if not parent.is_dir():
-        raise OutputError(f"cannot write {folder}: {parent} is not a folder.")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {folder}: {parent} is not writable.")
+        raise cannot_write(folder, error) from None
+    check_place(folder)
 
 
 def _check_existing(folder: Path, *, force: bool) -> None:
@@ -165,12 +154,10 @@ def _meshes(folder: Path) -> set[str]:
 def _fill(
     recording: Recording, folder: Path, *, figures: bool, appearance: Appearance | None
 ) -> None:
-    for name in ("scenario", "robot"):
-        text = str(recording.attrs[name])
-        (folder / f"{name}.toml").write_text(text, encoding="utf-8", newline="\n")
-    if "commands" in recording.attrs:
-        text = str(recording.attrs["commands"])
-        (folder / "commands.toml").write_text(text, encoding="utf-8", newline="\n")
+    for name in ("scenario", "robot", "commands"):
+        if name in recording.attrs:
+            text = str(recording.attrs[name])
+            (folder / f"{name}.toml").write_text(text, encoding="utf-8", newline="\n")
     if appearance is not None and appearance.name and appearance.parts:
         (folder / appearance.name).write_bytes(glb(appearance.parts))
     save_recording(recording, folder / "recording.nc")
@@ -189,17 +176,15 @@ def _write_figures(
 
     place = folder / "figures"
     place.mkdir()
-    run = gather([recording])[0]
     pictures, still = [], None
-    for name, kind, legs in report_figures(run):
-        figure = kind.draw([run], legs)
+    for name, kind, figure in report_figures(recording):
         svg = encoded_figure(figure, "svg")
         if kind.in_page:
             pictures.append(Picture(name, kind.sentence, svg))
         if kind.in_folder:
             (place / f"{name}.svg").write_bytes(svg)
             save_figure(figure, place / f"{name}.png")
-    if can_be_drawn(recording):
+    if read_run(recording).can_be_drawn:
         still = encoded_figure(walk_picture(recording, appearance), "png")
         (place / "walk.png").write_bytes(still)
     page = page_html(recording, summary, pictures, still, appearance)

@@ -1,4 +1,4 @@
-"""One look for all figures, and files that come out the same each time."""
+"""One look for all figures, their width, and files that come out the same each time."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -14,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.reporting.layout import layout
+from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -74,10 +76,84 @@ LACKING_COLOUR = "#fbe3df"
 MOST_POINTS = 2000
 """Most points drawn of one line: twice as many as a figure has pixels across."""
 
+NORMAL_WIDTH = 7.2
+"""Default width of a figure [inches]."""
+
+NARROWEST, WIDEST = 0.06, 0.5
+"""Bounds of the width of a figure [m]."""
+
+SMALLEST_TYPE = 0.78
+"""Smallest scale of type: 7 pt for axis labels, which are legible in print."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Layout of the figures.
+
+    Attributes:
+        width: Width of the figures [inches].
+        title: Draw a title and a subtitle.
+    """
+
+    width: float = NORMAL_WIDTH
+    title: bool = True
+
+    @property
+    def type_scale(self) -> float:
+        """Size of all type, relative to that at the normal width."""
+        return min(1.0, max((self.width / NORMAL_WIDTH) ** 0.5, SMALLEST_TYPE))
+
+    @property
+    def is_narrow(self) -> bool:
+        """True where panels side by side have no space for long words."""
+        return self.width < 0.7 * NORMAL_WIDTH
+
+    @property
+    def margin_scale(self) -> float:
+        """Margins that hold type, as shares of the width, relative to the normal ones."""
+        return self.type_scale * NORMAL_WIDTH / self.width
+
+
+_LAYOUT: ContextVar[Layout] = ContextVar("layout", default=Layout())  # noqa: B039
+
+
+def layout() -> Layout:
+    """Return the present layout."""
+    return _LAYOUT.get()
+
+
+@contextmanager
+def laid_out(width: float | None, *, title: bool = True) -> Iterator[None]:
+    """Draw and save figures in a width [m], by default the normal one, and with or without title.
+
+    Raises:
+        InvalidInput: The width is out of range.
+    """
+    if width is not None and not NARROWEST <= width <= WIDEST:
+        raise InvalidInput(
+            f"width is {width:g} m; it must be from {NARROWEST:g} to {WIDEST:g} m.",
+            hint="0.085, a column of a paper",
+        )
+    token = _LAYOUT.set(Layout(NORMAL_WIDTH if width is None else width / 0.0254, title))
+    try:
+        yield
+    finally:
+        _LAYOUT.reset(token)
+
+
+def points(size: float) -> float:
+    """Return a size of type at the present width [pt]."""
+    return size * layout().type_scale
+
 
 def leg_colour(leg: int) -> str:
     """Return the colour of a leg, counted from 0."""
     return LEG_COLOURS[leg % len(LEG_COLOURS)]
+
+
+def rgb(colour: str) -> Float[np.ndarray, "3"]:
+    """Return a colour such as ``#4a6fc4`` as red, green and blue from 0 to 1."""
+    return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
 
 
 def darker(colour: str) -> str:

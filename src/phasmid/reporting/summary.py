@@ -9,13 +9,21 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from phasmid.recording import Recording
-from phasmid.reporting.feet import least_support, load, load_difference, slip
-from phasmid.reporting.joints import energy, speed, torque, torque_difference
-from phasmid.reporting.servos import servo_verdict, servos
-from phasmid.reporting.source import attribute, events, finite_part, read_source, run_title
-from phasmid.reporting.steps import SETTLING
-from phasmid.reporting.travel import travel, velocity
-from phasmid.reporting.warnings import warnings
+from phasmid.reporting.checks import warnings
+from phasmid.reporting.numbers import (
+    energy,
+    least_support,
+    load,
+    model_difference,
+    servo_verdict,
+    servos,
+    slip,
+    speed,
+    torque,
+    travel,
+    velocity,
+)
+from phasmid.reporting.run import events, read_run
 
 Summary: TypeAlias = dict[str, Any]
 """Numbers in SI by name, as JSON holds them."""
@@ -41,75 +49,63 @@ def summarise(recording: Recording) -> Summary:
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
     """
-    source = read_source(recording)
-    recorded, recording = recording.sizes["time"], finite_part(recording)
-    robot, scenario = source.robot, source.scenario
-    time = np.asarray(recording["time"].values)
-    way = travel(recording, source)
-    margin = least_support(recording, source)
-    normal_difference = load_difference(recording)
-    run: dict[str, Any] = {
-        name: attribute(recording, name)
-        for name in ("kind", "ending", "ending_reason", "force_model", "drive", "servo")
-    }
-    run |= {name: attribute(recording, name) for name in ("contact_law", "simulator")}
-    run |= {name: recording.attrs.get(name) for name in ("time_step",)}
-    run |= {name: attribute(recording, name) for name in ("phasmid_version", "mujoco_version")}
-    run |= {
-        "title": run_title(source),
+    part = read_run(recording)
+    robot, scenario, time = part.robot, part.scenario, part.time
+    attributes = part.recording.attrs
+    way = travel(part)
+    texts = [
+        *("kind", "ending", "ending_reason", "force_model", "drive", "servo", "contact_law"),
+        *("simulator", "phasmid_version", "mujoco_version", "controller"),
+    ]
+    run: dict[str, Any] = {name: part.attribute(name) for name in texts} | {
+        "time_step": attributes.get("time_step"),
+        "title": part.title,
         "scenario": scenario.name,
-        "gait": source.gait.name,
+        "gait": part.gait.name,
         "duration": float(time[-1] - time[0]),
-        "samples": recorded,
-        "samples_not_finite": recorded - len(time) or None,
+        "samples": recording.sizes["time"],
+        "samples_not_finite": recording.sizes["time"] - len(time) or None,
         "planned_duration": scenario.duration,
-        "follows": "trajectory" if "trajectory" in recording.attrs else None,
-        "controller": attribute(recording, "controller"),
-        "waypoints": json.loads(str(recording.attrs.get("waypoints", "[]"))),
-        "faults": json.loads(str(recording.attrs.get("faults", "[]"))),
-        "events": events(recording),
+        "follows": "trajectory" if "trajectory" in attributes else None,
+        "waypoints": json.loads(str(attributes.get("waypoints", "[]"))),
+        "faults": json.loads(str(attributes.get("faults", "[]"))),
+        "events": events(part.recording),
     }
-    summary = {
+    summary: Summary = {
         "run": run,
         "robot": {
             "name": robot.name,
             "legs": list(robot.leg_names),
             "mass": robot.mass,
             "gravity": scenario.model.gravity,
-            "weight": source.weight,
+            "weight": part.weight,
             "servo": robot.servo.name,
-            "stall_torque": source.stall_torque,
-            "no_load_speed": source.no_load_speed,
-            "supply": source.supply,
-            "continuous_torque": source.continuous_torque,
+            "stall_torque": part.stall_torque,
+            "no_load_speed": part.no_load_speed,
+            "supply": part.supply,
+            "continuous_torque": part.continuous_torque,
         },
         "travel": way,
-        "velocity": velocity(recording),
-        "slip": slip(recording, source),
+        "velocity": velocity(part),
+        "slip": slip(part),
         "normal_force": {
-            "simulation": load(recording, source, "foot_normal_force"),
-            "model": load(recording, source, "foot_normal_force_model"),
+            "simulation": load(part, "foot_normal_force"),
+            "model": load(part, "foot_normal_force_model"),
         },
         "torque": {
-            "simulation": torque(recording, source, "joint_torque"),
-            "model": torque(recording, source, "joint_torque_model"),
+            "simulation": torque(part, "joint_torque"),
+            "model": torque(part, "joint_torque_model"),
         },
-        "speed": speed(recording, source),
-        "servo_verdict": servo_verdict(recording),
-        "servos": servos(recording, source),
-        "support": {"least_margin": margin},
-        "energy": energy(recording, source, way.get("distance")),
-        "time_step_refinement": {
-            name: recording.attrs.get(f"refinement_{name}") for name in REFINEMENT
-        },
-        "model_against_simulation": {
-            "left_out_about_switches": SETTLING if normal_difference else None,
-            "torque": torque_difference(recording),
-            "normal_force": {"rms": normal_difference},
-        },
+        "speed": speed(part),
+        "servo_verdict": servo_verdict(part),
+        "servos": servos(part),
+        "support": {"least_margin": least_support(part)},
+        "energy": energy(part, way.get("distance")),
+        "time_step_refinement": {name: attributes.get(f"refinement_{name}") for name in REFINEMENT},
+        "model_against_simulation": model_difference(part),
     }
     compact: Summary = _known(summary)
-    compact["warnings"] = warnings(summary, source)
+    compact["warnings"] = warnings(summary, part)
     return compact
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from phasmid.reporting.shapes import rgb
+from phasmid.reporting.style import rgb
 from phasmid.terrain import Blocky, Ground
 
 CELL = 0.015

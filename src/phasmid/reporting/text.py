@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterator
-from typing import IO, Any, Protocol, cast, runtime_checkable
+from typing import IO, Any
 
 import numpy as np
 
 from phasmid.errors import InvalidInput, plain
-from phasmid.gait import shortfall
+from phasmid.recording.channels import JOINTS
+from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import REFINEMENT, Summary
-from phasmid.reporting.warnings import largest_joint
 
 WIDTH = 80
 """Largest width of the tables [columns]."""
@@ -26,16 +26,8 @@ MOST_EVENTS = 5
 """Events of a controller, and waypoints, that are printed."""
 
 
-@runtime_checkable
-class Sink(Protocol):
-    """A file, standard output, or text in memory."""
-
-    def write(self, text: str, /) -> int:
-        """Take some text."""
-
-
 def print_summary(
-    summary: Summary, *, legs: tuple[int, ...] | None = None, file: Sink | None = None
+    summary: Summary, *, legs: tuple[int, ...] | None = None, file: IO[str] | None = None
 ) -> None:
     """Print the numbers of `summarise`, about a screen of them.
 
@@ -57,7 +49,7 @@ def print_summary(
     for number in shown:
         if not 1 <= number <= len(names):
             raise InvalidInput(f"there is no leg {number}; legs are 1 to {len(names)}.")
-    console = Console(file=cast("IO[str] | None", file), highlight=False, markup=False)
+    console = Console(file=file, highlight=False, markup=False)
     width = min(console.width, WIDTH)
     for line in textwrap.wrap(headline(summary), width):
         console.print(Text(line, style="bold"))
@@ -78,7 +70,7 @@ def print_summary(
     heads = ("normal [N]", "slip", "coxa", "femur", "tibia")
     units = ("sim / model" if both else "mean", "[mm]", *["peak / rms"] * 3)
     rows = [
-        leg_row(summary, number - 1, f"{number} {names[number - 1].replace('_', ' ')}")
+        [f"{number} {names[number - 1].replace('_', ' ')}", *leg_row(summary, number - 1)]
         for number in shown
     ]
     columns = zip(heads, units, *(row[1:] for row in rows), strict=True)
@@ -143,68 +135,49 @@ def _distance(summary: Summary) -> str:
 
 def _agreement(summary: Summary) -> str:
     """Return the model's rms differences from the simulation as shares of the simulated values."""
-    compared = summary.get("model_against_simulation", {})
     parts = []
-    for what, name, reference in (
-        ("torques", "torque", summary.get("torque", {}).get("simulation", {}).get("rms")),
-        (
-            "normal forces",
-            "normal_force",
-            summary.get("normal_force", {}).get("simulation", {}).get("mean_in_stance"),
-        ),
+    for words, name, reference in (
+        ("torques", "torque", "rms"),
+        ("normal forces", "normal_force", "mean_in_stance"),
     ):
-        difference = compared.get(name, {}).get("rms")
-        share = _share(difference, reference)
-        if share is not None:
-            parts.append(f"{what} {100 * share:.{0 if share > 0.095 else 1}f} %")
-    return (
-        f"rms difference of {', of '.join(parts)}"
-        if parts
-        else "not compared: this run has no model"
-    )
-
-
-def _share(difference: Any, reference: Any) -> float | None:
-    """Return the root of the summed squares of one over that of the other; None if unknown."""
-    if difference is None or reference is None:
-        return None
-    pairs = np.array([np.array(difference, float).ravel(), np.array(reference, float).ravel()])
-    pairs = pairs[:, np.isfinite(pairs).all(axis=0)]
-    squares = (pairs**2).sum(axis=1)
-    return float(np.sqrt(squares[0] / squares[1])) if squares[1] > 0 else None
+        difference = summary.get("model_against_simulation", {}).get(name, {}).get("rms")
+        values = summary.get(name, {}).get("simulation", {}).get(reference)
+        if difference is None or values is None:
+            continue
+        pairs = np.array([np.array(difference, float).ravel(), np.array(values, float).ravel()])
+        squares = (pairs[:, np.isfinite(pairs).all(axis=0)] ** 2).sum(axis=1)
+        if squares[1] > 0:
+            share = float(np.sqrt(squares[0] / squares[1]))
+            parts.append(f"{words} {100 * share:.{0 if share > 0.095 else 1}f} %")
+    if not parts:
+        return "not compared: this run has no model"
+    return f"rms difference of {', of '.join(parts)}"
 
 
 def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     """Yield label and text of each line above the table; unknown ones are left out."""
     way, run = summary.get("travel", {}), summary["run"]
-    of_plan = ""
-    if run["planned_duration"] - run["duration"] > 1e-9:
-        longest = run["planned_duration"]
-        of_plan = (
-            f" of at most {longest:.4g} s" if "waypoints" in run else f" of {longest:g} s planned"
-        )
-    broken = run.get("samples_not_finite", 0)
-    broken_text = f", the last {broken} not finite" if broken else ""
-    yield "Duration", f"{run['duration']:g} s{of_plan}, {run['samples']} samples{broken_text}"
+    line, longest = f"{run['duration']:g} s", run["planned_duration"]
+    if longest - run["duration"] > 1e-9:
+        at_most = "waypoints" in run
+        line += f" of at most {longest:.4g} s" if at_most else f" of {longest:g} s planned"
+    line += f", {run['samples']} samples"
+    if "samples_not_finite" in run:
+        line += f", the last {run['samples_not_finite']} not finite"
+    yield "Duration", line
     if "sideways_drift" in way:
         yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
-    yield from _waypoint_facts(summary)
-    yield from _velocity_facts(summary)
+    yield from _story(summary)
     if "heading_change" in way:
         line = f"{_degrees(way['heading_change'])} turned"
         if "commanded_turn" in way:
             line += f", {_degrees(way['commanded_turn'])} commanded"
         yield "Heading", f"{line}; largest tilt {math.degrees(way['largest_tilt']):.2f}°"
     if "body_height_change" in way:
-        yield (
-            "Body height",
-            f"{_mm(way['body_height_change'], sign=True)} from start to end, "
-            f"{_mm(way['body_height_range'])} between lowest and highest",
-        )
+        line = f"{_mm(way['body_height_change'], sign=True)} from start to end"
+        yield "Body height", f"{line}, {_mm(way['body_height_range'])} between lowest and highest"
     if "least_margin" in summary.get("support", {}):
-        margin = summary["support"]["least_margin"]
-        least = f"{_mm(margin)} margin at the least"
-        yield "Support", least if math.isfinite(margin) else shortfall(margin)
+        yield "Support", f"{_mm(summary['support']['least_margin'])} margin at the least"
     if "slip" in summary:
         slip = summary["slip"]
         yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"
@@ -214,38 +187,28 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     yield from _refinement_facts(summary)
 
 
-def _waypoint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    places = summary["run"].get("waypoints", [])
+def _story(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Yield the waypoints, mean velocities, faults and first events of a driven run."""
+    run, velocity = summary["run"], summary.get("velocity", {})
+    places, events = run.get("waypoints", []), run.get("events", [])
     for number, place in enumerate(places[:MOST_EVENTS], 1):
         time = place.get("reached")
         done = "not reached" if time is None else f"reached at {time:.2f} s"
         yield f"Waypoint {number}", f"({place['x']:g}, {place['y']:g}) m {done}"
     if len(places) > MOST_EVENTS:
         yield "", f"{len(places) - MOST_EVENTS} more waypoints are in summary.json"
-
-
-def _velocity_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    velocity = summary.get("velocity", {})
-    for label, name in (
-        ("Velocity command", "commanded"),
-        ("  feasible", "feasible"),
-        ("  actual", "actual"),
-    ):
+    labels = {"commanded": "Velocity command", "feasible": "  feasible", "actual": "  actual"}
+    for name, label in labels.items():
         if name in velocity:
             vx, vy, wz = velocity[name]
-            yield (
-                label,
-                f"{1000 * vx:+.1f} mm/s forward, {1000 * vy:+.1f} mm/s to the left, "
-                f"{math.degrees(wz):+.2f}°/s, on average",
-            )
-    run = summary["run"]
+            way = f"{1000 * vx:+.1f} mm/s forward, {1000 * vy:+.1f} mm/s to the left"
+            yield label, f"{way}, {math.degrees(wz):+.2f}°/s, on average"
     for fault in run.get("faults", ()):
         yield "Fault", plain(str(fault))
-    said = run.get("events", ())
-    for time, sentence in said[:MOST_EVENTS]:
+    for time, sentence in events[:MOST_EVENTS]:
         yield "Event", f"{time:.2f} s: {plain(str(sentence))}"
-    if len(said) > MOST_EVENTS:
-        yield "", f"{len(said) - MOST_EVENTS} more events are in summary.json"
+    if len(events) > MOST_EVENTS:
+        yield "", f"{len(events) - MOST_EVENTS} more events are in summary.json"
 
 
 def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -328,63 +291,46 @@ def _between(ends: list[float]) -> str:
 
 def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
     compared = summary.get("model_against_simulation", {})
-    for label, section, key, unit in (
-        ("Torque rms diff.", "torque", "rms", "N·m"),
-        ("  in mid-stance", "torque", "rms_mid_stance", "N·m"),
-        ("Force rms diff.", "normal_force", "rms", "N"),
-    ):
+    for label, key in (("Torque rms diff.", "rms"), ("  in mid-stance", "rms_mid_stance")):
         # A leg that never stood, or a run that was too short, has no figure.
-        rows = [row for row in compared.get(section, {}).get(key) or () if row is not None]
-        if not rows:
-            continue
-        if section == "normal_force":
-            yield label, f"{max(rows):.3g} {unit}, the worst leg (model - simulation)"
-            continue
-        joints = [
-            max((v for v in c if v is not None), default=math.nan) for c in zip(*rows, strict=True)
-        ]
-        named = ", ".join(
-            f"{name} {value:.4f}"
-            for name, value in zip(("coxa", "femur", "tibia"), joints, strict=True)
-        )
-        yield label, f"{named} {unit}, the worst legs"
+        rows = [row for row in compared.get("torque", {}).get(key) or () if row is not None]
+        if rows:
+            worst = np.nanmax(np.array(rows, float), axis=0)
+            named = ", ".join(f"{n} {value:.4f}" for n, value in zip(JOINTS, worst, strict=True))
+            yield label, f"{named} N·m, the worst legs"
+    forces = [v for v in compared.get("normal_force", {}).get("rms") or () if v is not None]
+    if forces:
+        yield "Force rms diff.", f"{max(forces):.3g} N, the worst leg (model - simulation)"
 
 
 def _refinement_facts(summary: Summary) -> Iterator[tuple[str, str]]:
     found = summary.get("time_step_refinement", {})
     if len(found) == len(REFINEMENT):
+        way = found["way"]
+        small = f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
         yield (
             "Time step",
             f"{1000 * found['time_step']:g} ms against half of it, the first "
             f"{found['duration']:g} s: normal forces {100 * found['normal_force']:.2g} %, "
-            f"torques {100 * found['joint_torque']:.2g} % (rms), way {_small(found['way'])}",
+            f"torques {100 * found['joint_torque']:.2g} % (rms), way {small}",
         )
 
 
-def _small(way: float) -> str:
-    """Return a small length in millimetres or micrometres."""
-    return f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
-
-
-def leg_row(summary: Summary, leg: int, name: str) -> list[str]:
-    """Return a leg's row of the table: name, normal force [N], slip [mm] and torques [N·m].
-
-    Args:
-        summary: Result of `summarise`.
-        leg: Index of the leg, from 0.
-        name: Name of the row.
-    """
+def leg_row(summary: Summary, leg: int) -> list[str]:
+    """Return normal force [N], slip [mm] and torques [N·m] of a leg, counted from 0."""
     means = [kind.get("mean_in_stance") for kind in summary.get("normal_force", {}).values()]
     slips = summary.get("slip", {}).get("mean_by_leg")
-    torque = _first(summary.get("torque", {}))
-    row = [name, " / ".join(_newtons(mean and mean[leg]) for mean in means) or ABSENT]
-    row.append(_number(slips and slips[leg], "{:.2f}", 1000))
-    for joint in range(3):
-        if torque:
-            row.append(f"{torque['peak'][leg][joint]:.3f} / {torque['rms'][leg][joint]:.3f}")
-        else:
-            row.append(ABSENT)
-    return row
+    kinds = summary.get("torque", {})
+    torque = kinds.get("simulation") or kinds.get("model")
+    joints = [ABSENT] * 3
+    if torque:
+        pairs = zip(torque["peak"][leg], torque["rms"][leg], strict=True)
+        joints = [f"{peak:.3f} / {rms:.3f}" for peak, rms in pairs]
+    return [
+        " / ".join(_newtons(mean and mean[leg]) for mean in means) or ABSENT,
+        f"{1000 * slips[leg]:.2f}" if slips and slips[leg] is not None else ABSENT,
+        *joints,
+    ]
 
 
 def _newtons(force: float | None) -> str:
@@ -412,22 +358,17 @@ def note(summary: Summary) -> str:
 
 
 def _torque_note(summary: Summary) -> str:
-    run, robot = summary["run"], summary["robot"]
-    torque = summary.get("torque", {})
+    run, robot, torque = summary["run"], summary["robot"], summary.get("torque", {})
     if not torque:
         return ""
+    source = "of the model"
     if "simulation" in torque:
-        drive = run.get("drive", "")
-        source = f"simulated, {drive} drive" if drive else "as recorded"
-        law = run.get("contact_law", "")
-        source += f", {law} contact" if law else ""
-    else:
-        source = "of the model"
-    model = run.get("force_model", "")
-    forces = f"; model forces: {model}" if model and "model" in torque else ""
+        source = f"simulated, {run['drive']} drive" if run.get("drive") else "as recorded"
+        source += f", {run['contact_law']} contact" if run.get("contact_law") else ""
+    model = run.get("force_model") if "model" in torque else ""
     return plain(
-        f"Torques in N·m, {source}; servo {robot['servo']}, "
-        f"stall {robot['stall_torque']:.4g} N·m{_at_supply(summary)}{forces}."
+        f"Torques in N·m, {source}; servo {robot['servo']}, stall {robot['stall_torque']:.4g} N·m"
+        f"{_at_supply(summary)}{f'; model forces: {model}' if model else ''}."
     )
 
 
@@ -435,16 +376,6 @@ def _at_supply(summary: Summary) -> str:
     """Return the supply voltage of servos with their own law, in words."""
     supply = summary["robot"].get("supply")
     return "" if supply is None else f" at {supply:g} V"
-
-
-def _first(kinds: dict[str, Any]) -> dict[str, Any]:
-    """Return the simulated numbers, or else the model's."""
-    found: dict[str, Any] = kinds.get("simulation") or kinds.get("model") or {}
-    return found
-
-
-def _number(value: float | None, form: str, scale: float = 1.0) -> str:
-    return ABSENT if value is None else form.format(scale * value)
 
 
 def _degrees(value: float) -> str:

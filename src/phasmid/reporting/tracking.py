@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from phasmid.errors import InvalidInput
-from phasmid.kinematics import quaternion_rotation
+from phasmid.kinematics import quaternion_yaw
 from phasmid.recording import Recording
 
 
@@ -54,41 +54,34 @@ def track(
             f"the recording lasts {time[-1] - time[0]:g} s; it must last {cycles} cycles of "
             f"{period:g} s or more."
         )
-    channel = {
-        name: recording[name].values[start:]
-        for name in (
-            *("body_position", "body_orientation", "foot_position", "foot_force", "contact"),
-            *("joint_position", "joint_position_target", "joint_velocity", "joint_torque"),
-        )
-    }
+    part = recording.isel(time=slice(start, None))
     lasts = float(time[-1] - time[start])
-    R = quaternion_rotation(channel["body_orientation"])
-    yaw = np.unwrap(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y = np.diff(channel["body_position"][:, :2], axis=0).T
-    forward = float(np.sum(c[:-1] * x + s[:-1] * y)) / lasts
-    lateral = float(np.sum(c[:-1] * y - s[:-1] * x)) / lasts
-    actual = (forward, lateral, float(yaw[-1] - yaw[0]) / lasts)
-
-    feet, force = channel["foot_position"], channel["foot_force"]
+    body, feet, force = (
+        part[name].values for name in ("body_position", "foot_position", "foot_force")
+    )
+    yaw = np.unwrap(quaternion_yaw(part["body_orientation"].values))
+    c, s = np.cos(yaw[:-1]), np.sin(yaw[:-1])
+    x, y = np.diff(body[:, :2], axis=0).T
+    way = np.sum(c * x + s * y), np.sum(c * y - s * x), yaw[-1] - yaw[0]
+    vx, vy, wz = (float(distance) / lasts for distance in way)
     # Yaw counts by the speed of the feet that it causes.
-    reach = feet[0, :, :2] - channel["body_position"][0, :2]
+    reach = feet[0, :, :2] - body[0, :2]
     scale = np.array([1.0, 1.0, np.linalg.norm(reach, axis=-1).mean()])
     commanded = float(np.linalg.norm(scale * velocity))
     if commanded == 0.0:
         raise InvalidInput("velocity is (0, 0, 0); a walk in place has no velocity error.")
-    touches = channel["contact"].astype(bool)
+    touches, torque = part["contact"].values.astype(bool), part["joint_torque"].values
     stays = touches[1:] & touches[:-1]
     slid = np.linalg.norm(np.diff(feet[..., :2], axis=0), axis=-1) * stays
     steps = max(1, int(np.sum(touches[1:] & ~touches[:-1])))
-    error = channel["joint_position"] - channel["joint_position_target"]
-    power = np.maximum(channel["joint_torque"] * channel["joint_velocity"], 0.0)
+    error = part["joint_position"].values - part["joint_position_target"].values
+    power = np.maximum(torque * part["joint_velocity"].values, 0.0)
     return Tracking(
-        actual,
-        float(np.linalg.norm(scale * (np.array(actual) - velocity))) / commanded,
+        (vx, vy, wz),
+        float(np.linalg.norm(scale * (np.array([vx, vy, wz]) - velocity))) / commanded,
         float(np.sqrt(np.mean(error**2))),
         float(slid.sum()) / steps,
         float(np.linalg.norm(force[..., :2], axis=-1).sum(axis=-1).mean()),
         float(power.sum(axis=(1, 2)).mean()),
-        float(np.abs(channel["joint_torque"]).max()),
+        float(np.abs(torque).max()),
     )

@@ -187,7 +187,7 @@ def _ordered_names(names: tuple[str, ...], count: int) -> tuple[str, ...]:
             hint=f"leg_count = {len(names)}, if it is no hexapod" if len(names) >= 4 else "",
         )
     raise InvalidRobot(
-        f"robot: {len(names)} legs given; leg_count says {count}.",
+        f"robot: {len(names)} legs given; leg_count is {count}.",
         hint=f"leg_count = {len(names)}",
     )
 
@@ -265,7 +265,7 @@ def _body(table: RobotTable, leg_mass: float) -> Body:
 
 
 def robot_to_toml(robot: Robot) -> str:
-    """A robot as the text of a file that loads to exactly the same numbers.
+    """Return a robot as the text of a file that loads to exactly the same numbers.
 
     Keys carry no units: all numbers are SI and radians, so that none is rounded.
     """

@@ -13,13 +13,12 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.robot.appearance import MOST_FACES, Part
+from phasmid.toml import read_bytes
 
 LARGEST_FILE = 64_000_000
 """Files of meshes above this many bytes are refused."""
 
 _MOST_NODES, _MOST_LEVELS = 4000, 64
-_JSON, _UNSIGNED, _FLOAT, _TRIANGLES = 0x4E4F534A, 5125, 5126, 4
-"""Codes of the format."""
 
 
 def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
@@ -29,18 +28,10 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
         InvalidInput: It is absent, too large, refers to other files, or is no such file.
         InvalidRobot: A mesh in it is impossible.
     """
+    raw = read_bytes(path, LARGEST_FILE)
     try:
-        with path.open("rb") as file:
-            raw = file.read(LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InvalidInput(f"cannot read {path}: {reason}.") from None
-    if len(raw) > LARGEST_FILE:
-        raise InvalidInput(f"{path} holds more than {LARGEST_FILE} bytes; such files are refused.")
-    try:
-        content, data = _chunks(raw)
-        _check(content, len(data))
-        found = list(_plain_parts(content, data) or _parts(raw))
+        _check(raw)
+        found = _parts(raw)
     except InvalidRobot:
         raise
     except Exception as error:
@@ -76,20 +67,15 @@ def glb(parts: Mapping[str, tuple[Part, ...]]) -> bytes:
     return bytes(scene.export(file_type="glb"))
 
 
-def _chunks(raw: bytes) -> tuple[dict[str, Any], memoryview]:
-    """Return the description of a file, and its data."""
-    magic, version, _, length, kind = struct.unpack_from("<4sIIII", raw)
-    if magic != b"glTF" or version != 2 or kind != _JSON:
-        raise ValueError("it must begin as glTF 2.0 does")
-    start = 28 + length
-    return json.loads(raw[20 : 20 + length]), memoryview(raw)[start:]
-
-
-def _check(content: dict[str, Any], held: int) -> None:
+def _check(raw: bytes) -> None:
     """Refuse a file that refers to other files, or unpacks to far more than it holds.
 
     Source: glTF 2.0 specification, sections 3.5, 3.6 and 4.4.
     """
+    magic, version, _, length = struct.unpack_from("<4sIII", raw)
+    if magic != b"glTF" or version != 2:
+        raise ValueError("it must begin as glTF 2.0 does")
+    content, held = json.loads(raw[20 : 20 + length]), len(raw) - 28 - length
     if any("uri" in each for noun in ("buffers", "images") for each in content.get(noun, ())):
         raise ValueError("it refers to other files")
     counts = [array["count"] for array in content.get("accessors", ())]
@@ -123,51 +109,6 @@ def _arrays(piece: dict[str, Any]) -> Iterator[int]:
         yield piece["indices"]
 
 
-def _plain_parts(content: dict[str, Any], data: memoryview) -> list[tuple[str, Part]] | None:
-    """Return the parts of a file as `glb` writes it; None for others.
-
-    It saves the import of the mesh library, 0.4 s of each walk.
-    """
-    nodes, found = content.get("nodes", ()), []
-    names = [node.get("name") for node in nodes]
-    if "extensionsUsed" in content or None in names or len(set(names)) < len(names):
-        return None
-    for node in nodes:
-        if set(node) != {"name", "mesh"}:
-            return None
-        piece, *others = content["meshes"][node["mesh"]]["primitives"]
-        if others or set(piece["attributes"]) != {"POSITION"}:
-            return None
-        if not {"indices", "material"} <= set(piece) or piece.get("mode", 4) != _TRIANGLES:
-            return None
-        vertices = _numbers(content, data, piece["attributes"]["POSITION"], _FLOAT, "<f4")
-        faces = _numbers(content, data, piece["indices"], _UNSIGNED, "<u4")
-        look = content["materials"][piece["material"]].get("pbrMetallicRoughness", {})
-        if vertices is None or faces is None or "baseColorFactor" not in look:
-            return None
-        # Colours have 256 levels.
-        r, g, b, a = (round(255 * c) / 255 for c in look["baseColorFactor"])
-        found.append((node["name"], _part(node["name"], vertices, faces, (r, g, b, a))))
-    return found
-
-
-def _numbers(
-    content: dict[str, Any], data: memoryview, index: int, code: int, kind: str
-) -> np.ndarray | None:
-    """Return the rows of three numbers of a contiguous array of a type; None for others."""
-    array = content["accessors"][index]
-    view = content["bufferViews"][array["bufferView"]]
-    if (
-        array["componentType"] != code
-        or {"sparse", "normalized"} & set(array)
-        or "byteStride" in view
-    ):
-        return None
-    count = array["count"] * (3 if array["type"] == "VEC3" else 1)
-    start = view.get("byteOffset", 0) + array.get("byteOffset", 0)
-    return np.frombuffer(data, kind, count, start).reshape(-1, 3)
-
-
 def _parts(raw: bytes) -> list[tuple[str, Part]]:
     """Return the parts of any binary glTF file, in the file's frame."""
     import trimesh
@@ -182,14 +123,6 @@ def _parts(raw: bytes) -> list[tuple[str, Part]]:
         rgba = getattr(getattr(mesh.visual, "material", None), "baseColorFactor", None)
         r, g, b, a = (0.5, 0.5, 0.5, 1.0) if rgba is None else np.asarray(rgba, dtype=float) / 255
         vertices = np.asarray(mesh.vertices) @ X[:3, :3].T + X[:3, 3]
-        found.append((str(node), _part(str(node), vertices, mesh.faces, (r, g, b, a))))
+        part = Part(vertices, mesh.faces, (r, g, b, a), str(node).partition("/")[2])
+        found.append((str(node), part))
     return found
-
-
-def _part(node: str, vertices: Any, faces: Any, color: tuple[float, float, float, float]) -> Part:
-    return Part(
-        np.asarray(vertices, dtype=float),
-        np.asarray(faces, dtype=int),
-        color,
-        node.partition("/")[2],
-    )

@@ -39,5 +39,5 @@ def recorded_scenario(
 def _table(attributes: Mapping[Any, Any], name: str) -> tuple[dict[str, Any], str]:
     text = attributes.get(name)
     if not isinstance(text, str) or not text:
-        raise InvalidInput(f"the recording does not say its {name}; a report needs it.")
+        raise InvalidInput(f"the recording has no {name}; a report needs it.")
     return parse_toml(text, f"the recording's {name}"), text

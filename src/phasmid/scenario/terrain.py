@@ -140,7 +140,7 @@ class TerrainTable(Table):
         return self
 
     def ground(self) -> Ground:
-        """The ground that this table describes.
+        """Return the ground that this table describes.
 
         Raises:
             InvalidInput: No such ground is known to the contact model, or its file is absent.
@@ -195,7 +195,7 @@ class TerrainTable(Table):
         return read_heights(Path(self.height_map), white=self.map_height)
 
     def _tiles(self) -> list[Patch]:
-        """Every second tile of the field, as on a chessboard."""
+        """Return every second tile of the field, as on a chessboard."""
         along, across = round(ICE_LENGTH / self.tile), round(ICE_WIDTH / self.tile)
         left = -across * self.tile / 2
         tiles = []
@@ -207,7 +207,7 @@ class TerrainTable(Table):
 
 
 def _carried(raw: dict[str, Any]) -> dict[str, Any]:
-    """A table that carries its height map itself, where it is not too long."""
+    """Return a table with its height map embedded, unless it is too long."""
     name = raw.get("height_map")
     if not isinstance(name, str) or not name or name.startswith(BEGINNING):
         return raw

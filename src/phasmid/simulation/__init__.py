@@ -3,10 +3,11 @@
 from phasmid.simulation.contact import CONTACT_POINTS
 from phasmid.simulation.drive import DriveExperiment, check_drive, drive
 from phasmid.simulation.experiment import (
+    Experiment,
     Refinement,
+    WalkExperiment,
     check_load,
     new_run,
-    record,
     simulate,
     simulate_many,
     time_step_refinement,
@@ -24,10 +25,12 @@ __all__ = [
     "Difference",
     "DriveExperiment",
     "Ending",
+    "Experiment",
     "Fault",
     "Refinement",
     "Replay",
     "Run",
+    "WalkExperiment",
     "build_model",
     "check_drive",
     "check_load",
@@ -35,7 +38,6 @@ __all__ = [
     "drive",
     "longest_time_step",
     "new_run",
-    "record",
     "replay",
     "simulate",
     "simulate_many",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -245,28 +245,25 @@ class DriveExperiment(Experiment):
         return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
 
 
-def scenario_controller(
-    scenario: Scenario, rate: float, *, ground_sensing: bool = True
-) -> SafetyFilter:
+def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> SafetyFilter:
     """Return the controller of a scenario that is driven without another one.
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, inside
     posture sequences (standing up, sitting down, legs moved by hand, lost legs), inside safety.
-    It is updated at a rate [1/s], and estimates contact and ground with `ground_sensing`.
+    It is updated at a rate [1/s]; other settings of the engine are those of `EngineSettings`.
 
     Raises:
         InvalidInput: The robot cannot walk so.
     """
     period_steps(scenario, rate)
     robot, stride = scenario.load_robot(), scenario.stride
-    engine = LocomotionEngine(
-        robot,
-        gait=scenario.load_gait(len(robot.legs)),
-        period=stride.period,
-        step_height=stride.step_height,
-        update_period=1 / rate,
-        ground_sensing=ground_sensing,
-    )
+    own: dict[str, Any] = {
+        "gait": scenario.load_gait(len(robot.legs)),
+        "period": stride.period,
+        "step_height": stride.step_height,
+        "update_period": 1 / rate,
+    }
+    engine = LocomotionEngine(robot, **(own | settings))
     patience = max(SafetySettings().observation_time, MISSED_PERIODS / rate)
     safety = SafetySettings(observation_time=patience)
     return SafetyFilter(Sequencer(engine, robot), robot, safety)

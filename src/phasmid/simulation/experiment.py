@@ -199,7 +199,7 @@ def simulate(
         walk: The plan that the joints follow, or a trajectory, which has no model channels and
             ends the run with it.
         progress: Receives the simulated time [s].
-        log: A file, by custom ``.rec``, that is written during the run and outlives a killed
+        log: A file, by custom ``.mcap``, that is written during the run and outlives a killed
             process; `phasmid.load_recording` reads it.
         force: Whether an older file of that name is replaced.
         start: A state of an earlier run of the same walk to continue from, from `Run.state`.
@@ -220,22 +220,6 @@ def simulate(
         return experiment.simulate(progress=progress)
     experiment.record(log, progress=progress, force=force)
     return with_sensors(scenario, load_recording(log))
-
-
-def record(
-    scenario: Scenario,
-    walk: Motion,
-    path: str | Path,
-    *,
-    progress: Progress | None = None,
-    force: bool = False,
-) -> Failure | None:
-    """Simulate a walk into a log file only; arguments and errors as in `simulate`.
-
-    Returns:
-        What ended the run early; None where it was completed.
-    """
-    return WalkExperiment(scenario, walk).record(path, progress=progress, force=force)
 
 
 def new_run(

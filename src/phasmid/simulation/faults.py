@@ -112,7 +112,8 @@ class Fault:
         found = WORDS.fullmatch(" ".join(text.split()))
         if found is None:
             raise InvalidInput(
-                f'a fault is "{text[:80]}"; it must say what fails, how and when.', hint=f'"{FORM}"'
+                f'a fault is "{text[:80]}"; it must be what fails, how and when.',
+                hint=f'"{FORM}"',
             )
         place, part, kind = found["place"], found["part"], found["kind"]
         leg, _, joint = place.partition(".")

@@ -122,7 +122,7 @@ class StepLoop:
                 to_state[:] = state
                 made += 1
         except mujoco.FatalError as error:
-            self.error = f"the engine says: {' '.join(str(error).split())}"
+            self.error = f"the engine reports: {' '.join(str(error).split())}"
         except LostConstraints as error:
             self.error = error.what.rstrip(".")
         return made

@@ -343,7 +343,7 @@ class Run:
     def _error(self) -> str:
         """Return why MuJoCo cannot go on: its error, its first warning, or nothing."""
         if self._warnings and self.data.warning.number.any():
-            return f"the engine says: {self._warnings[0]}"
+            return f"the engine reports: {self._warnings[0]}"
         return self._loop.error
 
     def _check(self, count: int) -> Failure | None:

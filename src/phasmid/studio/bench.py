@@ -11,14 +11,15 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics import LegMatrices, leg_matrices
+from phasmid.dynamics.printed import printed_leg_matrices
 from phasmid.errors import InvalidInput, Unreachable
 from phasmid.kinematics import (
-    dh_transform,
     foot_position,
     jacobian,
     joint_angles,
     leg_frames,
 )
+from phasmid.kinematics.printed import printed_dh_transform, printed_joint_angles
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE
 from phasmid.robot import JOINTS, Leg, Robot, with_mass_model
 from phasmid.studio.messages import Answer, Bench
@@ -246,15 +247,15 @@ def _printed(
     ``foot`` is the end of the chain of Eq. 1, ``angles`` the solution of Eqs. 3 to 9 for the foot,
     ``reached`` the foot at these angles, and ``torque`` Eq. 11 at rest.
     """
-    chain = np.linalg.multi_dot(dh_transform(*np.array(_dh(leg, q)).T, form="as-printed"))
-    angles = joint_angles(leg, foot, form="as-printed")
+    chain = np.linalg.multi_dot(printed_dh_transform(*np.array(_dh(leg, q)).T))
+    angles = printed_joint_angles(leg, foot)
     reached = foot_position(leg, angles) if np.isfinite(angles).all() else np.full(3, math.nan)
     return {
         "foot": chain[:3, 3].tolist(),
         "angles": angles.tolist(),
         "reached": reached.tolist(),
         "torque": (leg_matrices(leg, q).G + jacobian(leg, q).T @ force).tolist(),
-        "matrices": _matrices(leg_matrices(middle, q, form="as-printed")),
+        "matrices": _matrices(printed_leg_matrices(middle, q)),
         "matrices_right": _matrices(leg_matrices(middle, q)),
     }
 

@@ -43,11 +43,11 @@ class Browser:
 
     Args:
         websocket: Accepted websocket.
-        ask: Passes a request to the simulation.
+        submit: Passes a request to the simulation.
     """
 
-    def __init__(self, websocket: WebSocket, ask: Callable[[Request], Future[Answer]]) -> None:
-        self._websocket, self._ask = websocket, ask
+    def __init__(self, websocket: WebSocket, submit: Callable[[Request], Future[Answer]]) -> None:
+        self._websocket, self._submit = websocket, submit
         self._news = asyncio.Event()
         self._texts: deque[str] = deque()
         self._frame: bytes | None = None
@@ -145,7 +145,7 @@ class Browser:
 
     async def _answer(self, request: Request) -> None:
         try:
-            answer = await asyncio.wrap_future(self._ask(request))
+            answer = await asyncio.wrap_future(self._submit(request))
             if request.id is not None:
                 self._reply(request.id, 200, answer=answer)
         except PhasmidError as error:

@@ -1,4 +1,4 @@
-"""Fields of the setting, as people see and change them."""
+"""Fields of the setting in the page."""
 
 from __future__ import annotations
 
@@ -260,7 +260,7 @@ FIELDS = (
         **_own("walks"),
         label="Walks",
         group="walk",
-        help="By itself: ahead at half its largest speed; by hand: as stick and keys say; the "
+        help="By itself: ahead at half its largest speed; by hand: by stick and keys; the "
         "plan: the scenario's walk, planned beforehand.",
         choices=lambda _: {word: word for word in get_args(Walks)},
     ),

@@ -13,7 +13,7 @@ from phasmid.control import Command, LocomotionEngine, Player, SafetyFilter, Seq
 from phasmid.control.sequences import Stage as Sequence
 from phasmid.errors import InvalidGait
 from phasmid.motion import Walk, plan
-from phasmid.reporting.source import Source
+from phasmid.reporting.run import Source
 from phasmid.simulation import DriveExperiment
 from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.drive import scenario_controller
@@ -66,7 +66,7 @@ class LiveRobot:
     """
 
     def __init__(self, setting: Setting) -> None:
-        scenario, robot = setting.machine, setting.robot
+        scenario = setting.machine
         dt = scenario.simulation.dt
         rate = 1 / (max(1, round(UPDATE / dt)) * dt)
         self._engine: LocomotionEngine | None = None
@@ -89,9 +89,8 @@ class LiveRobot:
             scenario, controller, lambda *_: self.command, rate=rate, between=None
         )
         self.run: ClosedLoopRun = self.driving.begin_run(endless=True)
-        weight = robot.mass * scenario.model.gravity
-        self.source = Source(self.run.robot, scenario, setting.gait, weight)
-        self._metrics = WalkMetrics(weight)
+        self.source = Source(self.run.robot, scenario, setting.gait)
+        self._metrics = WalkMetrics(self.source.weight)
         self.failure: Failure | None = self.run.failure
         self.sample: Samples = self.run.first
         self.time = 0.0

@@ -106,7 +106,7 @@ class LiveSimulation:
         self._recorder.close()
         self._files.cleanup()
 
-    def ask(self, request: Request) -> Future[Answer]:
+    def submit(self, request: Request) -> Future[Answer]:
         """Queue a request.
 
         Returns:

@@ -1,4 +1,4 @@
-"""Actions of the people at the page on the live robot: setting, stick, pushes and lost legs."""
+"""Actions of users on the live robot: setting, stick, pushes and lost legs."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Saved:
 
     Attributes:
         run: Id of the recording.
-        sentence: Report for people.
+        sentence: Report for the user.
         complete: True if its folder is written.
     """
 
@@ -177,7 +177,7 @@ class Recorder:
         return log.__enter__()
 
     def _path(self, run: str) -> Path:
-        return self._out / f"{run}-log" / f"{run}.rec"
+        return self._out / f"{run}-log" / f"{run}.mcap"
 
     def end(self, failure: Failure | None, *, cut: bool = False) -> str:
         """End the recording; another process writes its folder.

@@ -68,7 +68,7 @@ class Scene:
                 ("below", "<f4"),
                 ("margin", "<f4"),
                 ("tilt", "<f4"),
-                ("velocity_asked", "<f4", 3),
+                ("velocity_command", "<f4", 3),
                 ("velocity_admitted", "<f4", 3),
                 ("velocity", "<f4", 3),
                 ("power", "<f4"),
@@ -153,7 +153,7 @@ class Scene:
         period = live.setting.scenario.stride.period
         row["phase"] = telemetry.get("gait_phase", live.time / period % 1.0)
         if not live.plays:
-            row["velocity_asked"] = live.command.velocity
+            row["velocity_command"] = live.command.velocity
             row["velocity_admitted"] = telemetry.get("velocity_reference", math.nan)
         held = self._holding_forces(live, position, R, q, feet, stance)
         if held is not None:

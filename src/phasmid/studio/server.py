@@ -70,7 +70,7 @@ RUN_POLICY = (
 class Live(Protocol):
     """Live robot, as the server sees it."""
 
-    def ask(self, request: Request) -> Future[Answer]:
+    def submit(self, request: Request) -> Future[Answer]:
         """Pass on a request, to be carried out between two updates."""
 
     def hello(self) -> list[str]:
@@ -238,7 +238,7 @@ class Server:
             full = f"{MOST_BROWSERS} browsers look already; close one of them."
             await websocket.send_denial_response(refusal(429, full))
             return
-        browser = Browser(websocket, self._live.ask)
+        browser = Browser(websocket, self._live.submit)
         # Texts from here on come after the greeting.
         self._browsers.add(browser)
         try:

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from phasmid.reporting.joints import SHORTEST_DISTANCE
+from phasmid.reporting.numbers import SHORTEST_DISTANCE
 
 
 class Metrics(NamedTuple):

@@ -20,7 +20,7 @@ LONGEST = 750_000
 
 
 def height_text(heights: Float[np.ndarray, "rows columns"]) -> str:
-    """A height map as text: its size, then its numbers in single precision, packed.
+    """Return a height map as text: its size, then its numbers in single precision, packed.
 
     Args:
         heights: In metres, rounded to single precision.

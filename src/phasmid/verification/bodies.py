@@ -1,25 +1,34 @@
-"""Bodies in free motion: falling, swinging, and how the error falls with the time step."""
+"""Free motion: falling, swinging, order of the error, and momentum of the robot afloat."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.dynamics import leg_matrices
-from phasmid.kinematics import centre_of_mass, quaternion_rotation
+from phasmid.dynamics import leg_matrices, momentum
+from phasmid.kinematics import centre_of_mass, joint_angles, quaternion_rotation
 from phasmid.robot import Leg, Link
 from phasmid.scenario import Scenario
-from phasmid.simulation import Run
+from phasmid.simulation import Run, build_model
 from phasmid.simulation.model import X_AXIS_UP
-from phasmid.verification.engine import INTEGRATORS, Integrator, compiled, hold, with_integrator
-from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.laboratory import (
+    INTEGRATORS,
+    Laboratory,
+    compiled,
+    hold,
+    joint_state,
+    trunk_motion,
+    with_integrator,
+)
+from phasmid.verification.row import Row, reading, seen
 
 if TYPE_CHECKING:
     import mujoco
+
 
 STEP = 0.001
 """Time step of these experiments [s]; where the order counts, half and twice of it too."""
@@ -30,15 +39,12 @@ SWING = 0.5
 ROD = 1.5
 """Length of the rod that is hung by its end [m]: it swings as a point on a thread of 1 m."""
 
-PERIODS = 10
-"""Periods for which the pendulum is watched."""
-
 SWUNG = 0.1
 """Time for which femur and tibia fall about their fixed axis, by about 0.6 rad [s]."""
 
 
-def fall(laboratory: Laboratory) -> list[Reading]:
-    """The whole robot thrown up and ahead, its joints held, until 0.5 s after."""
+def fall(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare 0.5 s of the thrown robot's flight, joints held, with free fall."""
     time, g = 0.5, laboratory.scenario.model.gravity
     speed = np.array([1.0, 0.0, 2.0])
     way = speed * time - np.array([0.0, 0.0, g * time**2 / 2])
@@ -57,117 +63,83 @@ def fall(laboratory: Laboratory) -> list[Reading]:
         errors[integrator] = _mass_centre(run) - start - way
     first, fourth = (errors[integrator] for integrator in INTEGRATORS)
     known = g * STEP * time / 2
-    return [
-        Reading(
-            -float(first[2]),
-            0.01 * known,
-            "The method is of first order and its error is known, ½ g Δt t: 1 % of that.",
-            expected=known,
-            unit="m",
-            case="too low, semi-implicit Euler",
-        ),
-        Reading(
-            float(np.abs(first[:2]).max()),
-            1e-12,
-            "Nothing acts sideways: 500 sums of numbers below 1 m, each rounded by 1e-16 m.",
-            unit="m",
-            case="sideways",
-        ),
-        Reading(
-            float(np.abs(fourth).max()),
-            1e-12,
-            "A parabola is exact for RK4: 500 sums of numbers below 2 m, rounded by 2e-16 m each.",
-            unit="m",
-            case="off the parabola, RK4",
-        ),
-    ]
+    yield reading(
+        "too low, semi-implicit Euler",
+        -float(first[2]),
+        0.01 * known,
+        "The method is of first order and its error is known, ½ g Δt t: 1 % of that.",
+        unit="m",
+        expected=known,
+    )
+    yield reading(
+        "sideways",
+        first[:2],
+        1e-12,
+        "Nothing acts sideways: 500 sums of numbers below 1 m, each rounded by 1e-16 m.",
+        unit="m",
+    )
+    yield reading(
+        "off the parabola, RK4",
+        fourth,
+        1e-12,
+        "A parabola is exact for RK4: 500 sums of numbers below 2 m, rounded by 2e-16 m each.",
+        unit="m",
+    )
 
 
-def pendulum_period(laboratory: Laboratory) -> list[Reading]:
-    """The time between passages of a rod through its lowest place."""
+def pendulum_period(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare the period of a rod's swing with the closed form."""
     g = laboratory.scenario.model.gravity
     exact = 4 * math.sqrt(2 * ROD / (3 * g)) * _elliptic_k(math.sin(SWING / 2))
-    bounds = {
-        "the project's": (
+    for integrator, tolerance, why in (
+        (
+            "semi-implicit",
             1e-6,
             "Semi-implicit Euler swings faster by (ω Δt)²/24 = 4e-7 at ω = 3.1 rad/s.",
         ),
-        "RK4": (1e-9, "RK4 errs by less than (ω Δt)⁴ = 1e-10."),
-    }
-    readings = []
-    for integrator in INTEGRATORS:
+        ("RK4", 1e-9, "RK4 errs by less than (ω Δt)⁴ = 1e-10."),
+    ):
         angle, _ = _swing(laboratory.scenario, integrator, STEP)
-        tolerance, why = bounds[integrator]
-        readings.append(
-            Reading(
-                _period(angle, STEP) / exact - 1,
-                tolerance,
-                why,
-                case=f"relative error, {_short(integrator)}",
-            )
-        )
-    return readings
+        error = _period(angle, STEP) / exact - 1
+        yield reading(f"relative error, {integrator}", error, tolerance, why)
 
 
-def pendulum_energy(laboratory: Laboratory) -> list[Reading]:
-    """How far kinetic and potential energy of the rod are from their sum at the start."""
-    scenario = laboratory.scenario
-    g = scenario.model.gravity
-    worst: dict[tuple[Integrator, float], float] = {}
-    runs: tuple[tuple[Integrator, float], ...]
-    runs = (("RK4", STEP), ("the project's", STEP), ("the project's", STEP / 2))
-    for integrator, step in runs:
-        angle, speed = _swing(scenario, integrator, step)
+def pendulum_energy(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare the rod's total energy with that at the start."""
+    g = laboratory.scenario.model.gravity
+
+    def worst(integrator: str, step: float) -> float:
+        angle, speed = _swing(laboratory.scenario, integrator, step)
         # Per mass of the rod.
         energy = ROD**2 * speed**2 / 6 + g * ROD / 2 * (1 - np.cos(angle))
-        worst[integrator, step] = float(np.abs(energy / energy[0] - 1).max())
-    return [
-        Reading(
-            worst["RK4", STEP],
-            1e-8,
-            "RK4 loses (ω Δt)⁵/72 a step, over 20 000 steps below 1e-9.",
-            case="relative, RK4",
-        ),
-        Reading(
-            worst["the project's", STEP],
-            2e-3,
-            "Semi-implicit Euler keeps an energy that differs by ½ ω Δt = 1.6e-3 at the most.",
-            case="relative, semi-implicit",
-        ),
-        Reading(
-            worst["the project's", STEP] / worst["the project's", STEP / 2],
-            0.1,
-            "Proportional to the time step: the next order is Δt², a thousandth of it here.",
-            expected=2.0,
-            case="at Δt over at Δt/2",
-        ),
-    ]
+        return float(np.abs(energy / energy[0] - 1).max())
+
+    euler = worst("semi-implicit", STEP)
+    why = "RK4 loses (ω Δt)⁵/72 a step, over 20 000 steps below 1e-9."
+    yield reading("relative, RK4", worst("RK4", STEP), 1e-8, why)
+    why = "Semi-implicit Euler keeps an energy that differs by ½ ω Δt = 1.6e-3 at the most."
+    yield reading("relative, semi-implicit", euler, 2e-3, why)
+    why = "Proportional to the time step: the next order is Δt², a thousandth of it here."
+    ratio = euler / worst("semi-implicit", STEP / 2)
+    yield reading("at Δt over at Δt/2", ratio, 0.1, why, expected=2.0)
 
 
-def convergence(laboratory: Laboratory) -> list[Reading]:
+def convergence(laboratory: Laboratory) -> Iterator[Row]:
     """Femur and tibia of leg 1, swinging from a fixed axis, against the leg's own equations."""
     leg = laboratory.scenario.load_robot().legs[0]
     exact = _integrate_equations(leg, laboratory.scenario.model.gravity, steps=400)
-    readings = []
     for integrator, order, coarse in zip(INTEGRATORS, (1, 4), (STEP, 2 * STEP), strict=True):
         errors = [
             np.linalg.norm(_double_pendulum(laboratory.scenario, leg, integrator, step) - exact)
             for step in (coarse, coarse / 2)
         ]
-        readings.append(
-            Reading(
-                math.log2(errors[0] / errors[1]),
-                0.1,
-                "log2 of the errors at Δt and Δt/2; the next power of Δt adds some percent.",
-                expected=float(order),
-                case=f"order, {_short(integrator)}",
-            )
+        yield reading(
+            f"order, {integrator}",
+            math.log2(errors[0] / errors[1]),
+            0.1,
+            "log2 of the errors at Δt and Δt/2; the next power of Δt adds some percent.",
+            expected=order,
         )
-    return readings
-
-
-def _short(integrator: Integrator) -> str:
-    return "RK4" if integrator == "RK4" else "semi-implicit"
 
 
 def _mass_centre(run: Run) -> Float[np.ndarray, "3"]:
@@ -185,7 +157,7 @@ def _elliptic_k(modulus: float) -> float:
 
 
 def _swing(
-    scenario: Scenario, integrator: Integrator, step: float
+    scenario: Scenario, integrator: str, step: float
 ) -> tuple[Float[np.ndarray, " time"], Float[np.ndarray, " time"]]:
     """Angles [rad] and speeds [rad/s] of the rod for a little more than ten periods."""
     import mujoco
@@ -202,7 +174,7 @@ def _swing(
     data.qpos[0] = SWING
     # An amplitude of 0.5 rad swings by 1.6 % slower than a small one.
     period = 1.02 * 2 * math.pi * math.sqrt(2 * ROD / (3 * scenario.model.gravity))
-    count = round(PERIODS * period / step)
+    count = round(10 * period / step)
     angle, speed = np.empty((2, count + 1))
     for k in range(count + 1):
         angle[k], speed[k] = data.qpos[0], data.qvel[0]
@@ -224,7 +196,7 @@ def _period(angle: Float[np.ndarray, " time"], step: float) -> float:
 
 
 def _double_pendulum(
-    scenario: Scenario, leg: Leg, integrator: Integrator, step: float
+    scenario: Scenario, leg: Leg, integrator: str, step: float
 ) -> Float[np.ndarray, "2"]:
     """Angles of femur and tibia in the engine, let go level and stretched [rad]."""
     import mujoco
@@ -254,7 +226,7 @@ def _add_link(
 
 
 def _integrate_equations(leg: Leg, gravity: float, *, steps: int) -> Float[np.ndarray, "2"]:
-    """The same by Eqs. 10-11, corrected, with the coxa held, and Runge and Kutta's method."""
+    """Integrate Eqs. 10-11, corrected, by Runge-Kutta, with the coxa held."""
 
     def rates(state: Float[np.ndarray, "4"]) -> Float[np.ndarray, "4"]:
         femur, tibia = state[2:]
@@ -271,3 +243,69 @@ def _integrate_equations(leg: Leg, gravity: float, *, steps: int) -> Float[np.nd
         d = rates(state + h * c)
         state = state + h / 6 * (a + 2 * b + 2 * c + d)
     return state[:2]
+
+
+LOOK = 0.05
+"""Time from one look at the momentum to the next [s]."""
+
+WAVING = 1.0
+"""Speed above which a joint is counted as moving [rad/s]."""
+
+
+def floating_momentum(laboratory: Laboratory) -> Iterator[Row]:
+    """Without gravity, drifting and turning, all legs waved by servos for a second."""
+    waving = 0
+    # The servos hold a leg at up to 100 rad/s, which RK4 must resolve to its fourth power.
+    for integrator, dt, tolerance, why in (
+        (
+            "implicit",
+            1e-3,
+            1e-2,
+            "An error of first order: legs that turn by 2 rad/s lose their part of it at each "
+            "step, some 1e-3 of the whole in a second.",
+        ),
+        (
+            "RK4",
+            2.5e-4,
+            1e-9,
+            "Of fourth order: 1.1e-8 was measured at 1 ms, so 4e-11 at a quarter of it.",
+        ),
+    ):
+        drifts, moving = _drifts(laboratory, integrator, dt)
+        waving += moving
+        for what, drift in drifts.items():
+            yield reading(f"{what}, {integrator}, {1000 * dt:g} ms", drift, tolerance, why)
+    yield seen(waving, f"joints above {WAVING:g} rad/s, all instants together")
+
+
+def _drifts(laboratory: Laboratory, integrator: str, step: float) -> tuple[dict[str, float], int]:
+    """Largest change of linear and angular momentum, as parts of those at the start.
+
+    The second value counts joints that move, over all instants.
+    """
+    import mujoco
+
+    scenario = laboratory.scenario.replace(drive="ideal-servo")
+    robot = scenario.load_robot()
+    model = with_integrator(build_model(robot, scenario), integrator, step)
+    model.opt.gravity[:] = 0.0
+    data = mujoco.MjData(model)
+    neutral = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
+    data.qpos[2] = 10.0
+    data.qpos[7:] = neutral
+    data.qvel[:6] = [0.3, 0.2, -0.1, 0.5, -0.4, 0.8]
+    wave = 0.3 * np.cos(np.arange(len(neutral)))
+    stride = round(LOOK / step)
+    looks, moving = [], 0
+    for k in range(20 * stride + 1):
+        if k % stride == 0:
+            q, qd, _ = joint_state(data)
+            moving += int(np.count_nonzero(np.abs(qd) > WAVING))
+            looks.append(momentum(robot, trunk_motion(data), q, qd))
+        data.ctrl[:] = neutral + wave * math.sin(2 * math.pi * k * step)
+        mujoco.mj_step(model, data)
+    drifts = {}
+    for name in ("linear", "angular"):
+        rows = np.array([getattr(look, name) for look in looks])
+        drifts[name] = float(np.abs(rows - rows[0]).max() / np.linalg.norm(rows[0]))
+    return drifts, moving

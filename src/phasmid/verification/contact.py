@@ -1,25 +1,27 @@
-"""Feet on the ground: forces and accelerations, standing, and impact."""
+"""Feet on the ground: forces and accelerations, standing, impact and friction."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.dynamics import BodyMotion, inverse_dynamics, kinetic_energy, potential_energy
+from phasmid.dynamics import inverse_dynamics, kinetic_energy, potential_energy
 from phasmid.kinematics import (
     body_from_hip,
     centre_of_mass,
     foot_position,
     link_frames,
-    quaternion_rotation,
+    rpy_quaternion,
 )
 from phasmid.motion import plan
 from phasmid.robot import Robot
 from phasmid.simulation import Run
-from phasmid.verification.engine import (
+from phasmid.verification.laboratory import (
+    Laboratory,
     Touch,
     contact_points,
     hold,
@@ -27,27 +29,21 @@ from phasmid.verification.engine import (
     touching,
     trunk_motion,
 )
-from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading, seen
+from phasmid.verification.row import Row, reading, seen
 
 if TYPE_CHECKING:
     import mujoco
 
+
 INSTANTS = (0.1, 0.37, 1.05, 1.62)
 """Instants of the walk at which the engine's forces are compared [s]."""
-
-SOLVED = 1e-24
-"""The solver's tolerance at which its iterations end in round-off."""
-
-DROPS = 12
-"""How often the robot is dropped, from random heights and askew."""
 
 HIGHEST, STEEPEST = 0.15, 0.4
 """From how high at the most [m], and rolled and pitched by how much [rad]."""
 
 
-def forward_and_inverse(laboratory: Laboratory) -> list[Reading]:
-    """The engine's accelerations in contact, put into our inverse dynamics and into its own."""
+def forward_and_inverse(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare our inverse dynamics and the engine's at its accelerations in contact."""
     import mujoco
 
     torque, wrench, own, as_run = np.zeros((4, len(INSTANTS)))
@@ -59,7 +55,8 @@ def forward_and_inverse(laboratory: Laboratory) -> list[Reading]:
         model, data = run.model, run.data
         mujoco.mj_inverse(model, data)
         as_run[k] = np.abs(data.qfrc_inverse).max()
-        model.opt.tolerance = SOLVED
+        # The solver's iterations end in round-off.
+        model.opt.tolerance = 1e-24
         mujoco.mj_forward(model, data)
         touch = touching(run.robot, model, data)
         points += len(touch.leg)
@@ -69,23 +66,21 @@ def forward_and_inverse(laboratory: Laboratory) -> list[Reading]:
         mujoco.mj_inverse(model, data)
         own[k] = np.abs(data.qfrc_inverse).max()
     why = "Sums of some hundred terms below 100 N, rounded by 1e-14 N each; the solver at its end."
-    return [
-        Reading(float(torque.max()), 1e-9, why, unit="N·m", case="torques, our recursion"),
-        Reading(float(wrench.max()), 1e-9, why, unit="N, N·m", case="left on the trunk, ours"),
-        Reading(float(own.max()), 1e-9, why, unit="N, N·m", case="the engine's own inverse"),
-        Reading(
-            float(as_run.max()),
-            None,
-            "What the engine's solver leaves unbalanced where it stops by its own tolerance of "
-            "1e-8, as in every run.",
-            unit="N, N·m",
-            case="left by the solver in a run",
-        ),
-        seen(points, "points that touch, all instants together"),
-    ]
+    yield reading("torques, our recursion", torque.max(), 1e-9, why, unit="N·m")
+    yield reading("left on the trunk, ours", wrench.max(), 1e-9, why, unit="N, N·m")
+    yield reading("the engine's own inverse", own.max(), 1e-9, why, unit="N, N·m")
+    yield reading(
+        "left by the solver in a run",
+        as_run.max(),
+        None,
+        "What the engine's solver leaves unbalanced where it stops by its own tolerance of "
+        "1e-8, as in every run.",
+        unit="N, N·m",
+    )
+    yield seen(points, "points that touch, all instants together")
 
 
-def static_depth(laboratory: Laboratory) -> list[Reading]:
+def static_depth(laboratory: Laboratory) -> Iterator[Row]:
     """Mean depth of the points that touch, the robot at rest on six feet.
 
     The number of points that must share the weight comes from the robot, not from the engine.
@@ -95,19 +90,17 @@ def static_depth(laboratory: Laboratory) -> list[Reading]:
         pass
     contact, weight = run.scenario.contact, run.robot.mass * run.scenario.model.gravity
     depth = touching(run.robot, run.model, run.data).depth
-    return [
-        Reading(
-            float(depth.mean()) if len(depth) else math.nan,
-            1e-9,
-            "Springs are exact at rest; after 2 s what is left of the motion is below 1e-12 m.",
-            expected=weight / (contact_points(run.robot) * contact.stiffness),
-            unit="m",
-            case=f"mean of {contact_points(run.robot)} points",
-        )
-    ]
+    yield reading(
+        f"mean of {contact_points(run.robot)} points",
+        float(depth.mean()) if len(depth) else math.nan,
+        1e-9,
+        "Springs are exact at rest; after 2 s what is left of the motion is below 1e-12 m.",
+        unit="m",
+        expected=weight / (contact_points(run.robot) * contact.stiffness),
+    )
 
 
-def standing(laboratory: Laboratory) -> list[Reading]:
+def standing(laboratory: Laboratory) -> Iterator[Row]:
     """Sum and moment of the ground's forces about the centre of mass, six feet."""
     run = laboratory.standing()
     robot, data = run.robot, run.data
@@ -121,50 +114,42 @@ def standing(laboratory: Laboratory) -> list[Reading]:
     weight = robot.mass * run.scenario.model.gravity
     reach = float(np.linalg.norm(robot.legs[0].neutral_foot + robot.legs[0].mount_position))
     why = "Equilibrium; after 2 s what accelerates is below 1e-7 of gravity."
-    return [
-        Reading(float(force[2] / weight), 1e-6, why, expected=1.0, case="ΣF / mg"),
-        Reading(
-            float(np.abs(moment).max() / (weight * reach)), 1e-6, why, case="ΣM / (mg · reach)"
-        ),
-        Reading(
-            float(np.abs(force[:2]).max() / weight), 1e-6, why, case="ΣF along the ground / mg"
-        ),
-    ]
+    yield reading("ΣF / mg", force[2] / weight, 1e-6, why, expected=1.0)
+    yield reading("ΣM / (mg · reach)", np.abs(moment).max() / (weight * reach), 1e-6, why)
+    yield reading("ΣF along the ground / mg", np.abs(force[:2]).max() / weight, 1e-6, why)
 
 
-def impact_energy(laboratory: Laboratory) -> list[Reading]:
+def impact_energy(laboratory: Laboratory) -> Iterator[Row]:
     """Energy from the last instant before each touch to the first after it; drops, joints held."""
     gained, rng = [0.0], np.random.default_rng(20)
-    for _ in range(DROPS):
+    for _ in range(12):
         height = rng.uniform(0.01, HIGHEST)
         roll, pitch = rng.uniform(-STEEPEST, STEEPEST, 2)
         run = laboratory.standing()
         data = run.data
         # No foot is farther than 0.3 m from the middle.
         data.qpos[2] += height + 0.3 * (abs(roll) + abs(pitch))
-        data.qpos[3:7] = _quaternion(roll, pitch)
+        data.qpos[3:7] = rpy_quaternion(*np.array([roll, pitch, 0.0]))
         data.qpos[7:] = run.walk.q[0].ravel()
         data.qvel[:] = 0.0
-        before, touched = _State.of(data), False
+        before, touched = _energy(run), False
         for _ in hold(run, 600):
             # The engine's contacts are those at the step's start, its state that at the end.
             if data.ncon:
                 touched = True
                 continue
-            after = _State.of(data)
+            after = _energy(run)
             if touched:
-                gained.append(_energy(run, after) - _energy(run, before))
+                gained.append(after - before)
             before, touched = after, False
-    return [
-        Reading(
-            float(np.max(gained)),
-            1e-9,
-            "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J.",
-            unit="J",
-            case="most that any impact gained",
-        ),
-        seen(len(gained) - 1, "impacts"),
-    ]
+    yield reading(
+        "most that any impact gained",
+        np.max(gained),
+        1e-9,
+        "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J.",
+        unit="J",
+    )
+    yield seen(len(gained) - 1, "impacts")
 
 
 def _needs(
@@ -188,37 +173,180 @@ def _needs(
     return (joint - beside).ravel(), wrench - total
 
 
-class _State(NamedTuple):
-    """Positions and velocities of the engine at one instant."""
-
-    qpos: Float[np.ndarray, " q"]
-    qvel: Float[np.ndarray, " v"]
-
-    @classmethod
-    def of(cls, data: mujoco.MjData) -> _State:
-        return cls(data.qpos.copy(), data.qvel.copy())
-
-
-def _energy(run: Run, state: _State) -> float:
-    rotation = quaternion_rotation(state.qpos[3:7])
-    zero = np.zeros(3)
-    body = BodyMotion(
-        state.qpos[:3], rotation, state.qvel[:3], rotation @ state.qvel[3:6], zero, zero
-    )
-    q, qd = (row.reshape(-1, 3) for row in (state.qpos[7:], state.qvel[6:]))
+def _energy(run: Run) -> float:
+    body, (q, qd, _) = trunk_motion(run.data), joint_state(run.data)
     g = run.scenario.model.gravity
     kinetic = kinetic_energy(run.robot, body, q, qd)
     return float(kinetic + potential_energy(run.robot, body, q, gravity=g))
 
 
-def _quaternion(roll: float, pitch: float) -> Float[np.ndarray, "4"]:
-    """Roll about x, then pitch about y."""
-    a, b = roll / 2, pitch / 2
-    return np.array(
-        [
-            math.cos(a) * math.cos(b),
-            math.sin(a) * math.cos(b),
-            math.cos(a) * math.sin(b),
-            -math.sin(a) * math.sin(b),
-        ]
+FRICTIONS = (0.3, 0.7)
+"""Coefficients of friction that are tried."""
+
+CREEP_SLOPE = math.radians(20)
+"""Slope on which creep is measured."""
+
+CREEPLESS = 5000.0
+"""Friction damping with which creep at 20° stays below 1e-4 m/s [N·s/m]."""
+
+FAST_SLIP = 0.05
+"""Slip above which a point's friction is on its cone [m/s]: its damper of 500 N·s/m then takes
+25 N, more than friction and the point's own inertia need."""
+
+
+def incline(laboratory: Laboratory) -> Iterator[Row]:
+    """Find the steepest slope that holds the robot on six feet, joints held, by bisection."""
+    for friction in FRICTIONS:
+        critical = math.atan(friction)
+        low, high = critical - math.radians(2), critical + math.radians(2)
+        for _ in range(5):
+            middle = (low + high) / 2
+            run = laboratory.standing(friction=friction)
+            # Twice the speed at which it could creep with all friction that there is.
+            limit = 2 * friction * _weight(run) / _damping(run)
+            slides = _speed_on_slope(run, middle) > limit
+            low, high = (low, middle) if slides else (middle, high)
+        yield reading(
+            f"steepest that holds, μ = {friction:g}",
+            math.degrees((low + high) / 2),
+            0.5,
+            "The charter's; after 0.5 s a slope steeper by 0.1° shows, found to 0.06°.",
+            unit="°",
+            expected=math.degrees(critical),
+        )
+
+
+def creep(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare the creep velocity on a slope of 20° with that of the friction damping."""
+    for damping in (laboratory.scenario.contact.friction_damping, CREEPLESS):
+        run = laboratory.standing(friction_damping=damping)
+        speed = _speed_on_slope(run, CREEP_SLOPE)
+        law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
+        yield reading(
+            f"{damping:g} N·s/m a point",
+            speed,
+            1e-3 * law,
+            "Stated: friction that sticks is a damper here. Joints are held to a thousandth.",
+            unit="m/s",
+            expected=law,
+        )
+    yield reading(
+        f"bound, {CREEPLESS:g} N·s/m a point",
+        speed,
+        1e-4,
+        "The charter's 1e-4 m/s; it takes more friction damping than the default.",
+        unit="m/s",
     )
+
+
+def stopping(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare the stopping distance on six feet, joints held, with v²/(2 μ g)."""
+    speed, dt = 0.8, 0.00025
+    for friction in FRICTIONS:
+        run = laboratory.standing(friction=friction, dt=dt)
+        g = run.scenario.model.gravity
+        run.data.qvel[0] = speed
+        start, aloft = float(run.data.qpos[0]), 0
+        steps = round(speed / (friction * g) / dt)
+        for k in hold(run, steps + round(0.1 / dt)):
+            aloft += k < steps and run.data.ncon == 0
+        expected = speed**2 / (2 * friction * g)
+        yield reading(
+            f"way, μ = {friction:g}",
+            float(run.data.qpos[0]) - start,
+            0.005 * expected,
+            "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
+            "0.1 mm, 0.2 %.",
+            unit="m",
+            expected=expected,
+        )
+        yield reading(
+            f"time off the ground, μ = {friction:g}",
+            100 * aloft / steps,
+            None,
+            "A point that slips by v is pushed up by μ · damping · v besides, as engines with "
+            "convex contact have it: above load / (μ · damping), here some 0.1 m/s, feet hop.",
+            unit="%",
+        )
+
+
+def cone(laboratory: Laboratory) -> Iterator[Row]:
+    """Check the friction cone at every contact point and step while the robot slides."""
+    measured: list[tuple[float, float, float, int]] = []
+    for friction in FRICTIONS:
+        run = laboratory.standing(friction=friction)
+        run.data.qvel[:2] = [0.6, -0.8]
+        slipping = 2 * friction * _weight(run) / _damping(run)
+        measured += [_friction(run, friction, slipping) for _ in hold(run, 300)]
+    over, short, along, slips = np.reshape(measured, (-1, 4)).T
+    yield reading(
+        "beyond μ times the normal force",
+        over.max(initial=0.0),
+        1e-9,
+        "The cone is exact in the engine; forces below 30 N round by 1e-14 N.",
+        unit="N",
+    )
+    yield reading(
+        "short of μ times the normal force, fast slip",
+        short.max(initial=0.0),
+        1e-9,
+        f"A point that slips by more than {FAST_SLIP:g} m/s has all the friction that the cone "
+        "allows; round-off as above.",
+        unit="N",
+    )
+    yield reading(
+        "along the slip",
+        along.max(initial=0.0),
+        1e-9,
+        "Friction takes energy from a point that slips, and never gives.",
+        unit="N",
+    )
+    yield seen(int(slips.sum()), "points that slipped fast, all steps together")
+
+
+def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float, float, int]:
+    """Return excess over the cone, shortfall in fast slip and friction along the slip.
+
+    All three are the largest of all points [N]; the last number counts points in fast slip.
+    """
+    import mujoco
+
+    # Contacts, forces and velocities of one instant.
+    mujoco.mj_forward(run.model, run.data)
+    touch = touching(run.robot, run.model, run.data)
+    if not len(touch.leg):
+        return 0.0, 0.0, 0.0, 0
+    normal = np.sum(touch.force * touch.normal, axis=1)
+    tangential = touch.force - normal[:, None] * touch.normal
+    slip = touch.velocity - np.sum(touch.velocity * touch.normal, axis=1)[:, None] * touch.normal
+    speed = np.linalg.norm(slip, axis=1)
+    over = np.linalg.norm(tangential, axis=1) - friction * normal
+    slips, fast = speed > slipping, speed > FAST_SLIP
+    along = np.sum(tangential * slip, axis=1)[slips] / speed[slips]
+    return (
+        float(over.max()),
+        float(-over[fast].min(initial=0.0)),
+        float(along.max(initial=0.0)),
+        int(fast.sum()),
+    )
+
+
+def _weight(run: Run) -> float:
+    return run.robot.mass * run.scenario.model.gravity
+
+
+def _damping(run: Run) -> float:
+    """Return the friction damping of all feet's points [N·s/m]."""
+    return contact_points(run.robot) * run.scenario.contact.friction_damping
+
+
+def _speed_on_slope(run: Run, slope: float) -> float:
+    """Speed downhill, half a second after level ground has become a slope [m/s].
+
+    Gravity is turned, not the ground: seen from the ground it is the same.
+    """
+    g = run.scenario.model.gravity
+    run.model.opt.gravity[:] = [g * math.sin(slope), 0.0, -g * math.cos(slope)]
+    for _ in hold(run, round(0.5 / run.dt)):
+        pass
+    return float(run.data.qvel[0])

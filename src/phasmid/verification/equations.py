@@ -1,11 +1,11 @@
-"""The equations of motion against conservation laws, and three ways to one torque."""
+"""Kinematics and dynamics against themselves, conservation laws and other ways to one number."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 
 from phasmid.dynamics import (
     BodyMotion,
@@ -16,11 +16,17 @@ from phasmid.dynamics import (
     mass_matrix,
     potential_energy,
 )
-from phasmid.kinematics import quaternion_rotation
-from phasmid.robot import LegArrays, Robot
+from phasmid.kinematics import (
+    foot_position,
+    jacobian,
+    joint_angles,
+    leg_frames,
+    quaternion_rotation,
+)
+from phasmid.robot import Leg, LegArrays, Robot, load_robot, preset_names
 from phasmid.simulation import build_model
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Row, reading
 
 STATES = 200
 """Random states."""
@@ -29,7 +35,7 @@ SLOPE = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 """Weights of the central difference of eighth order."""
 
 
-def power(laboratory: Laboratory) -> list[Reading]:
+def power(laboratory: Laboratory) -> Iterator[Row]:
     """Compare the power of joints and trunk wrench with the rate of energy, in flight."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(9)
     legs = (len(robot.legs), 3)
@@ -66,18 +72,16 @@ def power(laboratory: Laboratory) -> list[Reading]:
         given.append(float(np.sum(torque * qd) + wrench @ twist))
         gained.append(float(derivative(energy, float(t))))
     scale = np.abs(gained).max()
-    return [
-        Reading(
-            float(np.abs(np.subtract(given, gained)).max() / scale),
-            1e-9,
-            "The difference quotient errs by (ω h)⁸/630 = 2e-11 at ω = 10 rad/s and h = 0.01 s, "
-            "and by 1e-12 W of round-off.",
-            case="of the largest power",
-        )
-    ]
+    yield reading(
+        "of the largest power",
+        np.abs(np.subtract(given, gained)).max() / scale,
+        1e-9,
+        "The difference quotient errs by (ω h)⁸/630 = 2e-11 at ω = 10 rad/s and h = 0.01 s, "
+        "and by 1e-12 W of round-off.",
+    )
 
 
-def agreement(laboratory: Laboratory) -> list[Reading]:
+def agreement(laboratory: Laboratory) -> Iterator[Row]:
     """Joint torques at random states: Eqs. 10-11, corrected, our recursion, and the engine."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(10)
     shape = (STATES, len(robot.legs), 3)
@@ -96,25 +100,11 @@ def agreement(laboratory: Laboratory) -> list[Reading]:
     ours = np.concatenate([wrench, torque.reshape(STATES, -1)], axis=1)
     theirs = _engine_inverse(laboratory, robot, body, quaternion, q, qd, qdd)
     why = "Sums of a thousand terms up to 200 N, rounded at random: 30 · 2e-16 · 200 = 1e-12."
-    return [
-        Reading(
-            float(np.abs(closed - recursive).max()),
-            1e-10,
-            why,
-            unit="N·m",
-            case="closed form - recursion",
-        ),
-        Reading(
-            float(np.abs(ours - theirs).max()),
-            1e-10,
-            why,
-            unit="N, N·m",
-            case="recursion - engine, in flight",
-        ),
-    ]
+    yield reading("closed form - recursion", closed - recursive, 1e-10, why, unit="N·m")
+    yield reading("recursion - engine, in flight", ours - theirs, 1e-10, why, unit="N, N·m")
 
 
-def structure(laboratory: Laboratory) -> list[Reading]:
+def structure(laboratory: Laboratory) -> Iterator[Row]:
     """Mass matrices of leg and robot: symmetric, positive definite; their rate less 2 C is skew."""
     robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(11)
     legs = robot.arrays
@@ -130,34 +120,26 @@ def structure(laboratory: Laboratory) -> list[Reading]:
     rates = derivative(lambda t: leg_matrices(legs, q + t * qd).M, 0.0)
     skew = rates - 2 * _christoffel(legs, q, qd)
     why = "Entries below 0.1 kg·m²: the difference quotient errs by 4e-14, round-off less."
-    return [
-        Reading(
-            float(np.abs(M - np.swapaxes(M, -1, -2)).max()), 1e-11, why, case="asymmetry, robot"
-        ),
-        Reading(
-            float(max(-smallest, 0.0)),
-            0.0,
-            "Kinetic energy is positive: no eigenvalue below 0.",
-            case="least eigenvalue below 0",
-        ),
-        Reading(
-            float(np.abs(quadratic / energy - 1).max()),
-            1e-11,
-            "Sums of some 600 terms about 1 J, rounded by 1e-16 J each: 1e-13 of the energy.",
-            case="v'M v / 2, off the kinetic energy",
-        ),
-        Reading(
-            float(np.abs(skew + np.swapaxes(skew, -1, -2)).max()),
-            1e-11,
-            why,
-            unit="N·m·s",
-            case="rate - 2 C, not skew, legs",
-        ),
-    ]
+    yield reading("asymmetry, robot", M - np.swapaxes(M, -1, -2), 1e-11, why)
+    yield reading(
+        "least eigenvalue below 0",
+        max(-smallest, 0.0),
+        0.0,
+        "Kinetic energy is positive: no eigenvalue below 0.",
+    )
+    yield reading(
+        "v'M v / 2, off the kinetic energy",
+        quadratic / energy - 1,
+        1e-11,
+        "Sums of some 600 terms about 1 J, rounded by 1e-16 J each: 1e-13 of the energy.",
+    )
+    yield reading(
+        "rate - 2 C, not skew, legs", skew + np.swapaxes(skew, -1, -2), 1e-11, why, unit="N·m·s"
+    )
 
 
 def _christoffel(legs: LegArrays, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    """The matrix C(q, q') of Christoffel's symbols, from the quadratic forms of Eq. 10.
+    """Return the matrix C(q, q') of Christoffel's symbols, from the quadratic forms of Eq. 10.
 
     A form h(q') belongs to the bilinear form (h(u + v) - h(u) - h(v)) / 2, which with u = q' is
     C v.
@@ -208,7 +190,88 @@ def derivative(f: Callable[[float], np.ndarray], t: float, h: float = 0.01) -> n
 
 
 def _rotation(turn: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """The rotation by a vector's length about its direction."""
+    """Return the rotation by a vector's length about its direction."""
     angle = float(np.linalg.norm(turn))
     unit = turn / angle
     return quaternion_rotation(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * unit)]))
+
+
+LEG_STATES = 10_000
+"""Random angles per robot."""
+
+SHORT = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
+"""Parts by which a leg may miss full stretch."""
+
+
+def round_trip(laboratory: Laboratory) -> Iterator[Row]:
+    """Foot to angles to foot, and angles to foot to angles, over the workspace of all presets."""
+    del laboratory
+    there, back, stretched = [], [], []
+    for leg in _legs():
+        q = _random_angles()
+        coxa, femur, tibia = leg.lengths
+        r = coxa + femur * np.cos(q[:, 1]) + tibia * np.cos(q[:, 1] + q[:, 2])
+        # Near the coxa axis, and where the leg is stretched or folded, the inverse kinematics is
+        # ill-conditioned.
+        q = q[(r > 0.01) & (np.abs(np.sin(q[:, 2])) > 0.05)]
+        p = foot_position(leg, q)
+        found = joint_angles(leg, p)
+        there.append(np.abs(foot_position(leg, found) - p).max())
+        back.append(np.abs(found - q).max() * sum(leg.lengths))
+        for short in SHORT:
+            up = np.linspace(-1.5, 1.5, 301)
+            length = (femur + tibia) * (1 - short)
+            far = np.stack([coxa + length * np.cos(up), 0 * up, length * np.sin(up)], axis=-1)
+            again = foot_position(leg, joint_angles(leg, far))
+            stretched.append(np.abs(again - far).max())
+    why = "Sums of a few terms below 0.3 m, each rounded by 3e-17 m: 1e-12 leaves four orders."
+    yield reading("FK(IK(p)) - p", np.max(there), 1e-12, why, unit="m")
+    yield reading("IK(FK(q)) - q, times the leg's length", np.max(back), 1e-12, why, unit="m")
+    yield reading("within 1e-6 of full stretch", np.max(stretched), 1e-12, why, unit="m")
+
+
+def chain(laboratory: Laboratory) -> Iterator[Row]:
+    """Table 1's chain of transforms beside the closed form."""
+    del laboratory
+    q = _random_angles()
+    apart = [
+        np.abs(leg_frames(leg, q)[:, 3, :3, 3] - foot_position(leg, q)).max() for leg in _legs()
+    ]
+    why = "Products of four transforms: fewer than 20 operations on terms below 0.3 m."
+    yield reading("foot, all presets", np.max(apart), 1e-14, why, unit="m")
+
+
+def slopes(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare the Jacobian with the complex-step derivative of Table 1's chain."""
+    del laboratory
+    q, step, apart = _random_angles(), 1e-30, []
+    for leg in _legs():
+        J = jacobian(leg, q)
+        for joint in range(3):
+            moved = q + 1j * step * np.eye(3)[joint]
+            apart.append(np.abs(_foot(leg, moved).imag / step - J[..., joint]).max())
+    why = "A complex step has no truncation; some ten operations on lengths below 0.3 m."
+    yield reading("all presets", np.max(apart), 1e-13, why, unit="m")
+
+
+def _legs() -> list[Leg]:
+    return [load_robot(preset).legs[0] for preset in preset_names()]
+
+
+def _random_angles() -> Float[np.ndarray, "states 3"]:
+    """Knee-up angles over the whole range."""
+    rng = np.random.default_rng(0)
+    return rng.uniform([-3.0, -1.5, -np.pi], [3.0, 1.5, 0.0], (LEG_STATES, 3))
+
+
+def _foot(leg: Leg, q: Complex[np.ndarray, "states 3"]) -> Complex[np.ndarray, "states 3"]:
+    """Return the foot by the product of Table 1's transforms, for complex angles."""
+    point = np.array([leg.tibia.length, 0.0, 0.0]) + np.zeros_like(q)
+    coxa, femur = leg.coxa.length, leg.femur.length
+    for angle, at, upright in ((q[:, 2], femur, 0), (q[:, 1], coxa, 1), (q[:, 0], 0.0, 0)):
+        x, y, z = point.T
+        c, s = np.cos(angle), np.sin(angle)
+        x, y = c * x - s * y + at, s * x + c * y
+        # The femur's axis lies level: a quarter turn about x.
+        point = np.stack([x, -z, y] if upright else [x, y, z], axis=-1)
+    return point

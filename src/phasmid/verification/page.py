@@ -71,26 +71,22 @@ than the project's charter of physics tests asks for.
 
 
 def page(rows: Sequence[Row]) -> str:
-    """The page, in Markdown."""
+    """Return the page, in Markdown."""
+    import mujoco
+
     lines = ["| | check | expected | got | tolerance | |", "|---|---|---|---|---|---|"]
     reasons = []
     for number, group in groupby(rows, key=lambda row: row.number):
         some = list(group)
         lines.append(f"| **{number}** | **{some[0].title}**: {_cell(some[0].equation)} | | | | |")
         for row in some:
-            cells = (
-                _cell(row.case or "all"),
-                _cell(expectation(row)),
-                _cell(result(row)),
-                _cell(margin(row)),
-                row.verdict.value,
-            )
+            cells = (*map(_cell, (row.case or "all", *words(row))), row.verdict.value)
             lines.append(f"| | {' | '.join(cells)} |")
         reasons += _reasons(number, some)
     return _PAGE.format(
         tally=tally(rows),
         phasmid=version("phasmid"),
-        mujoco=_engine_version(),
+        mujoco=mujoco.__version__,
         table="\n".join(lines),
         reasons="\n".join(reasons),
     )
@@ -107,54 +103,41 @@ def _reasons(number: int, rows: Sequence[Row]) -> list[str]:
 
 
 def tally(rows: Sequence[Row]) -> str:
-    """How many rows there are of each verdict, a sentence."""
+    """Return how many rows there are of each verdict, a sentence."""
     counted = Counter(row.verdict for row in rows)
     checks = len({row.number for row in rows})
-    words = {Verdict.PASSES: "pass", Verdict.FAILS: "fail", Verdict.REPORTED: "are reported"}
+    verbs = {Verdict.PASSES: "pass", Verdict.FAILS: "fail", Verdict.REPORTED: "are reported"}
     each = ", ".join(
-        f"{counted[verdict]} {word}"
-        for verdict, word in words.items()
+        f"{counted[verdict]} {verb}"
+        for verdict, verb in verbs.items()
         if counted[verdict] or verdict is Verdict.FAILS
     )
     return f"{checks} check{'s' * (checks != 1)}, {len(rows)} numbers: {each}."
 
 
-def expectation(row: Row) -> str:
-    """Return the expected value as text; empty where nothing is claimed."""
-    return "" if row.tolerance is None else _quantity(row.expected, row)
+def words(row: Row) -> tuple[str, str, str]:
+    """Return expected value, measured value and tolerance as texts; empty where nothing is claimed.
 
+    Zeros stand without a unit, since nothing of anything is nothing.
+    """
 
-def result(row: Row) -> str:
-    """Return the measured value as text."""
-    return _quantity(row.got, row)
+    def quantity(value: float) -> str:
+        if not math.isfinite(value):
+            return "none"
+        if value == 0:
+            return "0"
+        if row.tolerance is None and value.is_integer():
+            return f"{value:.0f}"
+        # Of what shall be nothing, the size is enough.
+        digits = f"{value:.6g}" if row.expected else f"{value:.3g}"
+        return digits if row.unit == "1" else f"{digits} {row.unit}"
 
-
-def margin(row: Row) -> str:
-    """The tolerance in words."""
     if row.tolerance is None:
-        return ""
-    return "exact" if row.tolerance == 0 else f"± {row.tolerance:.2g}"
-
-
-def _quantity(value: float, row: Row) -> str:
-    """A number with its unit; zeros without, since nothing of anything is nothing."""
-    if not math.isfinite(value):
-        return "none"
-    if value == 0:
-        return "0"
-    if row.tolerance is None and value.is_integer():
-        return f"{value:.0f}"
-    # Of what shall be nothing, the size is enough.
-    digits = f"{value:.6g}" if row.expected else f"{value:.3g}"
-    return digits if row.unit == "1" else f"{digits} {row.unit}"
+        return "", quantity(row.got), ""
+    margin = "exact" if row.tolerance == 0 else f"± {row.tolerance:.2g}"
+    return quantity(row.expected), quantity(row.got), margin
 
 
 def _cell(text: str) -> str:
-    """A text that does not end its cell."""
+    """Return a text that does not end its cell."""
     return text.replace("|", "\\|")
-
-
-def _engine_version() -> str:
-    import mujoco
-
-    return str(mujoco.__version__)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import permutations
 
 import numpy as np
@@ -12,14 +12,14 @@ from phasmid.gait import HEXAPOD_GAITS
 from phasmid.motion import Path, blend, join, lift, plan
 from phasmid.verification.equations import derivative
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
-from phasmid.verification.statics import mass_centre
+from phasmid.verification.row import Row, reading
+from phasmid.verification.sharing import mass_centre
 
 PHASES = 6000
 """Samples of one cycle of a gait; a multiple of all its fractions."""
 
 
-def quintic(laboratory: Laboratory) -> list[Reading]:
+def quintic(laboratory: Laboratory) -> Iterator[Row]:
     """Ends, seams and derivatives of the quintic paths."""
     del laboratory
     ends = blend("quintic", np.array([0.0, 1.0]))
@@ -37,21 +37,19 @@ def quintic(laboratory: Laboratory) -> list[Reading]:
     )
     target = np.array([[0.3, -0.2], [1.5, -0.7], [0.0, 0.0]])
     why = "Coefficients up to 60, each product rounded by 1e-16: 1e-13 at the most."
-    return [
-        Reading(float(np.abs(np.array(ends) - wanted).max()), 1e-12, why, case="ends of a blend"),
-        Reading(float(over), 1e-12, why, case="over the top of a lift"),
-        Reading(float(np.abs(path - target).max()), 1e-12, why, case="ends of a join"),
-        Reading(
-            float(np.max(slopes)),
-            1e-11,
-            "The difference quotient is exact for a quintic but for round-off: some 20 terms up to "
-            "10 rounded by 1e-15, over a step of 0.01, are 1e-12.",
-            case="derivatives, off the difference quotient",
-        ),
-    ]
+    yield reading("ends of a blend", np.array(ends) - wanted, 1e-12, why)
+    yield reading("over the top of a lift", over, 1e-12, why)
+    yield reading("ends of a join", path - target, 1e-12, why)
+    yield reading(
+        "derivatives, off the difference quotient",
+        np.max(slopes),
+        1e-11,
+        "The difference quotient is exact for a quintic but for round-off: some 20 terms up to "
+        "10 rounded by 1e-15, over a step of 0.01, are 1e-12.",
+    )
 
 
-def gaits(laboratory: Laboratory) -> list[Reading]:
+def gaits(laboratory: Laboratory) -> Iterator[Row]:
     """Feet on the ground, margin of support and duty factor, all gaits of a hexapod."""
     phases = (np.arange(PHASES) + 0.5) / PHASES
     missing, without, apart, off = 0.0, 0, [], 0.0
@@ -64,30 +62,22 @@ def gaits(laboratory: Laboratory) -> list[Reading]:
         margin = _margin(walk.foot_position[..., :2], walk.stance, mass_centre(walk)[:, :2])
         without += int(np.count_nonzero(~(margin > 0)))
         apart.append(np.abs(margin - walk.support_margin).max())
-    return [
-        Reading(max(missing, 0.0), 0.0, "Counted.", unit="feet", case="fewer than three feet down"),
-        Reading(
-            float(without),
-            0.0,
-            "Counted: it must be positive.",
-            unit="instants",
-            case="no margin",
-        ),
-        Reading(
-            float(np.max(apart)),
-            1e-12,
-            "Some ten operations on lengths below 0.3 m.",
-            unit="m",
-            case="margin, off the support function's",
-        ),
-        Reading(
-            off,
-            1e-9,
-            f"Counted at {PHASES} instants, which all fractions divide; 1e-9 is for a sixth.",
-            unit="instants",
-            case="standing, off the duty factor",
-        ),
-    ]
+    yield reading("fewer than three feet down", max(missing, 0.0), 0.0, "Counted.", unit="feet")
+    yield reading("no margin", without, 0.0, "Counted: it must be positive.", unit="instants")
+    yield reading(
+        "margin, off the support function's",
+        np.max(apart),
+        1e-12,
+        "Some ten operations on lengths below 0.3 m.",
+        unit="m",
+    )
+    yield reading(
+        "standing, off the duty factor",
+        off,
+        1e-9,
+        f"Counted at {PHASES} instants, which all fractions divide; 1e-9 is for a sixth.",
+        unit="instants",
+    )
 
 
 def _slope_error(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from phasmid.scenario import Scenario
 from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.rerun import first_difference
 from phasmid.verification.laboratory import CannotMeasure, Laboratory, walked
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Row, reading
 
 if TYPE_CHECKING:
     import mujoco
@@ -33,8 +34,8 @@ CYCLES = 2
 """Cycles that are compared."""
 
 
-def symmetry(laboratory: Laboratory) -> list[Reading]:
-    """The walk mirrored, with legs declared in another order, and begun in another direction."""
+def symmetry(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare a walk with its mirror image, another order of legs, and another heading."""
     # Table 2's links are turned, not mirrored, from right to left; at mid-length they are both.
     base = laboratory.scenario.replace(
         mass_model="mid-length", duration=CYCLES * laboratory.scenario.stride.period, step_turn=0.1
@@ -51,20 +52,18 @@ def symmetry(laboratory: Laboratory) -> list[Reading]:
         "legs declared in another order": reordered,
         "world turned by 0.7 rad": turned @ [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]],
     }
-    return [
-        Reading(
-            float(np.abs(trunk - plain).max()),
+    for case, trunk in cases.items():
+        yield reading(
+            case,
+            trunk - plain,
             1e-9,
             "The same numbers in another order: what rounding (1e-16 m) and the solver's tolerance "
             "leave, over 4000 steps.",
             unit="m",
-            case=case,
         )
-        for case, trunk in cases.items()
-    ]
 
 
-def repetition(laboratory: Laboratory) -> list[Reading]:
+def repetition(laboratory: Laboratory) -> Iterator[Row]:
     """Half a second of walk: run twice, reloaded, run again from its file, and gone on with."""
     scenario = laboratory.scenario.replace(duration=0.5)
     walk = plan(scenario)
@@ -84,20 +83,18 @@ def repetition(laboratory: Laboratory) -> list[Reading]:
         "run again from the file's own words": repeated.equal,
         "gone on with from its saved middle": first_difference(late, rest) is None,
     }
-    return [
-        Reading(
-            float(not equal),
+    for case, equal in same.items():
+        yield reading(
+            case,
+            not equal,
             0.0,
             "The same steps with the same numbers: not one bit may differ.",
             unit="run",
-            case=case,
         )
-        for case, equal in same.items()
-    ]
 
 
 def _with_order(scenario: Scenario, order: tuple[int, ...]) -> Scenario:
-    """The scenario with each leg stepping as the leg that the order names for it."""
+    """Return the scenario with its gait offsets in another order of legs."""
     gait = scenario.load_gait()
     offsets = tuple(gait.offsets[i] for i in order)
     return scenario.replace(
@@ -114,7 +111,7 @@ def _opposite_legs(robot: Robot) -> tuple[int, ...]:
 
 
 def _walked(scenario: Scenario, *, turn: float = 0.0) -> Float[np.ndarray, "samples 3"]:
-    """The trunk's places, for a walk that begins in some direction [m]."""
+    """Return the trunk's positions of a walk with an initial heading [m]."""
     run = Run(scenario, plan(scenario))
     if turn:
         _turn(run.data, turn)

@@ -1,11 +1,19 @@
-"""Row of the verification table, and its verdict."""
+"""Checks, and the rows of the table that they give."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phasmid.errors import PhasmidError
+from phasmid.verification.laboratory import Laboratory
 
 
 class Verdict(Enum):
@@ -16,39 +24,7 @@ class Verdict(Enum):
     REPORTED = "reported"
 
 
-@dataclass(frozen=True)
-class Reading:
-    """Measured number beside its expected value.
-
-    Attributes:
-        got: The number; not finite where it could not be measured.
-        tolerance: Largest difference that passes; None where nothing is claimed.
-        why: Where the tolerance comes from, a sentence.
-        expected: By the closed form, the law or the independent calculation.
-        unit: Of all three numbers.
-        case: Which of a check's readings it is; empty where it has one.
-    """
-
-    got: float
-    tolerance: float | None
-    why: str
-    expected: float = 0.0
-    unit: str = "1"
-    case: str = ""
-
-
-def seen(count: int, case: str) -> Reading:
-    """Return the number of samples of a largest value; NaN, which fails, where there were none.
-
-    Args:
-        count: How often.
-        case: The sampled quantity.
-    """
-    why = "Counted: a largest value of none at all would say nothing."
-    return Reading(float(count) if count else math.nan, None, why, case=case)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Row:
     """One line of the table.
 
@@ -56,25 +32,25 @@ class Row:
         number: Of the check.
         title: Subject of the check.
         equation: The law that must hold.
-        case: Which of the check's readings it is; may be empty.
-        expected: Value by the law.
-        got: Measured value.
+        case: Which of the check's numbers it is.
+        expected: By the closed form, the law or the independent calculation.
+        got: Measured value; not finite where it could not be measured.
         tolerance: Largest difference that passes; None where the row is only reported.
         unit: Of all three.
-        why: Where the tolerance comes from.
+        why: Where the tolerance comes from, a sentence.
         seconds: Time that the whole check took [s].
     """
 
-    number: int
-    title: str
-    equation: str
+    number: int = 0
+    title: str = ""
+    equation: str = ""
     case: str
     expected: float
     got: float
     tolerance: float | None
     unit: str
     why: str
-    seconds: float
+    seconds: float = 0.0
 
     @property
     def verdict(self) -> Verdict:
@@ -93,3 +69,56 @@ class Row:
             key: None if isinstance(value, float) and not math.isfinite(value) else value
             for key, value in row.items()
         }
+
+
+def reading(
+    case: str,
+    got: ArrayLike,
+    tolerance: float | None,
+    why: str,
+    unit: str = "1",
+    expected: float = 0.0,
+) -> Row:
+    """Return a row of a check; of an array of deviations the largest size counts."""
+    return Row(
+        case=case,
+        expected=float(expected),
+        got=float(np.abs(got).max() if np.ndim(got) else got),  # type: ignore[arg-type]
+        tolerance=None if tolerance is None else float(tolerance),
+        unit=unit,
+        why=why,
+    )
+
+
+def seen(count: int, case: str) -> Row:
+    """Return the number of samples of a largest value; NaN, which fails, where there were none."""
+    why = "Counted: a largest value of none at all would say nothing."
+    return reading(case, count or math.nan, None, why)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One law and its experiments.
+
+    Attributes:
+        number: By which users name it.
+        title: Subject of the check.
+        equation: The law that must hold.
+        measure: Makes the experiments.
+    """
+
+    number: int
+    title: str
+    equation: str
+    measure: Callable[[Laboratory], Iterator[Row]]
+
+    def rows(self, laboratory: Laboratory) -> list[Row]:
+        """Measure; an experiment that phasmid refuses or cannot end is a row that fails."""
+        start = time.perf_counter()
+        try:
+            rows = list(self.measure(laboratory))
+        except PhasmidError as error:
+            rows = [reading("could not be measured", math.nan, 0.0, error.what)]
+        spent = time.perf_counter() - start
+        own = {"number": self.number, "title": self.title, "equation": self.equation}
+        return [replace(row, **own, seconds=spent) for row in rows]  # type: ignore[arg-type]

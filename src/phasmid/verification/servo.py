@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from phasmid.scenario.simulation import SimulationTable
 from phasmid.simulation.drives import Setpoints
 from phasmid.tables import choices
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading, seen
+from phasmid.verification.row import Row, reading, seen
 
 LOAD = 4.0
 """Mass added to the trunk of the overloaded robot [kg]: 2.5 times the mass of the paper's robot."""
@@ -41,12 +42,12 @@ Limits = dict[str, tuple[float, str, Bool[np.ndarray, "..."] | None]]
 law that holds at every sample."""
 
 
-def servo_limits(laboratory: Laboratory) -> list[Reading]:
+def servo_limits(laboratory: Laboratory) -> Iterator[Row]:
     """Excess over the limits of torque, speed and angle, and how often each limit is reached.
 
     The overloaded walk counts up to its end, however it ends. Prescribed joints have no limits.
     """
-    robot, readings = _overloaded(laboratory.scenario.base_robot()), []
+    robot = _overloaded(laboratory.scenario.base_robot())
     for drive in choices(SimulationTable.model_fields["drive"]):
         if drive == "prescribed":
             continue
@@ -61,10 +62,10 @@ def servo_limits(laboratory: Laboratory) -> list[Reading]:
             limits = _line(scenario, recording) | _speed(laboratory, drive)
         for what, (excess, unit, reached) in limits.items():
             case = f"{what}, {drive}"
-            readings.append(Reading(max(excess, 0.0), 1e-9, CLAMPED, unit=unit, case=case))
+            yield reading(case, max(excess, 0.0), 1e-9, CLAMPED, unit=unit)
             if reached is not None:
-                readings.append(seen(int(reached.sum()), f"samples at the limit: {case}"))
-    return [*readings, *_planned_range(laboratory)]
+                yield seen(int(reached.sum()), f"samples at the limit: {case}")
+    yield from _planned_range(laboratory)
 
 
 def _overloaded(robot: Robot) -> Robot:
@@ -161,7 +162,7 @@ def _sweep(
     return speed, angle
 
 
-def _planned_range(laboratory: Laboratory) -> list[Reading]:
+def _planned_range(laboratory: Laboratory) -> Iterator[Row]:
     """Plan the walk for coxas with nine tenths of the range that it needs; it must be refused.
 
     Ideal servos and joints driven by torque take any goal: the plan keeps them in the range.
@@ -180,7 +181,5 @@ def _planned_range(laboratory: Laboratory) -> list[Reading]:
     except InfeasibleWalk:
         refused = 1
     case = "range, ideal-servo and torque, by the plan"
-    return [
-        Reading(excess, 1e-9, "A plan beyond the range is refused.", unit="rad", case=case),
-        seen(refused, "plans refused"),
-    ]
+    yield reading(case, excess, 1e-9, "A plan beyond the range is refused.", unit="rad")
+    yield seen(refused, "plans refused")

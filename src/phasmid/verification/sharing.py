@@ -1,13 +1,18 @@
-"""How feet share a load, against the laws of the optimum and a second method."""
+"""How feet share a load: by the laws of the optimum, by a second method, and by hand."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.forces import Contacts, share_load
+from phasmid.forces import Contacts, minimum_norm, share_load
+from phasmid.kinematics import centre_of_mass, quaternion_rotation, yaw_quaternion
+from phasmid.motion import SampledMotion, plan
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Reading
+from phasmid.verification.row import Row, reading
+from phasmid.verification.walking import amid_stance
 
 LOADS, FRICTION = 20, 0.6
 """Number of loads on six feet, and the friction under them."""
@@ -16,7 +21,7 @@ ROUNDS = 4000
 """Steps of the second method."""
 
 
-def force_sharing(laboratory: Laboratory) -> list[Reading]:
+def force_sharing(laboratory: Laboratory) -> Iterator[Row]:
     """Least forces within friction cones, on uneven ground."""
     del laboratory
     contacts, wrench = _loads()
@@ -25,30 +30,28 @@ def force_sharing(laboratory: Laboratory) -> list[Reading]:
     local = np.einsum("nlij,nli->nlj", contacts.axes, force)
     other = _second_method(contacts, wrench)
     other_local = np.einsum("nlij,nli->nlj", contacts.axes, other)
-    return [
-        Reading(
-            float(np.abs(given - wrench).max()),
-            1e-9,
-            "Equilibrium is eliminated first, so that it holds to round-off of 100 N.",
-            unit="N, N·m",
-            case="equilibrium",
-        ),
-        Reading(
-            float(_stationarity(contacts, local)),
-            1e-9,
-            "F = Aᵀλ + z with z on the cones' inner normals where they are touched; the program is "
-            "solved to 1e-11 of some 10 N.",
-            unit="N",
-            case="KKT residual",
-        ),
-        Reading(
-            float(np.abs(local - other_local).max()),
-            1e-7,
-            f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum.",
-            unit="N",
-            case="off a second method",
-        ),
-    ]
+    yield reading(
+        "equilibrium",
+        given - wrench,
+        1e-9,
+        "Equilibrium is eliminated first, so that it holds to round-off of 100 N.",
+        unit="N, N·m",
+    )
+    yield reading(
+        "KKT residual",
+        _stationarity(contacts, local),
+        1e-9,
+        "F = Aᵀλ + z with z on the cones' inner normals where they are touched; the program is "
+        "solved to 1e-11 of some 10 N.",
+        unit="N",
+    )
+    yield reading(
+        "off a second method",
+        local - other_local,
+        1e-7,
+        f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum.",
+        unit="N",
+    )
 
 
 def _loads() -> tuple[Contacts, Float[np.ndarray, "loads 6"]]:
@@ -100,7 +103,7 @@ def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
 
 
 def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:
-    """The same forces by alternating directions of multipliers (Boyd et al. 2011), in the world.
+    """Return the forces by ADMM (Boyd et al. 2011), in world axes.
 
     One half makes the least squares within equilibrium, the other projects on the cones.
     """
@@ -120,7 +123,7 @@ def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:
 
 
 def _into_cones(f: Float[np.ndarray, "loads axes"]) -> Float[np.ndarray, "loads axes"]:
-    """The nearest forces within the friction cones."""
+    """Project forces onto the friction cones."""
     local = f.reshape(len(f), -1, 3)
     normal, along = local[..., 0], local[..., 1:]
     size = np.hypot(along[..., 0], along[..., 1])
@@ -131,3 +134,80 @@ def _into_cones(f: Float[np.ndarray, "loads axes"]) -> Float[np.ndarray, "loads 
         [np.where(inside, normal, onto)[..., None], scale[..., None] * along], -1
     )
     return nearest.reshape(f.shape)
+
+
+TRIPODS = (((0, 2, 4), 4), ((1, 3, 5), 1))
+"""Legs of each tripod and its middle leg, counted from 0."""
+
+
+def tripod(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare the middle foot's share by areas, by the force model, and in the walk."""
+    recording, robot = laboratory.walk(), laboratory.scenario.load_robot()
+    weight = robot.mass * laboratory.scenario.model.gravity
+    yield reading(
+        "statics: model off the areas' share",
+        _model_error(laboratory),
+        1e-9,
+        "Three equations with three unknowns, of numbers about 1: round-off of 1e-15.",
+    )
+    rotation = quaternion_rotation(recording["body_orientation"].values)
+    inside = centre_of_mass(robot, recording["joint_position"].values)
+    centre = recording["body_position"].values + (rotation @ inside[..., None])[..., 0]
+    for legs, middle in TRIPODS:
+        rows = amid_stance(recording, legs)
+        feet = recording["foot_position"].values[rows]
+        share = _share_by_areas(feet, centre[rows], legs, middle)
+        seen = recording["foot_normal_force"].values[rows, middle] / weight
+        yield reading(
+            f"leg {middle + 1}, simulated mean",
+            seen.mean(),
+            0.02 * float(share.mean()),
+            "The charter's 2 %: what moves the body to and fro cancels over a stance.",
+            expected=share.mean(),
+        )
+
+
+def _model_error(laboratory: Laboratory) -> float:
+    """Largest difference of the force model's share of a middle foot from that by areas."""
+    walk = plan(laboratory.scenario)
+    centre = mass_centre(walk)
+    weight = walk.robot.mass * laboratory.scenario.model.gravity
+    # About the centre of mass the weight has no moment.
+    wrench = np.array([0.0, 0.0, weight, 0.0, 0.0, 0.0])
+    arms = walk.foot_position - centre[:, None]
+    force = minimum_norm(arms, walk.stance, np.broadcast_to(wrench, (len(arms), 6)))
+    apart = []
+    for legs, middle in TRIPODS:
+        rows = walk.stance[:, legs].all(axis=1)
+        share = _share_by_areas(walk.foot_position[rows], centre[rows], legs, middle)
+        apart.append(np.abs(force[rows, middle, 2] / weight - share).max())
+    return float(np.max(apart))
+
+
+def mass_centre(walk: SampledMotion) -> Float[np.ndarray, "time 3"]:
+    """Return the planned centre of mass of a robot whose trunk stays level, world axes [m]."""
+    rotation = quaternion_rotation(yaw_quaternion(walk.trunk.yaw))
+    inside = centre_of_mass(walk.robot, walk.q)
+    return np.asarray(walk.trunk.position + (rotation @ inside[..., None])[..., 0])
+
+
+def _share_by_areas(
+    feet: Float[np.ndarray, "some legs 3"],
+    centre: Float[np.ndarray, "some 3"],
+    legs: tuple[int, ...],
+    middle: int,
+) -> Float[np.ndarray, " some"]:
+    """Return a foot's share of the weight.
+
+    It is the area of the triangle of the centre of mass and the other two feet, divided by that of
+    all three feet, both from above.
+    """
+    a, b = (feet[:, leg, :2] for leg in legs if leg != middle)
+    return _area(centre[:, :2], a, b) / _area(feet[:, middle, :2], a, b)
+
+
+def _area(
+    a: Float[np.ndarray, "some 2"], b: Float[np.ndarray, "some 2"], c: Float[np.ndarray, "some 2"]
+) -> Float[np.ndarray, " some"]:
+    u, v = b - a, c - a
+    return (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2

@@ -9,19 +9,14 @@ from phasmid.verification import (
     bodies,
     contact,
     equations,
-    friction,
-    legs,
-    momentum,
     planning,
     repeatability,
     servo,
     sharing,
-    statics,
     walking,
 )
-from phasmid.verification.check import Check
 from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Row
+from phasmid.verification.row import Check, Row
 
 CHECKS: dict[int, Check] = {
     check.number: check
@@ -30,10 +25,10 @@ CHECKS: dict[int, Check] = {
         Check(2, "pendulum period", "T = 4 √(l/g) K(sin ½·0.5)", bodies.pendulum_period),
         Check(3, "pendulum energy, 10 periods", "½ I ω² + m g h = const", bodies.pendulum_energy),
         Check(4, "order of convergence", "error(Δt) / error(Δt/2) = 2^order", bodies.convergence),
-        Check(5, "momentum, legs waving in flight", "p, L = const", momentum.floating_momentum),
-        Check(6, "inverse kinematics", "FK(IK(p)) = p, IK(FK(q)) = q", legs.round_trip),
-        Check(7, "Denavit-Hartenberg chain", "T₁ T₂ T₃ T₄ = closed form", legs.chain),
-        Check(8, "Jacobian", "J = Im FK(q + i h e) / h", legs.slopes),
+        Check(5, "momentum, legs waving in flight", "p, L = const", bodies.floating_momentum),
+        Check(6, "inverse kinematics", "FK(IK(p)) = p, IK(FK(q)) = q", equations.round_trip),
+        Check(7, "Denavit-Hartenberg chain", "T₁ T₂ T₃ T₄ = closed form", equations.chain),
+        Check(8, "Jacobian", "J = Im FK(q + i h e) / h", equations.slopes),
         Check(9, "power balance", "τ·q' + w·v = d(KE + PE)/dt", equations.power),
         Check(10, "three ways to one torque", "Eq. 10 = recursion = engine", equations.agreement),
         Check(11, "mass matrix", "M = Mᵀ > 0, M' - 2 C = -(M' - 2 C)ᵀ", equations.structure),
@@ -45,11 +40,11 @@ CHECKS: dict[int, Check] = {
         ),
         Check(13, "static contact depth", "depth = m g / (n k)", contact.static_depth),
         Check(14, "standing", "ΣF = m g, ΣM = 0", contact.standing),
-        Check(15, "tripod, share of the middle foot", "N = m g · A(c, a, b) / A", statics.tripod),
-        Check(16, "incline", "slips above atan μ", friction.incline),
-        Check(17, "creep while sticking at 20°", "v = m g sin 20° / (n d)", friction.creep),
-        Check(18, "stopping distance", "v² / (2 μ g)", friction.stopping),
-        Check(19, "friction of sliding feet", "|T| ≤ μ N, T · slip ≤ 0", friction.cone),
+        Check(15, "tripod, share of the middle foot", "N = m g · A(c, a, b) / A", sharing.tripod),
+        Check(16, "incline", "slips above atan μ", contact.incline),
+        Check(17, "creep while sticking at 20°", "v = m g sin 20° / (n d)", contact.creep),
+        Check(18, "stopping distance", "v² / (2 μ g)", contact.stopping),
+        Check(19, "friction of sliding feet", "|T| ≤ μ N, T · slip ≤ 0", contact.cone),
         Check(20, "impact", "energy after ≤ energy before", contact.impact_energy),
         Check(21, "servo limits, every sample", "|τ| ≤ τ₀ (1 - |ω|/ω₀), …", servo.servo_limits),
         Check(22, "force sharing", "A F = w, F = Aᵀλ + z", sharing.force_sharing),
@@ -72,7 +67,7 @@ CHECKS: dict[int, Check] = {
 
 
 def check_numbers(rows: Iterable[int]) -> list[int]:
-    """The numbers in order, each once.
+    """Return the numbers in order, each once.
 
     Raises:
         InvalidInput: There are none, or there is no check of a number.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -16,29 +16,27 @@ from phasmid.scenario import Scenario
 from phasmid.simulation import time_step_refinement
 from phasmid.simulation.experiment import REFINED_CYCLES
 from phasmid.verification.laboratory import CannotMeasure, Laboratory
-from phasmid.verification.row import Reading, seen
+from phasmid.verification.row import Row, reading, seen
 
 
-def mean_load(laboratory: Laboratory) -> list[Reading]:
+def mean_load(laboratory: Laboratory) -> Iterator[Row]:
     """Mean sum of all normal forces over whole cycles, beside the weight."""
     scenario, recording = laboratory.scenario, laboratory.walk()
     weight = scenario.load_robot().mass * scenario.model.gravity
     # The last sample begins the next cycle.
     total = recording["foot_normal_force"].sum("leg").values[:-1]
-    return [
-        Reading(
-            float(total.mean()) / weight,
-            0.002,
-            "The body ends each cycle as high and as fast as it began it, so that the mean force "
-            "is the weight; touchdowns leave it 0.1 mm and some mm/s beside.",
-            expected=1.0,
-            case=f"over {scenario.duration / scenario.stride.period:g} cycles",
-        )
-    ]
+    yield reading(
+        f"over {scenario.duration / scenario.stride.period:g} cycles",
+        float(total.mean()) / weight,
+        0.002,
+        "The body ends each cycle as high and as fast as it began it, so that the mean force "
+        "is the weight; touchdowns leave it 0.1 mm and some mm/s beside.",
+        expected=1.0,
+    )
 
 
-def swing_load(laboratory: Laboratory) -> list[Reading]:
-    """The largest force on any foot in its swing, 80 ms away from its switches.
+def swing_load(laboratory: Laboratory) -> Iterator[Row]:
+    """Check the largest force on a swing foot, 80 ms away from its switches.
 
     That standing feet are loaded shows that the forces are measured at all.
     """
@@ -46,64 +44,56 @@ def swing_load(laboratory: Laboratory) -> list[Reading]:
     force = np.linalg.norm(recording["foot_force"].values, axis=-1)
     stance, away = recording["stance"].values, calm(recording)
     swinging, standing = away & ~stance, away & stance
-    return [
-        Reading(
-            float(force[swinging].max(initial=0.0)),
-            0.0,
-            "A foot in the air touches nothing: exactly none.",
-            unit="N",
-            case="largest on any foot",
-        ),
-        Reading(
-            float(np.count_nonzero(~(force[standing] > 0))),
-            0.0,
-            "Counted: every foot of a tripod carries a part of the weight.",
-            unit="samples",
-            case="standing feet without load",
-        ),
-        seen(int(swinging.sum()), "samples of feet in swing"),
-    ]
+    yield reading(
+        "largest on any foot",
+        force[swinging].max(initial=0.0),
+        0.0,
+        "A foot in the air touches nothing: exactly none.",
+        unit="N",
+    )
+    yield reading(
+        "standing feet without load",
+        np.count_nonzero(~(force[standing] > 0)),
+        0.0,
+        "Counted: every foot of a tripod carries a part of the weight.",
+        unit="samples",
+    )
+    yield seen(int(swinging.sum()), "samples of feet in swing")
 
 
-def refinement(laboratory: Laboratory) -> list[Reading]:
-    """The first two cycles at the scenario's time step and at half of it."""
+def refinement(laboratory: Laboratory) -> Iterator[Row]:
+    """Compare two cycles at the scenario's time step and at half of it."""
     scenario = laboratory.scenario
     found = time_step_refinement(scenario, plan(scenario))
     if found is None:
         raise CannotMeasure("the walk did not come to its end at half the time step.")
     why = "The charter's 0.5 %: rms of the difference over rms, touchdowns included."
     half = f"{1000 * found.time_step:g} ms and half"
-    return [
-        Reading(100 * found.normal_force, 0.5, why, unit="%", case=f"normal forces, {half}"),
-        Reading(100 * found.joint_torque, 0.5, why, unit="%", case=f"joint torques, {half}"),
-        Reading(
-            100 * found.way / float(np.linalg.norm(_way(scenario))),
-            0.5,
-            "The charter's 0.5 %, of the way itself.",
-            unit="%",
-            case=f"way of the body, {half}",
-        ),
-    ]
+    yield reading(f"normal forces, {half}", 100 * found.normal_force, 0.5, why, unit="%")
+    yield reading(f"joint torques, {half}", 100 * found.joint_torque, 0.5, why, unit="%")
+    yield reading(
+        f"way of the body, {half}",
+        100 * found.way / float(np.linalg.norm(_way(scenario))),
+        0.5,
+        "The charter's 0.5 %, of the way itself.",
+        unit="%",
+    )
 
 
-def model_against_simulation(laboratory: Laboratory) -> list[Reading]:
+def model_against_simulation(laboratory: Laboratory) -> Iterator[Row]:
     """Rms difference of torques, model and simulation, amid stance; the worst leg of each joint."""
     compared = summarise(laboratory.walk())["model_against_simulation"]["torque"]
-    readings = []
     for name, key in (("whole walk", "rms"), ("mid-stance", "rms_mid_stance")):
         worst = np.array(compared[key], dtype=float).max(axis=0)
         for joint, value in zip(JOINTS, worst, strict=True):
-            readings.append(
-                Reading(
-                    float(value),
-                    None,
-                    "Reported: statics does not determine the internal forces of the feet, so "
-                    "nothing is claimed beyond this number.",
-                    unit="N·m",
-                    case=f"{joint}, {name}, worst leg",
-                )
+            yield reading(
+                f"{joint}, {name}, worst leg",
+                value,
+                None,
+                "Reported: statics does not determine the internal forces of the feet, so "
+                "nothing is claimed beyond this number.",
+                unit="N·m",
             )
-    return readings
 
 
 def calm(recording: Recording) -> Bool[np.ndarray, "time legs"]:
@@ -119,6 +109,6 @@ def amid_stance(recording: Recording, legs: Sequence[int]) -> Bool[np.ndarray, "
 
 
 def _way(scenario: Scenario) -> Float[np.ndarray, "3"]:
-    """The body's planned way in the cycles that are compared [m]."""
+    """Return the planned displacement in the compared cycles [m]."""
     end = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
     return plan(scenario).sample(np.array([end])).trunk.position[0] * [1, 1, 0]

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
+import xarray
 from jaxtyping import Float
 
-from phasmid import kinematics
 from phasmid.errors import InvalidInput
-from phasmid.recording import Recording
 from phasmid.reporting.camera import View, camera_axes, fitted_view
 from phasmid.reporting.drawing import AZIMUTH, UNEVEN_AZIMUTH
-from phasmid.reporting.robot_mesh import robot_mesh
-from phasmid.reporting.source import Source, channel
+from phasmid.reporting.robot_mesh import body_pose, robot_corners
+from phasmid.reporting.run import Run
 from phasmid.scenario import Scenario
 from phasmid.terrain import Ground
+
+SHOWN = (
+    "body_position",
+    "body_orientation",
+    "joint_position",
+    "joint_position_target",
+    "foot_position",
+    "foot_force",
+    "foot_force_model",
+)
+"""Channels that a frame shows."""
 
 MOST_FRAMES = 54_000
 """Most frames of a video: half an hour."""
@@ -37,79 +47,30 @@ SQUARE = 0.1
 """Approximate side of the squares on the ground [m]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Film:
-    """A recording, frame by frame.
-
-    Attributes:
-        source: Robot and experiment.
-        time: Time of each frame [s], shape (F,).
-        body: Pose of the trunk, ``X_world_body``, shape (F, 4, 4).
-        q: Joint angles [rad], shape (F, L, 3).
-        feet: Foot positions in the world [m], shape (F, L, 3); None where not recorded.
-        force: Forces on the feet in world axes [N], shape (F, L, 3); None likewise.
-        normal: Normal forces of all samples [N], shape (T, L), at times `normal_time`.
-        normal_time: Times of the samples [s], shape (T,).
-        origin: ``simulated``, ``by the model`` or ``as recorded``, of the forces.
-    """
-
-    source: Source
-    time: Float[np.ndarray, " frames"]
-    body: Float[np.ndarray, "frames 4 4"]
-    q: Float[np.ndarray, "frames legs 3"]
-    feet: Float[np.ndarray, "frames legs 3"] | None
-    force: Float[np.ndarray, "frames legs 3"] | None
-    normal: Float[np.ndarray, "time legs"] | None
-    normal_time: Float[np.ndarray, " time"]
-    origin: str
-
-
-def film_of(recording: Recording, source: Source, *, fps: float, speed: float) -> Film:
-    """Return the frames of a recording's video.
+def frames_of(run: Run, *, fps: float, speed: float) -> Run:
+    """Return the part of a run that a video shows, interpolated at the times of its frames.
 
     Args:
-        recording: Finite part of a recording with the body's pose and joint angles.
-        source: Its robot and experiment.
+        run: A run with the body's pose and joint angles.
         fps: Frames per second of the video.
         speed: Recorded seconds per second of the video.
 
     Raises:
         InvalidInput: The pose is not recorded, or there are too many frames.
     """
-    position, orientation = (
-        channel(recording, name) for name in ("body_position", "body_orientation")
-    )
-    angles = channel(recording, "joint_position")
-    if angles is None:
-        angles = channel(recording, "joint_position_target")
-    if position is None or orientation is None or angles is None:
-        lacking = "joint_position" if angles is None else "body_position and body_orientation"
-        raise InvalidInput(f"the recording has no {lacking}; a video needs it.")
-    stamps = np.asarray(recording["time"].values)
-    time = frame_times(stamps, fps, speed)
-    body = np.zeros((len(time), 4, 4))
-    body[:, :3, :3] = kinematics.quaternion_rotation(_orientations(stamps, orientation, time))
-    body[:, :3, 3] = interpolate(stamps, position, time)
-    body[:, 3, 3] = 1
-    feet = channel(recording, "foot_position")
-    force, ending = channel(recording, "foot_force"), ""
-    origin = "simulated" if recording.attrs.get("kind") == "simulation" else "as recorded"
-    if force is None:
-        force, ending, origin = channel(recording, "foot_force_model"), "_model", "by the model"
-    normal = channel(recording, f"foot_normal_force{ending}")
-    if normal is None and force is not None:
-        normal = force[..., 2]
-    return Film(
-        source,
-        time,
-        body,
-        interpolate(stamps, angles, time),
-        None if feet is None else interpolate(stamps, feet, time),
-        None if force is None or feet is None else interpolate(stamps, force, time),
-        normal,
-        stamps,
-        origin,
-    )
+    run.pose("a video")
+    shown = run.recording[[name for name in SHOWN if run.has(name)]]
+    quaternion = run.recording["body_orientation"].values
+    # A quaternion and its negative are the same orientation; neighbours get the same sign.
+    same = np.sign(np.sum(quaternion[1:] * quaternion[:-1], axis=1))
+    sign = np.cumprod(np.concatenate([[1.0], np.where(same == 0, 1.0, same)]))
+    shown["body_orientation"] = shown["body_orientation"] * xarray.DataArray(sign, dims="time")
+    time = frame_times(run.time, fps, speed)
+    if len(run.time) > 1:
+        shown = shown.interp(time=np.minimum(time, run.time[-1]))
+    length = np.sqrt((shown["body_orientation"] ** 2).sum("quaternion"))
+    shown["body_orientation"] = shown["body_orientation"] / length
+    return replace(run, recording=shown)
 
 
 def frame_times(
@@ -136,51 +97,28 @@ def frame_times(
     return stamps[0] + np.arange(count) * (speed / fps)
 
 
-def interpolate(
-    stamps: Float[np.ndarray, " time"], values: np.ndarray, time: Float[np.ndarray, " frames"]
-) -> np.ndarray:
-    """Return values of shape (T, ...) interpolated linearly at times, shape (F, ...)."""
-    if len(stamps) == 1:
-        return np.repeat(values, len(time), axis=0)
-    after = np.clip(np.searchsorted(stamps, time, side="right"), 1, len(stamps) - 1)
-    part = np.clip((time - stamps[after - 1]) / (stamps[after] - stamps[after - 1]), 0, 1)
-    part = part.reshape(-1, *[1] * (values.ndim - 1))
-    return values[after - 1] * (1 - part) + values[after] * part
-
-
-def _orientations(
-    stamps: Float[np.ndarray, " time"],
-    quaternion: Float[np.ndarray, "time 4"],
-    time: Float[np.ndarray, " frames"],
-) -> Float[np.ndarray, "frames 4"]:
-    """Return orientations between samples; neighbours are close enough for a straight line."""
-    same = np.sign(np.sum(quaternion[1:] * quaternion[:-1], axis=1))
-    sign = np.cumprod(np.concatenate([[1.0], np.where(same == 0, 1.0, same)]))
-    found = interpolate(stamps, quaternion * sign[:, None], time)
-    return found / np.linalg.norm(found, axis=1, keepdims=True)
-
-
-def camera_of(film: Film, size: tuple[int, int]) -> tuple[View, Float[np.ndarray, "frames 3"]]:
+def camera_of(frames: Run, size: tuple[int, int]) -> tuple[View, Float[np.ndarray, "frames 3"]]:
     """Return the camera of the first frame, and its displacement in each frame [m].
 
     It follows the robot smoothly, from the least elevation at which the ground hides nothing.
 
     Args:
-        film: The frames.
+        frames: The frames.
         size: Width and height of the picture [pixels].
     """
-    rows = np.unique(np.linspace(0, len(film.time) - 1, LOOKS).astype(int))
-    every = float(film.time[1] - film.time[0]) if len(film.time) > 1 else 1.0
-    path = smoothed(film.body[:, :3, 3], 0.5 * film.source.scenario.stride.period / every)
-    robot, terrain = film.source.robot, film.source.scenario.load_terrain()
-    displacement = path - path[0]
+    position, orientation, q = frames.pose("a video")
+    X_world_body, time = body_pose(position, orientation), frames.time
+    rows = np.unique(np.linspace(0, len(time) - 1, LOOKS).astype(int))
+    every = float(time[1] - time[0]) if len(time) > 1 else 1.0
+    path = smoothed(position, 0.5 * frames.scenario.stride.period / every)
+    displacement, terrain = path - path[0], frames.scenario.load_terrain()
     points = np.concatenate(
         [
-            robot_mesh(robot, film.q[k], film.body[k]).corners.reshape(-1, 3) - displacement[k]
+            robot_corners(frames.robot, q[k], X_world_body[k]).reshape(-1, 3) - displacement[k]
             for k in rows
         ]
     )
-    azimuth = math.atan2(film.body[0, 1, 0], film.body[0, 0, 0])
+    azimuth = math.atan2(X_world_body[0, 1, 0], X_world_body[0, 0, 0])
     azimuth += AZIMUTH if terrain.is_level else UNEVEN_AZIMUTH
     for elevation in ELEVATIONS:
         view = fitted_view(points, camera_axes(azimuth, elevation), size, (WIDE, HIGH))

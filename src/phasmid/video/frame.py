@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from phasmid.recording import Recording
 from phasmid.reporting.camera import View
 from phasmid.reporting.drawing import draw_force_arrows
-from phasmid.reporting.figure_layout import drive_words, short
-from phasmid.reporting.source import attribute, run_title
+from phasmid.reporting.run import Run, short
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -22,7 +20,7 @@ from phasmid.reporting.style import (
     shrink,
     thin,
 )
-from phasmid.video.film import Film, interpolate, square_side
+from phasmid.video.film import square_side
 
 Pixels = UInt8[np.ndarray, "height width 3"]
 
@@ -44,41 +42,39 @@ TALLEST = 1.3
 """Largest force that is shown, in weights of the robot."""
 
 
-def picture_size(film: Film, size: tuple[int, int]) -> tuple[int, int]:
+def picture_size(run: Run, size: tuple[int, int]) -> tuple[int, int]:
     """Return width and height of the picture within a frame [pixels]."""
-    if film.normal is None:
+    if run.normal_force is None:
         return size
     return size[0], size[1] - round(STRIP * size[1])
 
 
 class FrameFigure:
-    """Draws the frames of a film, one after the other, under `phasmid.reporting.style.styled`.
+    """Draws the frames of a video, one after the other, under `phasmid.reporting.style.styled`.
 
     Args:
-        recording: The recording.
-        film: Its frames.
+        run: The whole run.
+        frames: Its part that the video shows, a sample for each frame.
         size: Width and height of a frame [pixels].
         speed: Recorded seconds per second of the video.
     """
 
-    def __init__(
-        self, recording: Recording, film: Film, size: tuple[int, int], speed: float
-    ) -> None:
-        self._film, self._speed = film, speed
+    def __init__(self, run: Run, frames: Run, size: tuple[int, int], speed: float) -> None:
+        self._run, self._speed, self._time = run, speed, frames.time
+        self._feet, self._force = frames.channel("foot_position"), frames.foot_force
         width, height = size
         self._figure = new_figure(width / DPI, height / DPI, DPI)
         # The figure is laid over the picture, which matplotlib would resample.
         self._figure.set_facecolor("none")
-        inner = picture_size(film, size)
+        inner = picture_size(run, size)
         place = (0, 1 - inner[1] / height, 1, inner[1] / height)
         self._picture = self._figure.add_axes(place)
         self._picture.set_axis_off()
         self._picture.set(xlim=(0, inner[0]), ylim=(inner[1], 0))
-        self._clock = _write_words(self._figure, recording, film, height, place[1])
+        self._clock = _write_words(self._figure, run, height, place[1])
         self._arrows: list[Any] = []
-        self._strip = None
-        if film.normal is not None:
-            self._strip = _Strip(self._figure, film, film.normal, size)
+        normal = run.normal_force
+        self._strip = None if normal is None else _Strip(self._figure, run, normal, size)
 
     def frame(self, number: int, picture: Pixels, view: View) -> Pixels:
         """Return one frame.
@@ -90,14 +86,14 @@ class FrameFigure:
         """
         from PIL import Image
 
-        film, time = self._film, float(self._film.time[number])
+        time = float(self._time[number])
         for patch in self._arrows:
             patch.remove()
         self._arrows = []
-        if film.feet is not None and film.force is not None:
-            colours = [leg_colour(leg) for leg in range(len(film.source.robot.legs))]
-            forces = film.feet[number], film.force[number]
-            self._arrows = draw_force_arrows(self._picture, film.source, view, *forces, colours)
+        if self._feet is not None and self._force is not None:
+            colours = [leg_colour(leg) for leg in range(len(self._run.robot.legs))]
+            forces = self._feet[number], self._force[number]
+            self._arrows = draw_force_arrows(self._picture, self._run, view, *forces, colours)
         clock = f"t = {time:.2f} s"
         self._clock.set_text(clock if self._speed == 1 else f"{self._speed:g}×   {clock}")
         if self._strip is not None:
@@ -111,11 +107,16 @@ class FrameFigure:
         return np.asarray(frame)
 
 
-def _write_words(
-    figure: Figure, recording: Recording, film: Film, height: int, bottom: float
-) -> Any:
+def _write_words(figure: Figure, run: Run, height: int, bottom: float) -> Any:
     """Write title, drive and legend into the picture; return the text of the clock."""
-    title, line, legend = words(recording, film)
+    line, ending = run.drive_words, run.attribute("ending")
+    if ending in ("FELL", "DIVERGED"):
+        line += f" · {ending.lower()} at {run.time[-1]:.2f} s"
+    legend = f"squares {1000 * square_side(run.scenario):.4g} mm"
+    if run.scenario.terrain.kind != "flat":
+        legend = f"terrain: {run.scenario.terrain.kind} · {legend}"
+    if run.foot_force is not None and run.has("foot_position"):
+        legend += f" · arrows: force of the ground on the feet, {run.force_words}"
     large = max(0.030 * height, 13.0) * 72 / DPI
     small = max(0.0205 * height, 10.0) * 72 / DPI
     edge = 0.02 * height
@@ -124,27 +125,12 @@ def _write_words(
     look: dict[str, Any] = {"fontsize": large, "fontweight": "bold", "va": "top"}
     clock = figure.text(1 - x, 1 - y, "0.25×   t = 000.00 s", ha="right", **look)
     room = float(figure.bbox.width) - 3 * edge - clock.get_window_extent().width
-    shrink(figure.text(x, 1 - y, title, **look), room, least=large)
+    shrink(figure.text(x, 1 - y, short(run.title), **look), room, least=large)
     look = {"fontsize": small, "color": FAINT}
     shrink(figure.text(x, 1 - y - drop, line, va="top", **look), room, least=small)
     width = float(figure.bbox.width) - 2 * edge
     shrink(figure.text(x, bottom + y, legend, **look), width, least=small)
     return clock
-
-
-def words(recording: Recording, film: Film) -> list[str]:
-    """Return the lines of a frame: run and robot, drive, and legend."""
-    source = film.source
-    drive = drive_words(recording, source)
-    ending = attribute(recording, "ending")
-    if ending in ("FELL", "DIVERGED"):
-        drive += f" · {ending.lower()} at {film.normal_time[-1]:.2f} s"
-    legend = f"squares {1000 * square_side(source.scenario):.4g} mm"
-    if source.scenario.terrain.kind != "flat":
-        legend = f"terrain: {source.scenario.terrain.kind} · {legend}"
-    if film.force is not None:
-        legend += f" · arrows: force of the ground on the feet, {film.origin}"
-    return [short(run_title(source)), drive, legend]
 
 
 class _Strip:
@@ -153,16 +139,16 @@ class _Strip:
     def __init__(
         self,
         figure: Figure,
-        film: Film,
+        run: Run,
         normal: Float[np.ndarray, "time legs"],
         size: tuple[int, int],
     ) -> None:
         from matplotlib.patches import Rectangle
 
-        self._normal, self._time = normal, film.normal_time
+        self._normal, self._time = normal, run.time
         self._begin, end = float(self._time[0]), float(self._time[-1])
         self._length = max(end - self._begin, 1e-3)
-        cycles = CYCLES * film.source.scenario.stride.period
+        cycles = CYCLES * run.scenario.stride.period
         self.window = min(self._length, float(np.clip(cycles, SHORTEST, LONGEST)))
         width, height = size
         tall = round(STRIP * height)
@@ -171,7 +157,7 @@ class _Strip:
         extent = (1 - 13.7 * letters / width, (tall - 2.25 * letters) / height)
         self.axis = figure.add_axes((*edges, *extent))
         type_size = 0.92 * letters * 72 / DPI
-        weight = film.source.weight
+        weight = run.weight
         most = min(float(normal.max()), TALLEST * weight)
         least = max(min(float(normal.min()), 0.0), -0.5 * weight)
         self.axis.set_ylim(least, max(1.06 * most, 0.05 * weight))
@@ -217,7 +203,7 @@ class _Strip:
         self._cursor.set_xdata([time, time])
         self._veil.set_x(time)
         self._veil.set_width(first + self.window - time)
-        now = interpolate(self._time, self._normal, np.array([time]))[0]
+        now = np.array([np.interp(time, self._time, leg) for leg in self._normal.T])
         shown = np.clip(now, *self.axis.get_ylim())
         self._dots.set_offsets(np.column_stack([np.full(len(now), time), shown]))
         for text, force in zip(self._values, [*now, now.sum()], strict=True):

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 
-from phasmid.errors import AlreadyExists, InvalidInput, OutputError
+from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
-from phasmid.recording.file import cannot_write, new_file
+from phasmid.recording.file import cannot_write, check_new_file, new_file
 from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
-from phasmid.reporting.source import finite_part, read_source
+from phasmid.reporting.robot_mesh import body_pose
+from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import styled
 from phasmid.robot import Appearance
 from phasmid.video.encoder import encode, h264_encoder
-from phasmid.video.film import Film, camera_of, film_of, square_side
+from phasmid.video.film import camera_of, frames_of, square_side
 from phasmid.video.frame import FrameFigure, Pixels, picture_size
 
 SIZES = {".mp4": (1280, 720), ".gif": (640, 360)}
@@ -68,8 +69,8 @@ def save_video(
     size = _checked_size(SIZES[suffix] if size is None else size)
     fps = _checked_rate("fps", RATES[suffix] if fps is None else fps, FASTEST[suffix])
     speed = _checked_rate("speed", speed, 1000.0)
-    source, recording = read_source(recording, appearance), finite_part(recording)
-    film = film_of(recording, source, fps=fps, speed=speed)
+    run = read_run(recording, appearance)
+    frames = frames_of(run, fps=fps, speed=speed)
     missing = lack(suffix)
     if missing is not None:
         raise InvalidInput(f"{missing.sentence}.", hint=missing.advice)
@@ -78,32 +79,26 @@ def save_video(
     except OSError as error:
         raise cannot_write(path, error) from None
     with styled(), new_file(path, option="--video FILE", force=force) as place:
-        frames = _frames(recording, film, size, speed, progress)
-        encode(frames, place, fps, len(film.time))
+        pixels = _draw(run, frames, size, speed, progress)
+        encode(pixels, place, fps, len(frames.time))
     return path
 
 
-def _frames(
-    recording: Recording,
-    film: Film,
-    size: tuple[int, int],
-    speed: float,
-    progress: Progress | None,
+def _draw(
+    run: Run, frames: Run, size: tuple[int, int], speed: float, progress: Progress | None
 ) -> Iterator[Pixels]:
-    view, displacement = camera_of(film, picture_size(film, size))
-    figure = FrameFigure(recording, film, size, speed)
-    scenario = film.source.scenario
-    path, square = film.body[:, :2, 3], square_side(scenario)
-    renderer = SceneRenderer(film.source.robot, scenario.load_terrain(), path, view, square)
-    try:
-        for number in range(len(film.time)):
+    view, displacement = camera_of(frames, picture_size(run, size))
+    figure = FrameFigure(run, frames, size, speed)
+    position, orientation, q = frames.pose("a video")
+    X_world_body, square = body_pose(position, orientation), square_side(run.scenario)
+    terrain, count = run.scenario.load_terrain(), len(frames.time)
+    with closing(SceneRenderer(run.robot, terrain, position[:, :2], view, square)) as renderer:
+        for number in range(count):
             moved = view.moved(displacement[number])
-            picture = renderer.picture(moved, film.body[number], film.q[number])
+            picture = renderer.picture(moved, X_world_body[number], q[number])
             yield figure.frame(number, picture, moved)
             if progress is not None:
-                progress(number + 1, len(film.time))
-    finally:
-        renderer.close()
+                progress(number + 1, count)
 
 
 def lack(suffix: str = ".mp4") -> Lack | None:
@@ -139,21 +134,7 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
             f'"{path}" does not end in {" or ".join(SIZES)}; a video must.',
             hint=f'"{path.with_suffix(".mp4") if path.name else "walk.mp4"}"',
         )
-    try:
-        folder, exists = path.is_dir(), path.exists() or path.is_symlink()
-        parent = path.resolve().parent
-        while not parent.exists():
-            parent = parent.parent
-    except OSError as error:
-        raise cannot_write(path, error) from None
-    if folder:
-        raise InvalidInput(f"{path} is a folder; nothing was written.", hint="a file's name")
-    if exists and not force:
-        raise AlreadyExists(path, option="--video FILE")
-    if not parent.is_dir():
-        raise OutputError(f"cannot write {path}: {parent} is not a folder.")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {path}: {parent} is not writable.")
+    check_new_file(path, option="--video FILE", force=force)
     return path
 
 

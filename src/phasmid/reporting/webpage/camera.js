@@ -1,5 +1,5 @@
 "use strict";
-// Where a picture is seen from, and the hands that turn it.
+// The camera, and its control by pointer.
 
 (() => {
   const { add, times, dot, cross, product } = Phasmid.algebra;

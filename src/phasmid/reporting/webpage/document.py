@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -11,22 +12,24 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+import numpy as np
+
+from phasmid import units
 from phasmid.errors import plain
 from phasmid.recording import Recording
-from phasmid.reporting.drawing import can_be_drawn
-from phasmid.reporting.source import Source, attribute, finite_part, read_source
+from phasmid.recording.ros import rows_at
+from phasmid.recording.table import columns, text_cell
+from phasmid.reporting.checks import claims
+from phasmid.reporting.run import Run, read_run, short
+from phasmid.reporting.style import leg_colour
 from phasmid.reporting.summary import Summary
 from phasmid.reporting.text import facts, head, headline, leg_row, note
 from phasmid.reporting.webpage.packing import compressed, data_url, json_block
-from phasmid.reporting.webpage.player import chip, player
 from phasmid.reporting.webpage.replay import replay
-from phasmid.reporting.webpage.table import data_table
-from phasmid.reporting.webpage.words import VERSIONS, Claim, claims, repeat, sentence
 from phasmid.robot import Appearance
 
 LONGEST_FILE = 200_000
 """Most letters of a robot or scenario file that the page shows; the download is whole."""
-
 
 DRAWING = (
     "algebra.js",
@@ -38,6 +41,47 @@ DRAWING = (
     "camera.js",
 )
 """Scripts that draw a robot, in their order; the studio uses them too."""
+
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
+
+VIEWS = {
+    "corner": "front corner",
+    "side": "side",
+    "front": "front",
+    "behind": "behind",
+    "above": "above",
+}
+"""Views of the player, and their labels."""
+
+TABLE_RATE = 50.0
+"""Most rows of the table of data a second."""
+
+MOST_CELLS = 400_000
+"""Most numbers in the table: a longer run has fewer rows a second."""
+
+ENDED = {
+    "COMPLETED": "It came to its end",
+    "FELL": "The robot fell",
+    "DIVERGED": "The simulation diverged",
+    "INCOMPLETE": "It ended before all waypoints were reached",
+    "STOPPED": "It was stopped",
+    "CUT": "Its recording was cut off",
+}
+
+VERSIONS = {
+    "phasmid_version": "phasmid",
+    "simulator": "Simulator",
+    "mujoco_version": "MuJoCo",
+    "numpy_version": "NumPy",
+    "numba_version": "Numba",
+    "machine": "Machine",
+    "drive": "Drive",
+    "contact_law": "Contact",
+    "force_model": "Model's forces",
+    "servo": "Servo",
+    "time_step": "Time step [s]",
+}
+"""Attributes of a recording that the page shows, and their labels."""
 
 
 @dataclass(frozen=True)
@@ -74,14 +118,14 @@ def page_html(
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
     """
-    source = read_source(recording, appearance)
-    scene = replay(finite_part(recording), source) if can_be_drawn(recording) else None
+    run = read_run(recording, appearance)
+    scene = replay(run) if run.can_be_drawn else None
     sections = [
-        ("replay", "Replay", player(source, scene, still)),
+        ("replay", "Replay", _player(run, scene, still)),
         ("summary", "Summary", _summary(summary)),
-        ("claims", "Claims and warnings", _claims(list(claims(summary)), summary)),
+        ("claims", "Claims and warnings", _claims(summary)),
         ("figures", "Figures", _figures(pictures)),
-        ("data", "Data, files and how to repeat it", _data(recording, summary, source)),
+        ("data", "Data, files and how to repeat it", _data(recording, summary, run)),
     ]
     sections = [section for section in sections if section[2]]
     links = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title, _ in sections)
@@ -91,7 +135,7 @@ def page_html(
         f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
         f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
     )
-    words, version = headline(summary), attribute(recording, "phasmid_version")
+    words, version = headline(summary), run.attribute("phasmid_version")
     footer = f"Written by phasmid {version}".strip() + ". This file needs no network."
     return Template(own_text("template.html")).substitute(
         policy=policy,
@@ -100,7 +144,7 @@ def page_html(
         script=script,
         kind="Report of a run" if summary["run"].get("kind") else "Report of a recording",
         headline=escape(words),
-        sentence=escape(sentence(summary, source)),
+        sentence=escape(sentence(summary, run)),
         links=f"<ul>{links}</ul>",
         sections="\n".join(
             f'<section id="{name}" aria-labelledby="{name}-title">'
@@ -123,6 +167,109 @@ def _hash(text: str) -> str:
     return f"'sha256-{digest}'"
 
 
+def sentence(summary: Summary, run: Run) -> str:
+    """Return the run and its ending in a sentence or two."""
+    facts, robot, way = summary["run"], summary["robot"], summary.get("travel", {})
+    stride = run.scenario.stride
+    verb = {"simulation": "simulated", "model": "computed"}.get(facts.get("kind", ""), "recorded")
+    words = (
+        f"{facts['duration']:.4g} s of the scenario “{short(run.scenario.name)}” {verb}: the robot "
+        f"{short(robot['name'])} with {len(robot['legs'])} legs and {robot['mass']:.3g} kg "
+    )
+    if facts.get("follows") == "trajectory":
+        words += "follows a trajectory of its joints"
+    else:
+        step, period = units.text(stride.step_length, "mm"), units.text(stride.period, "s")
+        words += f"walks with the {short(run.gait.name)} gait, steps of {step} and {period} a cycle"
+    kind = run.scenario.terrain.kind
+    words += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
+    if facts.get("drive"):
+        words += f", with {short(facts['drive'])} drive"
+    words += f". {ENDED.get(facts.get('ending', ''), 'It ended')}"
+    if facts["planned_duration"] - facts["duration"] > 1e-9:
+        longest = f"{facts['planned_duration']:.4g} s"
+        words += f" at {facts['duration']:.4g} s"
+        words += f", at most {longest}" if "waypoints" in facts else f" of {longest} planned"
+    if "distance" in way:
+        words += f", {1000 * way['distance']:.0f} mm from where it began"
+        if way.get("commanded_distance", 0.0) > 1e-3:
+            words += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
+    return words + "."
+
+
+def _player(run: Run, scene: dict[str, Any] | None, still: bytes | None) -> str:
+    """Return the replay: picture, controls, and a still for browsers that cannot play it."""
+    if scene is None:
+        return "<p>The robot's pose is not recorded: there is no replay.</p>"
+    name, image = escape(plain(run.robot.name)), ""
+    if still is not None:
+        image = (
+            f'<img class="still" alt="{name} in the middle of its walk, with the forces on its '
+            f'feet" src="{data_url(still, "image/png")}">'
+        )
+    marks = {
+        "forces": "foot forces" if "forces" in scene else "",
+        "trails": "foot trails" if "feet" in scene else "",
+        "support": "support polygon" if "margin" in scene else "",
+        "centre": "centre of mass" if "centre" in scene else "",
+        "names": "leg numbers",
+        "follow": "follow the robot",
+    }
+    rows, load, arrows = "", "", ""
+    if "margin" in scene:
+        what = escape(f"Support margin of the {scene['margin_of']}")
+        rows += f'<div><dt>{what}</dt><dd id="margin"></dd></div>'
+    if "forces" in scene:
+        what = escape(f"Feet bear, {scene['force_words']}")
+        rows += f'<div><dt>{what}</dt><dd id="load-sum"></dd></div>'
+        load = "<output data-load></output>"
+        long = 1000 * scene["force_length"] * scene["span"]
+        arrows = f"An arrow of {long:.0f} mm bears the whole weight. "
+    return Template(own_text("player.html").rstrip()).substitute(
+        name=name,
+        still=image,
+        speeds="".join(
+            f'<option value="{speed:g}"{" selected" if speed == 1 else ""}>{speed:g}×</option>'
+            for speed in SPEEDS
+        ),
+        views="".join(f'<option value="{key}">{words}</option>' for key, words in VIEWS.items()),
+        boxes="".join(
+            f'<label><input type="checkbox" id="show-{key}" checked>{words}</label>'
+            for key, words in marks.items()
+            if words
+        ),
+        readings=f'<dl class="now">{rows}</dl>' if rows else "",
+        legs="".join(
+            f"<li>{_chip(leg)}<span>{_leg(leg, name)}</span>{load}</li>"
+            for leg, name in enumerate(run.robot.leg_names)
+        ),
+        arrows=arrows,
+    )
+
+
+def _leg(leg: int, name: str) -> str:
+    """Return number and name of a leg, counted from 0."""
+    return escape(f"{leg + 1} {plain(name).replace('_', ' ')}")
+
+
+def _chip(leg: int) -> str:
+    """Return a patch of a leg's colour: a drawing, as the page's policy allows no style of one."""
+    return (
+        '<svg class="chip" viewBox="0 0 8 8" aria-hidden="true">'
+        f'<rect width="8" height="8" rx="2" fill="{leg_colour(leg)}"/></svg>'
+    )
+
+
+def _table(name: str, heads: Iterable[str], rows: Iterable[str], kind: str = "") -> str:
+    """Return a table that scrolls by itself; heads and rows are HTML."""
+    titles = "".join(f'<th scope="col">{title}</th>' for title in heads)
+    return (
+        f'<div class="scrolls" tabindex="0" role="region" aria-label="{name}"><table{kind}><thead>'
+        f"<tr>{titles}</tr></thead>"
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
 def _summary(summary: Summary) -> str:
     """Return the facts and the table of the terminal as HTML."""
     rows = ""
@@ -131,42 +278,31 @@ def _summary(summary: Summary) -> str:
         rows += f"<dt>{escape(label.replace('  ', '… '))}</dt>" if label else ""
         rows += f"<dd>{escape(fact)}</dd>"
     both = len(summary.get("normal_force", {})) == 2
-    force = "Normal force [N]<br>sim / model" if both else "Normal force [N]<br>mean"
-    heads = [force, "Slip [mm]<br>&nbsp;"]
-    heads += [f"{joint} [N·m]<br>peak / rms" for joint in ("Coxa", "Femur", "Tibia")]
+    force = f"Normal force [N]<br>{'sim / model' if both else 'mean'}"
+    joints = [f"{joint} [N·m]<br>peak / rms" for joint in ("Coxa", "Femur", "Tibia")]
     lines = []
     for leg, name in enumerate(summary["robot"]["legs"]):
-        label, *cells = leg_row(summary, leg, f"{leg + 1} {plain(name).replace('_', ' ')}")
-        numbers = "".join(f"<td>{escape(cell)}</td>" for cell in cells)
-        lines.append(f'<tr><th scope="row">{chip(leg)}{escape(label)}</th>{numbers}</tr>')
-    table = (
-        '<div class="scrolls" tabindex="0" role="region" aria-label="Numbers of each leg">'
-        '<table class="numbers"><thead><tr><th scope="col">Leg</th>'
-        + "".join(f'<th scope="col">{title}</th>' for title in heads)
-        + f"</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
-    )
+        cells = "".join(f"<td>{escape(cell)}</td>" for cell in leg_row(summary, leg))
+        lines.append(f'<tr><th scope="row">{_chip(leg)}{_leg(leg, name)}</th>{cells}</tr>')
+    heads = ["Leg", force, "Slip [mm]<br>&nbsp;", *joints]
+    table = _table("Numbers of each leg", heads, lines, ' class="numbers"')
     words = f'<p class="note">{escape(note(summary))}</p>'
     return f'<dl class="facts">{rows}</dl>\n<h3>Leg by leg</h3>\n{table}\n{words}'
 
 
-def _claims(found: list[Claim], summary: Summary) -> str:
+def _claims(summary: Summary) -> str:
     lines = []
-    for claim in found:
+    for claim in claims(summary):
         verdict = ("holds", "holds") if claim.holds else ("fails", "does not hold")
         lines.append(
             f'<tr><th scope="row">{escape(claim.what)}</th>'
             f'<td><span class="verdict {verdict[0]}">{verdict[1]}</span></td>'
             f"<td>{escape(plain(claim.found))}</td><td>{escape(claim.limit)}</td></tr>"
         )
-    table = (
-        '<div class="scrolls" tabindex="0" role="region" aria-label="Claims"><table><thead><tr>'
-        '<th scope="col">Claim</th><th scope="col">Verdict</th><th scope="col">Found</th>'
-        f'<th scope="col">Limit</th></tr></thead><tbody>{"".join(lines)}</tbody></table></div>'
-    )
-    warnings = [escape(plain(text)) for text in summary.get("warnings", ())]
-    words = "".join(f"<li>{text}</li>" for text in warnings)
-    said = f'<ul class="warnings">{words}</ul>' if words else "<p>There is none.</p>"
-    return f"{table if found else ''}\n<h3>Warnings</h3>\n{said}"
+    table = _table("Claims", ("Claim", "Verdict", "Found", "Limit"), lines) if lines else ""
+    words = "".join(f"<li>{escape(plain(text))}</li>" for text in summary.get("warnings", ()))
+    words = f'<ul class="warnings">{words}</ul>' if words else "<p>There is none.</p>"
+    return f"{table}\n<h3>Warnings</h3>\n{words}"
 
 
 def _figures(pictures: Sequence[Picture]) -> str:
@@ -181,8 +317,8 @@ def _figures(pictures: Sequence[Picture]) -> str:
     return f'<div class="figures">{"".join(cards)}</div>' if cards else ""
 
 
-def _data(recording: Recording, summary: Summary, source: Source) -> str:
-    csv, rate = data_table(recording, source)
+def _data(recording: Recording, summary: Summary, run: Run) -> str:
+    csv, rate = data_table(recording, run.robot.leg_names)
     links = [_download("data.csv.gz", "Data as CSV", compressed(csv), "application/gzip", "csv")]
     shown = []
     for name in ("scenario", "robot"):
@@ -192,15 +328,28 @@ def _data(recording: Recording, summary: Summary, source: Source) -> str:
         cut = "\n".join(map(plain, text[:LONGEST_FILE].split("\n")))
         cut += "\n… (cut off here)" if len(text) > LONGEST_FILE else ""
         shown.append(f"<details><summary>{file}</summary><pre>{escape(cut)}</pre></details>")
-    commands = "\n".join(f"# {what}\n{command}" for what, command in repeat(summary))
-    versions = _rows((title, attribute(recording, name)) for name, title in VERSIONS.items())
+    commands = {
+        "Make this page again": "phasmid report recording.nc --out ../again",
+        "All data at full rate": "phasmid export recording.nc --format csv --out ../data.csv",
+        "Any figure": "phasmid plot recording.nc --list",
+    }
+    if summary["run"].get("kind") in ("simulation", "model"):
+        more = " --trajectory FILE" if summary["run"].get("follows") == "trajectory" else ""
+        again = {"Run it again": f"phasmid walk scenario.toml{more} --out ../again"}
+        commands = again | commands
+    lines = "\n".join(f"# {what}\n{command}" for what, command in commands.items())
+    versions = "".join(
+        f"<dt>{escape(label)}</dt><dd>{escape(run.attribute(name))}</dd>"
+        for name, label in VERSIONS.items()
+        if run.attribute(name)
+    )
     return (
         f'<ul class="files">{"".join(f"<li>{link}</li>" for link in links)}</ul>\n'
         f'<p class="note">The table has {rate:.3g} rows a second of {summary["run"]["samples"]} '
         "samples, with six digits; <code>recording.nc</code>, beside this page, has all.</p>\n"
         f"<h3>Files of the run</h3>\n{''.join(shown)}\n"
         f"<h3>How to repeat it</h3>\n<p>In the folder of the run:</p>\n"
-        f"<pre>{escape(commands)}</pre>\n"
+        f"<pre>{escape(lines)}</pre>\n"
         f'<h3>Versions and settings</h3>\n<dl class="facts">{versions}</dl>'
     )
 
@@ -210,7 +359,19 @@ def _download(file: str, words: str, content: bytes, kind: str, name: str = "") 
     return f'<a{own} href="{data_url(content, kind)}" download="{file}">{words}</a>'
 
 
-def _rows(pairs: Iterable[tuple[str, Any]]) -> str:
-    return "".join(
-        f"<dt>{escape(label)}</dt><dd>{escape(str(value))}</dd>" for label, value in pairs if value
-    )
+def data_table(recording: Recording, leg_names: Sequence[str]) -> tuple[bytes, float]:
+    """Return a recording as comma-separated values of six digits, and its rows per second.
+
+    Headings are quoted and safe in a spreadsheet.
+    """
+    time = np.asarray(recording["time"].values)
+    length = max(float(time[-1] - time[0]), 1e-9)
+    width = len(columns(recording.isel(time=slice(0, 1)), leg_names))
+    rows = rows_at(time, min(TABLE_RATE, MOST_CELLS / width / length))
+    table = columns(recording.isel(time=rows), leg_names)
+    heading = ",".join('"' + text_cell(name).replace('"', '""') + '"' for name in table)
+    numbers = np.column_stack([values.astype(float) for values in table.values()])
+    file = io.BytesIO()
+    np.savetxt(file, numbers, "%.6g", ",", header=heading, comments="", encoding="utf-8")
+    taken = 1 / float(np.diff(time[rows]).mean()) if len(rows) > 1 else 0.0
+    return file.getvalue(), taken

@@ -12,6 +12,9 @@ import numpy as np
 LARGEST = 32767
 """The largest number of 16 bits with sign."""
 
+FORMS = {"i16": "<i2", "f32": "<f4", "u8": "u1", "u16": "<u2", "u32": "<u4"}
+"""NumPy types of the kinds of packed arrays, little end first."""
+
 
 def packed(values: np.ndarray, kind: str) -> dict[str, Any]:
     """Return an array as text that the player reads.
@@ -29,16 +32,8 @@ def packed(values: np.ndarray, kind: str) -> dict[str, Any]:
         largest = float(np.max(np.abs(values), initial=0.0))
         step = largest / LARGEST if largest > 0 else 1.0
         values = np.rint(values / step)
-    form = {"i16": "<i2", "f32": "<f4", "u8": "u1", "u16": "<u2", "u32": "<u4"}[kind]
-    data = base64.b64encode(np.ascontiguousarray(values.astype(form)).tobytes()).decode()
+    data = base64.b64encode(values.astype(FORMS[kind]).tobytes()).decode()
     return {"kind": kind, "shape": list(values.shape), "step": step, "data": data}
-
-
-def unpacked(array: dict[str, Any]) -> np.ndarray:
-    """Return the array of `packed`, within half a step, as the player reads it."""
-    form = {"i16": "<i2", "f32": "<f4", "u8": "u1", "u16": "<u2", "u32": "<u4"}[array["kind"]]
-    numbers = np.frombuffer(base64.b64decode(array["data"]), dtype=form)
-    return numbers.reshape(array["shape"]).astype(float) * array["step"]
 
 
 def json_block(value: Any) -> str:

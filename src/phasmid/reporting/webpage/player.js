@@ -74,7 +74,7 @@
   const shown = (name) => { const box = byId(`show-${name}`); return box && box.checked; };
   const marks = Phasmid.marks(drawing, scene);
   const numbers = Phasmid.legNumbers(canvas, scene);
-  const camera = Phasmid.camera(canvas, () => ask());
+  const camera = Phasmid.camera(canvas, () => requestPaint());
   let now = time[scene.start];
   let colours = Phasmid.drawing.look();
 
@@ -113,7 +113,7 @@
       marks.centre(
         add(between(centre, 3, 1, 0, here), body), body[2] + between(below, 1, 1, 0, here)[0], safe, seen, colours);
     numbers.paint(shown("names"), seen, X_links);
-    tell(here);
+    showValues(here);
   }
 
   function paintTrails(here, places, seen) {
@@ -133,17 +133,17 @@
   const clock = byId("clock");
   const loads = [...document.querySelectorAll("[data-load]")];
 
-  function tell(here) {
+  function showValues(here) {
     const text = `${now.toFixed(2)} s`;
     clock.textContent = `${text} of ${last.toFixed(2)} s`;
     slider.value = String(now);
     slider.setAttribute("aria-valuetext", text);
-    const told = byId("margin");
-    if (told && margin) {
+    const output = byId("margin");
+    if (output && margin) {
       const value = margin[here.near];
       const none = value < -1e8;
-      told.textContent = none ? "fewer than three feet" : `${(1000 * value).toFixed(1)} mm`;
-      told.className = value < 0 ? "beyond" : "";
+      output.textContent = none ? "fewer than three feet" : `${(1000 * value).toFixed(1)} mm`;
+      output.className = value < 0 ? "beyond" : "";
     }
     if (!forces) return;
     let sum = 0;
@@ -157,18 +157,18 @@
     if (total) total.textContent = `${sum.toFixed(1)} N of ${scene.weight.toFixed(1)} N`;
   }
 
-  // ------------------------------------------------------------------ hands
+  // ------------------------------------------------------------------ controls
 
   const button = byId("play");
   let plays = false;
-  let asked = false;
+  let requested = false;
   let before = 0;
 
-  function ask() {
-    if (asked) return;
-    asked = true;
+  function requestPaint() {
+    if (requested) return;
+    requested = true;
     requestAnimationFrame((stamp) => {
-      asked = false;
+      requested = false;
       if (plays) {
         now += (Math.min((stamp - before) / 1000, 0.25)) * Number(byId("speed").value);
         before = stamp;
@@ -176,7 +176,7 @@
         show();
       }
       paintAll();
-      if (plays) ask();
+      if (plays) requestPaint();
     });
   }
 
@@ -190,12 +190,12 @@
     if (plays && now >= last - 1e-6) now = first;
     before = performance.now();
     show();
-    ask();
+    requestPaint();
   }
 
   function go(t) {
     now = Math.min(Math.max(t, first), last);
-    ask();
+    requestPaint();
   }
 
   function step(frames) {
@@ -211,9 +211,9 @@
   slider.min = String(first);
   slider.max = String(last);
   slider.step = "any";
-  byId("view-from").addEventListener("change", (event) => { camera.choose(event.target.value, startYaw); ask(); });
+  byId("view-from").addEventListener("change", (event) => { camera.choose(event.target.value, startYaw); requestPaint(); });
   byId("view-from").value = usual;
-  for (const box of document.querySelectorAll("#replay input[type=checkbox]")) box.addEventListener("change", ask);
+  for (const box of document.querySelectorAll("#replay input[type=checkbox]")) box.addEventListener("change", requestPaint);
 
   const HANDS = {
     " ": toggle,
@@ -244,11 +244,11 @@
   document.documentElement.classList.add("plays");
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     colours = Phasmid.drawing.look();
-    ask();
+    requestPaint();
   });
-  new ResizeObserver(ask).observe(canvas);
+  new ResizeObserver(requestPaint).observe(canvas);
   show();
-  ask();
+  requestPaint();
 })();
 
 // The data are kept compressed; who has scripts gets the table itself.

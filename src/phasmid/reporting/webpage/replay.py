@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Integer
 
-from phasmid.recording import Recording
 from phasmid.recording.ros import rows_at
 from phasmid.reporting.drawing import FORCE_COLOUR, FORCE_LENGTH, swing_moment
-from phasmid.reporting.feet import centre_of_mass
+from phasmid.reporting.numbers import centre_of_mass
 from phasmid.reporting.robot_mesh import MeshPieces, link_poses, mesh_pieces, quaternions
-from phasmid.reporting.source import Source, channel
+from phasmid.reporting.run import Run
 from phasmid.reporting.style import leg_colour
-from phasmid.reporting.support import margin_over_time
 from phasmid.reporting.terrain_mesh import indexed, landscape
+from phasmid.reporting.time_figures import margin_over_time
 from phasmid.reporting.webpage.packing import packed
 from phasmid.robot import Robot
 from phasmid.terrain import Ground
@@ -34,36 +34,31 @@ ABOUT = 0.8
 """Distance from the robot's path to the edge of uneven ground [m]."""
 
 
-def replay(recording: Recording, source: Source) -> dict[str, Any]:
+def replay(run: Run) -> dict[str, Any]:
     """Return the scene of the player, as JSON.
 
     Args:
-        recording: Finite part of a recording with the body's pose and joint angles.
-        source: Its robot and experiment.
+        run: A run with the body's pose and joint angles.
     """
-    terrain = source.scenario.load_terrain()
-    rows = frames(recording, len(source.robot.legs))
-    kept = recording.isel(time=rows)
-    time = np.asarray(kept["time"].values)
-    body = np.asarray(kept["body_position"].values)
-    angles = channel(kept, "joint_position")
-    q = np.asarray(kept["joint_position_target"].values) if angles is None else angles
-    pieces = mesh_pieces(source.robot)
-    X_body_link = link_poses(source.robot, q, pieces.links)
+    terrain = run.scenario.load_terrain()
+    kept = replace(run, recording=run.recording.isel(time=frames(run)))
+    body, orientation, q = kept.pose("the replay")
+    pieces = mesh_pieces(run.robot)
+    X_body_link = link_poses(run.robot, q, pieces.links)
     middle = body[:, :2].mean(axis=0)
     reach = float(np.ptp(body[:, :2], axis=0).max()) / 2 + ABOUT
     scene: dict[str, Any] = {
-        "time": packed(time, "f32"),
+        "time": packed(kept.time, "f32"),
         "body_position": packed(body, "f32"),
-        "body_orientation": packed(np.asarray(kept["body_orientation"].values), "i16"),
+        "body_orientation": packed(orientation, "i16"),
         "link_position": packed(X_body_link[..., :3, 3], "i16"),
         "link_orientation": packed(quaternions(X_body_link[..., :3, :3]), "i16"),
-        "weight": source.weight,
-        "trail": 2 * source.scenario.stride.period,
-        "start": int(np.argmin(np.abs(time - swing_moment(recording, source)))),
+        "weight": run.weight,
+        "trail": 2 * run.scenario.stride.period,
+        "start": int(np.argmin(np.abs(kept.time - swing_moment(run)))),
     }
-    scene |= looks(source.robot, pieces) | surroundings(terrain, middle, reach)
-    return scene | _support(kept, source, terrain, body)
+    scene |= looks(run.robot, pieces) | surroundings(terrain, middle, reach)
+    return scene | _support(kept, terrain, body)
 
 
 def looks(robot: Robot, pieces: MeshPieces) -> dict[str, Any]:
@@ -133,41 +128,35 @@ def _patches(
     }
 
 
-def frames(recording: Recording, legs: int) -> Integer[np.ndarray, " frames"]:
+def frames(run: Run) -> Integer[np.ndarray, " frames"]:
     """Return the samples that become frames: `RATE` a second, or as many as fit."""
-    time = np.asarray(recording["time"].values)
-    each = 4 + 12 + 8 + legs * (4 * 14 + 6 + 6 + 2 + 1) + 12
+    time = run.time
+    each = 4 + 12 + 8 + len(run.robot.legs) * (4 * 14 + 6 + 6 + 2 + 1) + 12
     length = max(float(time[-1] - time[0]), 1 / RATE)
     rows = rows_at(time, min(RATE, MOST_BYTES / each / length))
     last = len(time) - 1
     return rows if rows[-1] == last else np.append(rows, last)
 
 
-def _support(
-    kept: Recording, source: Source, terrain: Ground, body: Float[np.ndarray, "frames 3"]
-) -> dict[str, Any]:
+def _support(kept: Run, terrain: Ground, body: Float[np.ndarray, "frames 3"]) -> dict[str, Any]:
     """Return feet, forces, contacts, centre of mass and margin, where recorded."""
     found: dict[str, Any] = {}
-    feet = channel(kept, "foot_position")
-    standing = next((n for n in ("contact", "stance") if n in kept.data_vars), None)
+    feet, standing = kept.channel("foot_position"), kept.channel("contact", "stance")
     if feet is not None:
         found["feet"] = packed(feet - body[:, None], "i16")
-        name = next((n for n in ("foot_force", "foot_force_model") if n in kept.data_vars), None)
-        if name is not None:
-            found["forces"] = packed(np.asarray(kept[name].values), "i16")
-            found["force_words"] = "simulated" if name == "foot_force" else "by the model"
-            if name == "foot_force" and kept.attrs.get("kind") != "simulation":
-                found["force_words"] = "as recorded"
+        if kept.foot_force is not None:
+            found["forces"] = packed(kept.foot_force, "i16")
+            found["force_words"] = kept.force_words
     if standing is not None:
-        found["down"] = packed(np.asarray(kept[standing].values), "u8")
-    centre = centre_of_mass(kept, source)
+        found["down"] = packed(standing, "u8")
+    centre = centre_of_mass(kept)
     if centre is not None:
         found["centre"] = packed(centre - body, "i16")
         ground = terrain.height(centre[:, 0], centre[:, 1])
         found["below"] = packed(ground - body[:, 2], "i16")
     if feet is not None and standing is not None:
-        margin, of_what = margin_over_time(kept, source, standing)
-        known = np.isfinite(margin)
-        found["margin"] = packed(np.where(known, margin, -1e9), "f32")
+        name = "contact" if kept.has("contact") else "stance"
+        margin, of_what = margin_over_time(kept, name)
+        found["margin"] = packed(np.where(np.isfinite(margin), margin, -1e9), "f32")
         found["margin_of"] = of_what
     return found

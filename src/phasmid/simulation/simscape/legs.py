@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
-from phasmid.dynamics.inertia import moments_about_origin
+from phasmid.dynamics.matrices import moments_about_origin
 from phasmid.kinematics import LinkFrames, link_frames
 from phasmid.robot import Robot
 from phasmid.simulation.contact import CONTACT_POINTS, foot_points

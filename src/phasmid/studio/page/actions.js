@@ -18,13 +18,13 @@
     return btoa(letters);
   }
 
-  Phasmid.actions = (ask) => {
+  Phasmid.actions = (request) => {
     let scene = null;
     let limbs = [];
 
-    // What the robot says to a request; its refusal is shown beside what asked.
-    async function request(message, place) {
-      const reply = await ask(message);
+    // Send a request; a refusal is shown beside its control.
+    async function perform(message, place) {
+      const reply = await request(message);
       place.textContent = reply.status === 200 ? "" : Phasmid.refusal(reply);
       return reply.status === 200 ? reply.answer || {} : null;
     }
@@ -32,32 +32,32 @@
     // ---------------------------------------------------------------- disturb
 
     const strength = byId("push-strength");
-    const tellStrength = () => (byId("push-told").textContent = `${Number(strength.value).toPrecision(2)} N·s`);
-    strength.addEventListener("input", tellStrength);
+    const showStrength = () => (byId("push-value").textContent = `${Number(strength.value).toPrecision(2)} N·s`);
+    strength.addEventListener("input", showStrength);
     for (const button of document.querySelectorAll("[data-push]"))
       button.addEventListener("click", () => {
         const [ahead, left] = button.dataset.push.split(" ").map((way) => Number(way) * Number(strength.value));
-        request({ do: "push", impulse: [ahead, left, 0] }, byId("disturb-refused"));
+        perform({ do: "push", impulse: [ahead, left, 0] }, byId("disturb-refused"));
       });
 
-    function begin(told) {
-      const same = scene && scene.names.join("\n") === told.names.join("\n") && scene.weight === told.weight;
-      scene = told;
+    function begin(newScene) {
+      const same = scene && scene.names.join("\n") === newScene.names.join("\n") && scene.weight === newScene.weight;
+      scene = newScene;
       if (same) return;
       // A push of half the robot's mass times a metre a second throws it over.
       const most = Number(((0.5 * scene.weight) / 9.81).toPrecision(1));
       strength.max = String(most);
       strength.min = strength.step = String(most / 20);
       strength.value = String(most / 4);
-      tellStrength();
+      showStrength();
       limbs = scene.names.map(() => "walks");
       buildLegs();
     }
 
     function buildLegs() {
-      const told = scene.names.every((name) => /left|right/i.test(name));
-      // Legs that do not tell their side go around the robot, from the right in front.
-      const side = (leg) => ((told ? /right/i.test(scene.names[leg]) : leg < scene.names.length / 2) ? "right" : "left");
+      const named = scene.names.every((name) => /left|right/i.test(name));
+      // Legs that do not name their side go around the robot, from the right in front.
+      const side = (leg) => ((named ? /right/i.test(scene.names[leg]) : leg < scene.names.length / 2) ? "right" : "left");
       const front = scene.names.map((name) => (/front|fore/i.test(name) ? 0 : /rear|hind|back/i.test(name) ? 2 : 1));
       const buttons = scene.names.map((name, leg) => {
         const button = made("button", { type: "button", className: "leg" });
@@ -67,7 +67,7 @@
         button.addEventListener("click", () => press(leg));
         return button;
       });
-      const order = (leg) => (told ? front[leg] : side(leg) === "right" ? leg : -leg);
+      const order = (leg) => (named ? front[leg] : side(leg) === "right" ? leg : -leg);
       const column = (which) => made("div", {}, ...[...buttons.keys()].filter((leg) => side(leg) === which)
         .sort((a, b) => order(a) - order(b)).map((leg) => buttons[leg]));
       byId("legs").replaceChildren(column("left"), made("span", { className: "trunk", ariaHidden: "true" }), column("right"));
@@ -87,13 +87,13 @@
 
     function press(leg) {
       const how = limbs[leg] === "walks" ? byId("leg-how").value : "restore";
-      request({ do: "limb", leg: leg + 1, how }, byId("disturb-refused"));
+      perform({ do: "limb", leg: leg + 1, how }, byId("disturb-refused"));
     }
 
     // ---------------------------------------------------------------- keep
 
     byId("save-scenario").addEventListener("click", async () => {
-      const answer = await request({ do: "keep", what: "scenario" }, byId("keep-refused"));
+      const answer = await perform({ do: "keep", what: "scenario" }, byId("keep-refused"));
       for (const file of answer ? [answer, answer.robot] : []) if (file) download(file.name, file.text);
     });
 
@@ -104,13 +104,13 @@
         const file = target.files[0];
         if (!file) return;
         const refused = byId("keep-refused");
-        byId("keep-told").textContent = "";
+        byId("keep-status").textContent = "";
         if (file.size > LARGEST) {
           refused.textContent = `${file.name} is ${(file.size / 1e6).toFixed(1)} MB; it must be at most ${LARGEST / 1e6} MB.`;
         } else {
           const content = base64(new Uint8Array(await file.arrayBuffer()));
-          const answer = await request({ do: "load", what, name: file.name, content }, refused);
-          if (answer) byId("keep-told").textContent = `${file.name} is loaded.`;
+          const answer = await perform({ do: "load", what, name: file.name, content }, refused);
+          if (answer) byId("keep-status").textContent = `${file.name} is loaded.`;
         }
         target.value = "";
       });

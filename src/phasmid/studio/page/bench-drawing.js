@@ -49,7 +49,7 @@
 
   // ------------------------------------------------------------------ a drawing of the leg
 
-  // kind: how points of the hip frame come onto the paper, and what a place on it asks for.
+  // kind: how points of the hip frame come onto the paper, and what a place on it sets.
   function drawing(parent, kind, wanted) {
     const figure = made(parent, "figure", { class: "bench-figure" });
     const svg = made(figure, "svg", { class: "bench-view", role: "group", "aria-label": kind.label });
@@ -79,7 +79,7 @@
     };
     const forceScale = () => (3 * ARROW) / shown.weight;
 
-    function asked(what, u, v) {
+    function request(what, u, v) {
       if (what === "foot") wanted({ foot: kind.foot(u, v, shown) });
       else wanted({ force: kind.force(u, v, shown) });
     }
@@ -97,7 +97,7 @@
         const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
         const [x, y] = what === "foot" ? [0, 0] : screen(shown.foot);
         const per = what === "foot" ? scale : forceScale();
-        asked(what, (at.x - x) / per, -(at.y - y) / per);
+        request(what, (at.x - x) / per, -(at.y - y) / per);
       });
       group.addEventListener("keydown", (event) => {
         const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
@@ -106,7 +106,7 @@
         event.stopPropagation();
         const step = (what === "foot" ? 0.002 : 0.2) * (event.shiftKey ? 5 : 1);
         const [u, v] = kind.onto(what === "foot" ? shown.foot : shown.force, shown.angles[0]);
-        asked(what, u + step * way[0], v + step * way[1]);
+        request(what, u + step * way[0], v + step * way[1]);
       });
     }
 

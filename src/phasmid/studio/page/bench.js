@@ -7,11 +7,11 @@
   const DEG = 180 / Math.PI;
   const { made, written, mm, deg, triple, sides, drawing } = window.phasmidBench;
 
-  function told(element, text) {
+  function setText(element, text) {
     if (element.textContent !== text) element.textContent = text;
   }
 
-  // A table whose cells are made once and told anew.
+  // A table whose cells are made once and updated.
   function table(parent, caption, head, rows) {
     const scrolls = made(parent, "div", { class: "bench-table", tabindex: 0, role: "region", "aria-label": caption });
     const grid = made(scrolls, "table");
@@ -23,7 +23,7 @@
       made(row, "th", { scope: "row" }, name);
       return head.slice(1).map(() => made(row, "td"));
     });
-    return { cells, tell: (texts) => texts.forEach((row, i) => row.forEach((text, j) => told(cells[i][j], text))) };
+    return { cells, update: (texts) => texts.forEach((row, i) => row.forEach((text, j) => setText(cells[i][j], text))) };
   }
 
   // A quantity: its heading, which equation it is, what it means, and what the paper misprints.
@@ -43,7 +43,7 @@
 
   // ------------------------------------------------------------------ sliders
 
-  function slider(parent, name, unit, told) {
+  function slider(parent, name, unit, changed) {
     const label = made(parent, "label", { class: "bench-slider" });
     made(label, "span", {}, name);
     const range = made(label, "input", { type: "range" });
@@ -54,10 +54,10 @@
     range.addEventListener("input", () => {
       held = true;
       number.value = range.value;
-      told(range.valueAsNumber);
+      changed(range.valueAsNumber);
     });
     range.addEventListener("change", () => (held = false));
-    number.addEventListener("change", () => Number.isFinite(number.valueAsNumber) && told(number.valueAsNumber));
+    number.addEventListener("change", () => Number.isFinite(number.valueAsNumber) && changed(number.valueAsNumber));
     return {
       bounds(least, most, step) {
         Object.assign(range, { min: least, max: most, step });
@@ -107,7 +107,7 @@
         "The chain multiplied out: r = Lc + Lf cos θ₂ + Lt cos(θ₂+θ₃) outwards, of which x = r cos θ₁ and y = r sin θ₁; z = Lf sin θ₂ + Lt sin(θ₂+θ₃)."),
       "Foot", ["foot", "x [mm]", "y [mm]", "z [mm]", "r [mm]"],
       ["where it is", "by Eq 1 as printed", "by Eqs 3–9 as printed"]);
-    const reach = made(foot.cells[0][0].closest(".bench-quantity"), "p", { class: "bench-said" });
+    const reach = made(foot.cells[0][0].closest(".bench-quantity"), "p", { class: "bench-remark" });
 
     const angles = table(
       quantity(grid, "Angles of a foot", "Eqs 3–9",
@@ -119,7 +119,7 @@
       quantity(grid, "Jacobian", "J of Eq 11",
         "How fast the foot moves for each joint's speed: the slope of the foot over the angles. A column is the way of the foot when one joint turns."),
       "Jacobian", ["[mm/rad]", "coxa", "femur", "tibia"], AXES);
-    const turned = made(jacobian.cells[0][0].closest(".bench-quantity"), "p", { class: "bench-said" });
+    const turned = made(jacobian.cells[0][0].closest(".bench-quantity"), "p", { class: "bench-remark" });
 
     const ellipsoids = table(
       quantity(grid, "Ellipsoids", "J = U S Vᵀ",
@@ -137,7 +137,7 @@
       made(bar, "path", { d: "M60 0v10" });
       return { filled, text: made(row[3], "span") };
     });
-    const most = made(statics.parentNode, "p", { class: "bench-said" });
+    const most = made(statics.parentNode, "p", { class: "bench-remark" });
 
     const motion = quantity(made(parent, "div", { class: "bench-motion" }), "Motion", "Eq 10",
       "torque = M θ̈ + B [θ̇₁θ̇₂, θ̇₁θ̇₃, θ̇₂θ̇₃] + C [θ̇₁², θ̇₂², θ̇₃²] + G, all of which depend on the angles alone. Here for links with their masses at mid-length, as Eq 10 assumes; in kg·cm², and in brackets what the paper prints, where it differs.",
@@ -145,45 +145,45 @@
     const matrices = ["M", "B", "C"].map((name) =>
       table(motion, `Matrix ${name}`, [name, "1", "2", "3"], ["1", "2", "3"]));
 
-    function tell(answer) {
+    function update(answer) {
       const { printed } = answer;
-      angles.tell(JOINTS.map((_, i) => [
+      angles.update(JOINTS.map((_, i) => [
         deg(answer.angles[i]), deg(answer.limits[i][0]), deg(answer.limits[i][1]), deg(answer.room[i]),
         printed.angles[i] === null ? "none" : deg(printed.angles[i]),
       ]));
       JOINTS.forEach((_, i) => angles.cells[i][3].classList.toggle("bench-bad", answer.room[i] < -1e-9));
-      chain.tell(answer.dh.map(([alpha, a, d, theta]) => [deg(alpha), mm(a), mm(d), deg(theta)]));
+      chain.update(answer.dh.map(([alpha, a, d, theta]) => [deg(alpha), mm(a), mm(d), deg(theta)]));
       const place = (p) => [...p.map(mm), mm(p[0] === null ? null : Math.hypot(p[0], p[1]))];
-      foot.tell([answer.foot, printed.foot, printed.reached].map(place));
+      foot.update([answer.foot, printed.foot, printed.reached].map(place));
       const { distance, nearest, farthest } = answer.reach;
-      told(reach, `From the femur axis it is ${mm(distance)} mm; the leg reaches ${mm(nearest)} to ${mm(farthest)} mm, joint limits aside: ${mm(farthest - distance)} mm to the stretched leg, ${mm(distance - nearest)} mm to the folded one.`);
-      jacobian.tell(answer.jacobian.map((row) => row.map(mm)));
-      told(turned, `Manipulability |det J| = ${written(1e6 * answer.manipulability, 0)} cm³; smallest over largest half axis ${written(answer.nearness, 2)}: 1 is the same in all directions, 0 singular.`);
-      ellipsoids.tell(answer.directions.map((direction, i) => [
+      setText(reach, `From the femur axis it is ${mm(distance)} mm; the leg reaches ${mm(nearest)} to ${mm(farthest)} mm, joint limits aside: ${mm(farthest - distance)} mm to the stretched leg, ${mm(distance - nearest)} mm to the folded one.`);
+      jacobian.update(answer.jacobian.map((row) => row.map(mm)));
+      setText(turned, `Manipulability |det J| = ${written(1e6 * answer.manipulability, 0)} cm³; smallest over largest half axis ${written(answer.nearness, 2)}: 1 is the same in all directions, 0 singular.`);
+      ellipsoids.update(answer.directions.map((direction, i) => [
         triple(direction, (n) => written(n, 2)), mm(answer.singular_values[i]), mm(answer.fastest[i]),
         answer.force_axes[i] === null ? "without bound" : written(answer.force_axes[i]),
       ]));
       JOINTS.forEach((_, i) => {
         const [row, share] = [torques.cells[i], answer.share[i]];
-        ["load", "gravity", "sum"].forEach((name, k) => told(row[k], written(answer.torque[name][i], 3)));
-        told(bars[i].text, `${written(100 * share, 0)} %`);
+        ["load", "gravity", "sum"].forEach((name, k) => setText(row[k], written(answer.torque[name][i], 3)));
+        setText(bars[i].text, `${written(100 * share, 0)} %`);
         bars[i].filled.setAttribute("width", Math.min(60 * share, 90).toFixed(1));
         bars[i].filled.setAttribute("class", share > 1 ? "bench-share-over" : "bench-share-full");
         row[3].classList.toggle("bench-bad", share > 1);
-        told(row[4], written(printed.torque[i], 3));
+        setText(row[4], written(printed.torque[i], 3));
       });
       const { name, torque, speed } = answer.servo;
       const bears = answer.most === null ? "" : ` Along this force the leg bears up to ${written(answer.most)} N.`;
-      told(most, `The servo of every joint is the ${name}: ${written(torque, 2)} N·m at most, ${written(speed, 2)} rad/s without load.${bears}`);
+      setText(most, `The servo of every joint is the ${name}: ${written(torque, 2)} N·m at most, ${written(speed, 2)} rad/s without load.${bears}`);
       ["M", "B", "C"].forEach((matrix, m) => {
         const [right, wrong] = [printed.matrices_right[matrix], printed.matrices[matrix]];
-        matrices[m].tell(right.map((row, i) => row.map((entry, j) => {
+        matrices[m].update(right.map((row, i) => row.map((entry, j) => {
           const [a, b] = [entry, wrong[i][j]].map((n) => written(1e4 * n, 2));
           return a === b ? a : `${a} (${b})`;
         })));
       });
     }
-    return { tell };
+    return { update };
   }
 
   // ------------------------------------------------------------------ the whole pane
@@ -200,16 +200,16 @@
 
   const mounted = new WeakMap();
 
-  // Puts the bench into a section. ask(message) is a promise of the reply; legs are their names.
-  // A second time, as when the ground is another, it only asks anew unless the legs are others.
-  function mount(section, { ask, legs }) {
+  // Puts the bench into a section. request(message) returns a promise of the reply; legs are names.
+  // A second time, as when the ground is another, it only requests again unless the legs are others.
+  function mount(section, { request, legs }) {
     const names = legs.map((name, i) => `${i + 1} ${name.replaceAll("_", " ")}`);
     const before = mounted.get(section);
     if (before && before.names.join() === names.join()) return before.again();
     mounted.set(section, { names, again: () => wanted({}) });
     section.replaceChildren();
     section.classList.add("bench");
-    const waits = made(section, "p", { class: "bench-note", role: "status" }, "The robot is asked for its leg …");
+    const waits = made(section, "p", { class: "bench-note", role: "status" }, "Loading the leg …");
     made(section, "p", { class: "bench-note" }, "One leg of this robot by itself, at rest: the paper's Eqs 1–11 to touch. Pull at the foot or at the force's tip; the walking robot is not moved by it.");
     const bar = made(section, "div", { class: "bench-bar" });
     const options = { ellipsoid: "velocity", frames: true };
@@ -233,7 +233,7 @@
       made(bar, "button", { type: "button" }, text).addEventListener("click", () => answer && wanted(change(answer)));
     button("Neutral foot", () => ({ foot: undefined, angles: undefined }));
     button("No force", () => ({ force: [0, 0, 0] }));
-    button("A third of the weight", (told) => ({ force: [0, 0, told.weight / 3] }));
+    button("A third of the weight", (leg) => ({ force: [0, 0, leg.weight / 3] }));
 
     const parts = made(section, "div", { class: "bench-parts", hidden: "" });
     const views = sides.map((kind) => drawing(parts, kind, wanted));
@@ -262,7 +262,7 @@
         const question = Object.fromEntries(Object.entries(next).filter(([, value]) => value !== undefined));
         next = null;
         try {
-          const reply = await ask(question);
+          const reply = await request(question);
           if (reply.status === 200) take(reply.answer);
           else refused([reply.text, reply.hint && `Try ${reply.hint}`].filter(Boolean).join(" "));
         } catch (error) {
@@ -273,11 +273,11 @@
     }
 
     function refused(text) {
-      if (answer) say([text]);
+      if (answer) showRemarks([text]);
       else waits.textContent = text;
     }
 
-    function say(sentences) {
+    function showRemarks(sentences) {
       const text = sentences.join("\n");
       if (remarks.dataset.text === text) return;
       remarks.dataset.text = text;
@@ -285,30 +285,30 @@
       for (const sentence of sentences) made(remarks, "li", {}, sentence);
     }
 
-    function take(told) {
+    function take(newAnswer) {
       const first = answer === null;
-      answer = told;
+      answer = newAnswer;
       parts.hidden = rest.hidden = false;
       waits.hidden = true;
-      const size = Math.ceil(1000 * told.lengths.reduce((sum, length) => sum + length) / 10) * 10;
-      const most = Math.ceil(told.weight);
-      turn.bounds(told.limits.map(([low, high]) => [Math.floor(DEG * low) - 10, Math.ceil(DEG * high) + 10, 0.5]));
+      const size = Math.ceil(1000 * newAnswer.lengths.reduce((sum, length) => sum + length) / 10) * 10;
+      const most = Math.ceil(newAnswer.weight);
+      turn.bounds(newAnswer.limits.map(([low, high]) => [Math.floor(DEG * low) - 10, Math.ceil(DEG * high) + 10, 0.5]));
       foot.bounds(AXES.map(() => [-size, size, 0.5]));
       force.bounds(AXES.map(() => [-most, most, 0.1]));
       show();
-      if (first) wanted({ force: [0, 0, told.weight / 3] });
+      if (first) wanted({ force: [0, 0, newAnswer.weight / 3] });
     }
 
     function show() {
       if (!answer) return;
-      say(answer.remarks);
+      showRemarks(answer.remarks);
       turn.show(answer.angles.map((n) => DEG * n), 1);
-      // A foot out of reach stays asked for, so that the way back is the way there.
+      // A foot out of reach stays the goal, so that the way back equals the way there.
       foot.show((message.foot || answer.foot).map((n) => 1000 * n), 1);
       force.show(answer.force, 1);
       picker.value = answer.leg;
       for (const view of views) view.show(answer, options);
-      figures.tell(answer);
+      figures.update(answer);
     }
 
     wanted({});

@@ -1,5 +1,5 @@
 "use strict";
-// Controls made from the catalogue: choices, ranges and switches, each with what the robot said
+// Controls made from the catalogue: choices, ranges and switches, each with the reply of the server
 // of its last change.
 
 (() => {
@@ -86,7 +86,7 @@
         show(value) {
           const none = typeof value !== "number";
           slider.disabled = number.disabled = none;
-          // Between two values of the grid the slider stands where the number says.
+          // Between two values of the grid the slider stands at the value of the number field.
           slider.step = none || onGrid(value) ? String(grid || "any") : "any";
           slider.value = none ? slider.min : String(value);
           number.value = none ? "" : text(value);
@@ -96,7 +96,7 @@
     },
   };
 
-  function row(field, ask) {
+  function row(field, request) {
     const id = `field-${field.name}`;
     const label = made("label", { htmlFor: id });
     const help = made("p", { className: "help", id: `${id}-help` });
@@ -105,8 +105,8 @@
     let value;
     let wanted;
     let busy = false;
-    const input = INPUTS[field.kind](id, (asked) => {
-      wanted = asked;
+    const input = INPUTS[field.kind](id, (newValue) => {
+      wanted = newValue;
       if (!busy) send();
     });
     const element = made("div", { className: `field ${field.kind}` }, label, ...input.parts, help, refused);
@@ -120,9 +120,9 @@
       busy = true;
       element.setAttribute("aria-busy", "true");
       while (wanted !== undefined) {
-        const asked = wanted;
+        const sent = wanted;
         wanted = undefined;
-        const reply = await ask({ do: "change", name: field.name, value: asked });
+        const reply = await request({ do: "change", name: field.name, value: sent });
         refused.textContent = reply.status === 200 ? "" : Phasmid.refusal(reply);
       }
       busy = false;
@@ -130,23 +130,23 @@
       if (!input.held() || refused.textContent) input.show(value);
     }
 
-    function shape(told) {
-      field = told;
+    function shape(newField) {
+      field = newField;
       label.textContent = field.label;
       help.textContent = field.help || "";
       element.title = field.help || "";
       input.shape(field);
     }
 
-    function show(told) {
-      value = told;
+    function show(newValue) {
+      value = newValue;
       if (!busy && !input.held()) input.show(value);
     }
 
     return { element, shape, show, kind: field.kind };
   }
 
-  Phasmid.controls = (host, ask) => {
+  Phasmid.controls = (host, request) => {
     const rows = new Map();
     const parts = new Map();
     let setting = {};
@@ -168,7 +168,7 @@
         parts.get(name).hidden = own.length === 0;
         let before = parts.get(name).firstElementChild;
         for (const field of own) {
-          if (!rows.has(field.name)) rows.set(field.name, row(field, ask));
+          if (!rows.has(field.name)) rows.set(field.name, row(field, request));
           const { element, shape } = rows.get(field.name);
           shape(field);
           if (before.nextElementSibling !== element) before.after(element);
@@ -178,8 +178,8 @@
       show(setting);
     }
 
-    function show(told) {
-      setting = told;
+    function show(newSetting) {
+      setting = newSetting;
       for (const [name, one] of rows) one.show(setting[name]);
     }
 

@@ -17,9 +17,9 @@
     let trails = [];
     const self = { begin, forget, take, now, value, get at() { return at; }, get latest() { return last; }, get trails() { return trails; }, count: 0 };
 
-    function begin(told) {
-      const same = scene && scene.number === told.number;
-      scene = told;
+    function begin(newScene) {
+      const same = scene && scene.number === newScene.number;
+      scene = newScene;
       if (same) return;
       at = {};
       width = 0;

@@ -39,12 +39,12 @@
 
     // ---------------------------------------------------------------- what is kept
 
-    function begin(told) {
-      const same = scene && scene.number === told.number;
-      scene = told;
+    function begin(newScene) {
+      const same = scene && scene.number === newScene.number;
+      scene = newScene;
       if (same) return;
       legs = scene.legs.length;
-      columns = { time: 0, normal: 1, torque: 1 + legs, tilt: 1 + 4 * legs, margin: 2 + 4 * legs, asked: 3 + 4 * legs, got: 4 + 4 * legs, planned: 5 + 4 * legs, seen: 5 + 5 * legs };
+      columns = { time: 0, normal: 1, torque: 1 + legs, tilt: 1 + 4 * legs, margin: 2 + 4 * legs, commanded: 3 + 4 * legs, measured: 4 + 4 * legs, planned: 5 + 4 * legs, seen: 5 + 5 * legs };
       width = 5 + 6 * legs;
       ring = new Float32Array(ROWS * width);
       head = 0;
@@ -75,8 +75,8 @@
       for (let i = 0; i < 3 * legs; i++) ring[k + columns.torque + i] = row[at.joint_torque + i];
       ring[k + columns.tilt] = (row[at.tilt] * 180) / Math.PI;
       ring[k + columns.margin] = 1000 * row[at.margin];
-      ring[k + columns.asked] = 1000 * Math.hypot(row[at.velocity_asked], row[at.velocity_asked + 1]);
-      ring[k + columns.got] = 1000 * Math.hypot(row[at.velocity], row[at.velocity + 1]);
+      ring[k + columns.commanded] = 1000 * Math.hypot(row[at.velocity_command], row[at.velocity_command + 1]);
+      ring[k + columns.measured] = 1000 * Math.hypot(row[at.velocity], row[at.velocity + 1]);
       head += 1;
     }
 
@@ -115,7 +115,7 @@
     const eachLeg = (read) => () => scene.legs.map((colour, leg) => ({ colour, label: String(leg + 1), read: (k) => read(k, leg) }));
     const column = (name) => (k) => ring[k + columns[name]];
 
-    // A legend names what the colours of the legs do not tell: kinds of lines, by the style sheet.
+    // A legend names what the colours of the legs do not show: kinds of lines, by the style sheet.
     const PLOTS = [
       { id: "normal", title: "Normal forces", unit: () => "N", curves: eachLeg((k, leg) => ring[k + columns.normal + leg]) },
       {
@@ -138,8 +138,8 @@
       {
         id: "speed", title: "Speed", legend: { wide: "commanded", line: "measured" }, unit: () => "mm/s",
         curves: () => [
-          { colour: colours.line, label: "commanded", read: column("asked"), wide: 3 },
-          { colour: colours.ink, label: "measured", read: column("got") },
+          { colour: colours.line, label: "commanded", read: column("commanded"), wide: 3 },
+          { colour: colours.ink, label: "measured", read: column("measured") },
         ],
       },
     ];
@@ -154,16 +154,16 @@
         const unit = made("span", { className: "unit" });
         caption.append(unit);
         host.append(made("figure", {}, caption, canvas));
-        const own = { ...plot, canvas, context: canvas.getContext("2d"), unitTold: unit, top: 0, bottom: 0 };
+        const own = { ...plot, canvas, context: canvas.getContext("2d"), unitLabel: unit, top: 0, bottom: 0 };
         plots.push(own);
-        hear(own);
+        listen(own);
       }
       document.body.append(reading);
       readColours();
     }
 
     // The pointer reads values, and drags the time.
-    function hear(plot) {
+    function listen(plot) {
       let grip = null;
       plot.canvas.addEventListener("pointerdown", (event) => {
         if (head) grip = { x: event.clientX, right: right() };
@@ -213,7 +213,7 @@
       repaint();
     }
 
-    function tellTime() {
+    function showTime() {
       const [first, last] = [timeOf(oldest()), timeOf(head - 1)];
       since.min = String(Math.min(first + SPAN, last));
       since.max = String(last);
@@ -239,7 +239,7 @@
     function paint() {
       reading.hidden = true;
       if (!scene || !head || host.hidden || !host.clientWidth) return;
-      tellTime();
+      showTime();
       const until = right();
       const rows = [indexOf(until - SPAN), Math.min(indexOf(until) + 1, head)];
       const index = read(until);
@@ -262,7 +262,7 @@
       }
     }
 
-    // The row under the pointer, whose values are told beside it; null where there is none.
+    // The row under the pointer, whose values are shown beside it; null where there is none.
     function read(until) {
       if (!pointed) return null;
       const { plot, x, at } = pointed;
@@ -336,7 +336,7 @@
       const step = scale(plot, drawn, limits, rows);
       const Y = (value) => high - BOTTOM - ((value - plot.bottom) / (plot.top - plot.bottom)) * (high - BOTTOM - 6);
       const unit = plot.unit();
-      if (plot.unitTold.textContent !== unit) plot.unitTold.textContent = unit;
+      if (plot.unitLabel.textContent !== unit) plot.unitLabel.textContent = unit;
       context.textAlign = "right";
       context.textBaseline = "middle";
       const lines = Math.round((plot.top - plot.bottom) / step);

@@ -19,7 +19,7 @@
   }
 
   const TILES = [
-    ["asked", "Speed commanded", "What the stick or the plan commands, in the body's axes"],
+    ["commanded", "Speed commanded", "What the stick or the plan commands, in the body's axes"],
     ["got", "Speed measured", "What the body does, averaged over a cycle of the gait"],
     ["power", "Power", "Power that the servos draw, or with other drives the mechanical power of all joints, averaged"],
     ["transport", "Cost of transport", "Energy for a metre and a newton of weight"],
@@ -57,10 +57,10 @@
       return `${leg + 1} ${["coxa", "femur", "tibia"][index % 3]} ${number(100 * share, 0, " %")}`;
     }
 
-    function tell() {
+    function update() {
       if (!frames.latest) return;
       const margin = frames.value("margin");
-      show("asked", velocity(frames, "velocity_asked"));
+      show("commanded", velocity(frames, "velocity_command"));
       show("got", velocity(frames, "velocity"));
       show("power", number(frames.value("power"), 1, " W"));
       show("transport", number(frames.value("cost_of_transport"), 2, ""));
@@ -71,6 +71,6 @@
       show("rate", `${view.perSecond}/s`);
     }
 
-    return { tell };
+    return { update };
   };
 })();

@@ -19,15 +19,15 @@
 
   const connection = Phasmid.connection({
     opened, closed, frame,
-    catalogue: (told) => controls.catalogue(told),
-    setting: tellSetting,
+    catalogue: (catalogue) => controls.catalogue(catalogue),
+    setting: showSetting,
     scene: begin,
-    state: tellState,
-    event: tellEvent,
+    state: showState,
+    event: showEvent,
   });
-  const controls = Phasmid.controls(byId("fields"), connection.ask);
-  const actions = Phasmid.actions(connection.ask);
-  Phasmid.hands(connection.tell, { halt, pause, reset, fill });
+  const controls = Phasmid.controls(byId("fields"), connection.request);
+  const actions = Phasmid.actions(connection.request);
+  Phasmid.input(connection.notify, { halt, pause, reset, fill });
 
   // ---------------------------------------------------------------- what comes
 
@@ -48,8 +48,8 @@
     byId("banner").hidden = false;
   }
 
-  function begin(told) {
-    scene = told;
+  function begin(newScene) {
+    scene = newScene;
     frames.begin(scene);
     view.begin(scene);
     plots.begin(scene);
@@ -67,20 +67,20 @@
     if (!frames.take(row)) return;
     byId("waiting").hidden = true;
     plots.take();
-    view.ask();
-    askPlots();
+    view.requestPaint();
+    requestPlots();
   }
 
   const text = (value) => String(value ?? "").replaceAll("-", " ");
-  function tellSetting(told) {
-    setting = told;
+  function showSetting(newSetting) {
+    setting = newSetting;
     controls.show(setting);
     byId("what").textContent = [setting.robot, setting.gait && `${text(setting.gait)} gait`, setting.terrain && `ground: ${text(setting.terrain)}`]
       .filter(Boolean).join(" · ");
   }
 
-  function tellState(told) {
-    state = told;
+  function showState(newState) {
+    state = newState;
     actions.legs(state.lost, state.dead);
     byId("play").textContent = state.playing ? "Pause" : "Play";
     const pace = byId("pace");
@@ -90,7 +90,7 @@
     const record = byId("record");
     record.setAttribute("aria-pressed", String(Boolean(state.recording)));
     byId("record-words").textContent = state.recording ? "Stop and save run" : "Record";
-    tellVerdict(state.servos);
+    showVerdict(state.servos);
     const status = byId("status");
     const words = state.playing ? state.sentence || `The robot ${state.status}.` : "Paused.";
     if (status.textContent !== words) status.textContent = words;
@@ -98,7 +98,7 @@
   }
 
   let verdictLines = "";
-  function tellVerdict(verdict) {
+  function showVerdict(verdict) {
     byId("verdict").hidden = !verdict;
     const text = (verdict?.lines || []).join("\n");
     if (text === verdictLines) return;
@@ -107,13 +107,13 @@
     byId("verdict-lines").replaceChildren(...(verdict?.lines || []).map((line) => made("p", { textContent: line })));
   }
 
-  // Refusals of a stick that is held are told once in a while.
+  // Refusals of a stick that is held are shown at most every five seconds.
   let lastWords = "";
-  let lastTold = 0;
-  function tellEvent({ time, text: words, run }) {
+  let lastShown = 0;
+  function showEvent({ time, text: words, run }) {
     const now = performance.now();
-    if (words === lastWords && now - lastTold < 5000) return;
-    [lastWords, lastTold] = [words, now];
+    if (words === lastWords && now - lastShown < 5000) return;
+    [lastWords, lastShown] = [words, now];
     const item = made("li");
     if (Number.isFinite(time)) item.append(made("span", { className: "time", textContent: `${time.toFixed(2)} s` }), " ");
     item.append(made("span", { textContent: words }));
@@ -132,38 +132,38 @@
 
   // ---------------------------------------------------------------- what goes
 
-  function request(message) {
-    connection.ask(message).then((reply) => {
-      if (reply.status !== 200) tellEvent({ text: Phasmid.refusal(reply) });
+  function command(message) {
+    connection.request(message).then((reply) => {
+      if (reply.status !== 200) showEvent({ text: Phasmid.refusal(reply) });
     });
   }
 
   // A robot that walks by itself or by its plan does not look at the stick.
   function halt() {
-    if (setting.walks === "by itself") request({ do: "change", name: "walks", value: "by hand" });
+    if (setting.walks === "by itself") command({ do: "change", name: "walks", value: "by hand" });
     if (setting.walks === "the plan" && state.playing) pause();
   }
 
   function pause() {
-    request({ do: "play", how: state.playing ? "pause" : "play" });
+    command({ do: "play", how: state.playing ? "pause" : "play" });
   }
 
   function reset() {
-    request({ do: "play", how: "reset" });
+    command({ do: "play", how: "reset" });
   }
 
   byId("play").addEventListener("click", pause);
-  byId("step").addEventListener("click", () => request({ do: "play", how: "step" }));
+  byId("step").addEventListener("click", () => command({ do: "play", how: "step" }));
   byId("reset").addEventListener("click", reset);
-  byId("pace").addEventListener("change", ({ target }) => request({ do: "pace", factor: Number(target.value) }));
-  byId("record").addEventListener("click", () => request({ do: "record", on: !state.recording }));
+  byId("pace").addEventListener("change", ({ target }) => command({ do: "pace", factor: Number(target.value) }));
+  byId("record").addEventListener("click", () => command({ do: "record", on: !state.recording }));
   byId("explain").addEventListener("change", ({ target }) => document.body.classList.toggle("explains", target.checked));
 
   // ---------------------------------------------------------------- room for the picture
 
   function fill() {
     if (document.fullscreenElement) document.exitFullscreen();
-    else byId("left").requestFullscreen?.().catch(() => tellEvent({ text: "This browser gives no full screen." }));
+    else byId("left").requestFullscreen?.().catch(() => showEvent({ text: "This browser gives no full screen." }));
   }
   byId("full").addEventListener("click", fill);
   document.addEventListener("fullscreenchange", () => {
@@ -232,12 +232,12 @@
     });
   });
 
-  // The bench asks much, and only where it is looked at.
+  // The bench is costly, and mounted only where it is visible.
   function mountBench() {
     const section = byId("bench");
     if (benched || section.hidden || !scene || !window.phasmidBench) return;
     benched = true;
-    window.phasmidBench.mount(section, { ask: connection.ask, legs: scene.names });
+    window.phasmidBench.mount(section, { request: connection.request, legs: scene.names });
   }
 
   // ---------------------------------------------------------------- clocks
@@ -245,11 +245,11 @@
   let plotted = 0;
   let late = 0;
   let due = false;
-  // Nothing is asked for where nothing came: a browser without a graphics card has no time for that.
-  function askPlots() {
+  // No frame is requested without data: a browser without a graphics card has no time for that.
+  function requestPlots() {
     clearTimeout(late);
     const wait = plotted + PLOTS_EVERY - performance.now();
-    if (wait > 0) late = setTimeout(askPlots, wait);
+    if (wait > 0) late = setTimeout(requestPlots, wait);
     else if (!due) {
       due = true;
       requestAnimationFrame(() => {
@@ -261,7 +261,7 @@
   }
 
   setInterval(() => {
-    strip.tell();
+    strip.update();
     if (!frames.latest) return;
     const recorded = state.recording ? ` · recording ${state.recording.seconds} s` : "";
     // A single step is shorter than a hundredth of a second.

@@ -68,16 +68,16 @@
     if (!drawing) {
       canvas.hidden = true;
       byId("no-view").hidden = false;
-      return { begin() {}, ask() {}, get perSecond() { return 0; }, spent: 0 };
+      return { begin() {}, requestPaint() {}, get perSecond() { return 0; }, spent: 0 };
     }
-    const camera = Phasmid.camera(canvas, () => ask());
+    const camera = Phasmid.camera(canvas, () => requestPaint());
     const calm = matchMedia("(prefers-reduced-motion: reduce)");
     let colours = look();
     let scene = null;
     let marks = null;
     let numbers = null;
     let normal = null;
-    let asked = false;
+    let requested = false;
     let ratio = soft ? 1 : Math.min(window.devicePixelRatio || 1, 2);
     let smooth = !soft;
     let place = null;
@@ -89,7 +89,7 @@
     const X_body = new Float32Array(16);
     const X_body_link = new Float32Array(16);
     let X_links = [];
-    const self = { begin, ask, get perSecond() { return perSecond(); }, spent: 0, count: 0 };
+    const self = { begin, requestPaint, get perSecond() { return perSecond(); }, spent: 0, count: 0 };
 
     function look() {
       const style = getComputedStyle(document.documentElement);
@@ -98,12 +98,12 @@
 
     const shown = (name) => byId(`show-${name}`).checked;
 
-    function begin(told) {
+    function begin(newScene) {
       marks?.forget();
       numbers?.forget();
-      const first = scene === null || scene.span !== told.span;
-      if (scene?.number !== told.number) place = null;
-      scene = told;
+      const first = scene === null || scene.span !== newScene.span;
+      if (scene?.number !== newScene.number) place = null;
+      scene = newScene;
       marks = Phasmid.marks(drawing, scene, { rough: soft });
       numbers = Phasmid.legNumbers(canvas, scene);
       normal = normals(scene.ground);
@@ -114,17 +114,17 @@
     // Where the processor draws, a picture is begun at once, while the browser waits for its next
     // turn to show one; never a second before that.
     let unshown = false;
-    function ask() {
-      if (asked) return;
-      asked = true;
+    function requestPaint() {
+      if (requested) return;
+      requested = true;
       if (!soft) requestAnimationFrame(paint);
       else if (!unshown) {
         unshown = true;
         requestAnimationFrame(() => {
           unshown = false;
-          if (!asked) return;
-          asked = false;
-          ask();
+          if (!requested) return;
+          requested = false;
+          requestPaint();
         });
         paint(performance.now());
       }
@@ -161,7 +161,7 @@
     }
 
     function paint(stamp, fine = false) {
-      if (!fine) asked = false;
+      if (!fine) requested = false;
       if (!scene || !frames.latest) return;
       const began = performance.now();
       const seconds = Math.min((stamp - previous) / 1000, 0.25);
@@ -202,7 +202,7 @@
       while (shownAt[0] < stamp - 1000) shownAt.shift();
       clearTimeout(still);
       const latest = self.count;
-      if (smooth && (moves || eases)) ask();
+      if (smooth && (moves || eases)) requestPaint();
       else if (!fine && ratio < FINEST)
         still = setTimeout(
           () => requestAnimationFrame((later) => self.count === latest && paint(later, true)), STILL);
@@ -234,9 +234,9 @@
 
     byId("view-from").addEventListener("change", (event) => {
       if (frames.latest) camera.choose(event.target.value, heading(turn(frames.latest, "body_orientation")));
-      ask();
+      requestPaint();
     });
-    for (const box of document.querySelectorAll("#eyes input")) box.addEventListener("change", ask);
+    for (const box of document.querySelectorAll("#eyes input")) box.addEventListener("change", requestPaint);
     canvas.addEventListener("keydown", (event) => {
       if (event.key === "+" || event.key === "=") camera.nearer(1.15);
       else if (event.key === "-") camera.nearer(1 / 1.15);
@@ -244,18 +244,18 @@
       else if (event.key === "ArrowRight") camera.azimuth += 0.1;
       else return;
       event.preventDefault();
-      ask();
+      requestPaint();
     });
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     // All that was drawn with is gone; the robot itself is kept by the server.
     canvas.addEventListener("webglcontextrestored", () => location.reload());
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
       colours = look();
-      ask();
+      requestPaint();
     });
     // Frames that came while nobody looked were not missed.
     document.addEventListener("visibilitychange", () => (painted = frames.count));
-    new ResizeObserver(ask).observe(canvas);
+    new ResizeObserver(requestPaint).observe(canvas);
     return self;
   };
 })();

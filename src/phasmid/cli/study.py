@@ -1,0 +1,145 @@
+"""``phasmid study``: make the runs of a study, one row of numbers for each."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from phasmid.cli.progress import progress_bar
+from phasmid.errors import InvalidInput, plain
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from phasmid.studies import StudyResults
+
+MOST_POINTS, MOST_CAUSES = 10, 3
+"""Points of a search, and causes of failures, that are printed."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("file", metavar="FILE", help="a study (.toml)")
+    parser.add_argument("--out", metavar="DIR", help="folder of the study; default: results/NAME")
+    parser.add_argument("--workers", metavar="N", help="number of processes; default: one per core")
+    parser.add_argument(
+        "--retry", choices=("failed",), help="also make the runs again that failed before"
+    )
+    parser.add_argument(
+        "--max-failures", metavar="N", help="stop after more failed runs; default: never"
+    )
+    parser.add_argument(
+        "--ray",
+        nargs="?",
+        const="local",
+        metavar="ADDRESS",
+        help="make the runs on a Ray cluster, or on a local Ray without an address (extra ray)",
+    )
+    parser.add_argument(
+        "--only",
+        metavar="N",
+        help="make run number N again, compare it with its row, and write its report",
+    )
+    parser.add_argument(
+        "--force", action="store_true", help="delete the rows of another study of this name"
+    )
+    parser.add_argument("--quiet", action="store_true", help="print only errors")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Make the missing runs, and return the exit status: 1 where all runs failed."""
+    from phasmid.studies import study
+    from phasmid.studies.results import causes
+
+    only = _count("--only", options.only, 0)
+    if only is not None:
+        return _repeat(options, only)
+    with progress_bar("studying", quiet=options.quiet) as progress:
+
+        def show(done: int, total: int, failures: int) -> None:
+            del failures
+            if progress is not None:
+                progress(done, total=total)
+
+        try:
+            results = study(
+                options.file,
+                out=options.out,
+                workers=_count("--workers", options.workers, 1),
+                retry_failed=options.retry == "failed",
+                max_failures=_count("--max-failures", options.max_failures, 0),
+                ray=options.ray,
+                force=options.force,
+                progress=show,
+            )
+        except KeyboardInterrupt:
+            print(
+                "phasmid: stopped; rows of completed runs are kept.\n"
+                f"  try  phasmid study {plain(options.file)}, which makes the others",
+                file=sys.stderr,
+            )
+            return 130
+    table = results.table
+    failed = table[table["status"] == "failed"]
+    if not options.quiet:
+        _print_table(results.table, [metric.name for metric in results.study.metrics])
+        if results.study.search is not None:
+            _print_best(results)
+        folder = plain(str(results.folder))
+        print(f"\n{len(table)} runs, {len(failed)} failed. Written to {folder}: study.html, parts/")
+    for count, first in causes(failed)[:MOST_CAUSES]:
+        error = plain(str(first["error"]))
+        print(f"phasmid: failed: {count}, such as run {first['number']}: {error}", file=sys.stderr)
+    return 1 if len(failed) == len(table) else 0
+
+
+def _repeat(options: argparse.Namespace, number: int) -> int:
+    """Make one run again, and return the exit status: 1 where it differs from its row."""
+    from phasmid.reporting import check_folder, report
+    from phasmid.studies import load_study_file, repeat_run
+
+    study, _ = load_study_file(options.file)
+    folder = Path(options.out or Path("results") / study.name) / "runs" / str(number)
+    check_folder(folder, force=options.force)
+    recording, different = repeat_run(options.file, number, out=options.out)
+    report(recording, folder, force=options.force)
+    if different:
+        print(f"different: {plain(', '.join(different))}.")
+    elif not options.quiet:
+        print("equal: every metric is that of its row, to the last bit.")
+    if not options.quiet:
+        print(f"Written to {plain(str(folder))}: report.html, recording.nc, figures/")
+    return 1 if different else 0
+
+
+def _print_table(table: pd.DataFrame, metrics: list[str]) -> None:
+    """Print least, mean and largest value of each metric, and how the runs ended."""
+    width = max(map(len, metrics))
+    print(f"{'':{width}}  {'least':>12} {'mean':>12} {'largest':>12}")
+    for name in metrics:
+        values = table[name]
+        numbers = " ".join(f"{x:12.5g}" for x in (values.min(), values.mean(), values.max()))
+        print(f"{plain(name):{width}}  {numbers}")
+    endings = table.loc[table["ending"] != "", "ending"].value_counts()
+    print(", ".join(f"{ending} {count}" for ending, count in endings.items()))
+
+
+def _print_best(results: StudyResults) -> None:
+    best = results.best
+    print(f"\n{len(best)} points that no other surpasses in all objectives:")
+    if len(best):
+        for line in best.head(MOST_POINTS).to_string(index=False, float_format="%.5g").splitlines():
+            print(plain(line))
+
+
+def _count(flag: str, text: str | None, least: int) -> int | None:
+    if text is None:
+        return None
+    if not re.fullmatch("[0-9]{1,6}", text) or int(text) < least:
+        raise InvalidInput(
+            f'{flag} is "{text}"; it must be a whole number, {least} or more.', hint=f"{flag} 2"
+        )
+    return int(text)

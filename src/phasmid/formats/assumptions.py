@@ -1,0 +1,255 @@
+"""Data that a robot's file may lack: servo, masses and neutral feet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidRobot, located
+from phasmid.formats.chains import Chain
+from phasmid.formats.findings import Findings
+from phasmid.formats.legs import UPRIGHT, FoundLeg
+from phasmid.formats.options import ImportOptions
+from phasmid.kinematics.leg import angles_and_margin
+from phasmid.robot import Part, Servo, load_servo
+from phasmid.robot.inertial import Inertial
+from phasmid.robot.leg import NEAREST_FOOT
+from phasmid.robot.link import solid_box
+from phasmid.units import plain_number
+
+LIKE = "AX-12A"
+"""Hobby servo whose stiffness, rotor and friction stand in for what a file leaves out, and its
+speed in formats without speeds, such as MJCF."""
+
+DATA_SHEET = "--servo-model AX-12A, to take all from a data sheet"
+"""Hint where numbers of a servo are assumed or unlikely."""
+
+
+def servo_of(
+    chains: Sequence[Chain], option: str, own: Servo | None, findings: Findings
+) -> Servo | None:
+    """Return the servo of every joint; None where it is not known.
+
+    It is that of the option, the file's own, or one of the file's numbers.
+
+    Raises:
+        InvalidInput: There is no servo of this name.
+        InvalidRobot: The file's numbers are no servo's.
+    """
+    if option:
+        with located("option --servo-model"):
+            return load_servo(option)
+    if own is not None:
+        return own
+    joints = [joint for chain in chains for joint in chain.joints]
+    efforts = [j.effort for j in joints if j.effort and math.isfinite(j.effort)]
+    speeds = [j.velocity for j in joints if j.velocity and math.isfinite(j.velocity)]
+    if not efforts:
+        return None
+    like = load_servo(LIKE)
+    for what, unit, values in (("efforts", "N·m", efforts), ("speeds", "rad/s", speeds)):
+        if values and max(values) > min(values):
+            findings.note(
+                "servo",
+                f"{what} differ, {plain_number(min(values))} to {plain_number(max(values))} "
+                f"{unit}; every joint was given the least.",
+            )
+    torque, speed = min(efforts), min(speeds, default=like.no_load_speed)
+    # A stronger servo is stiffer, heavier and has more friction.
+    scale = torque / like.stall_torque
+    stiffness = scale * like.stiffness
+    assumed = [f"stiffness {plain_number(stiffness, 3)} N·m/rad"]
+    if not speeds:
+        assumed.append(f"no-load speed {plain_number(speed)} rad/s")
+    numbers = {}
+    for name in ("friction", "damping", "armature"):
+        numbers[name] = max(getattr(joint, name) for joint in joints)
+        if not numbers[name]:
+            numbers[name] = scale * getattr(like, name)
+            assumed.append(name)
+    findings.note(
+        "servo",
+        f"the file gives {plain_number(torque)} N·m"
+        + (f" and {plain_number(speed)} rad/s" if speeds else "")
+        + f"; assumed from the {LIKE}'s: {', '.join(assumed)}.",
+        hint=DATA_SHEET,
+    )
+    # Friction and damping of a file are those of its joint.
+    return Servo(
+        "as in the file",
+        stall_torque=torque,
+        no_load_speed=speed,
+        stiffness=stiffness,
+        viscous_friction=numbers["damping"],
+        **numbers,
+    )
+
+
+SLENDER = 0.25
+"""Width of a link without a mesh, of its length; that of the PhantomX's femur."""
+
+THINNEST = 0.005
+"""Least side of the box of a link [m]: a mesh may be flat, a link is not."""
+
+NO_MASS = "--masses geometry with --total-mass-g"
+"""Hint where a link has no mass."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A link in its frame of Table 1, or the trunk in the body's, with unchecked masses.
+
+    Attributes:
+        subject: Of messages, such as ``link tibia_rf``.
+        leg: Name of its leg; empty for the trunk.
+        joint: ``coxa``, ``femur``, ``tibia``, or ``body``.
+        length: From joint to joint [m].
+        size: Box of the trunk [m], shape (3,).
+        inertial: Mass and inertia; None where there is none.
+        parts: Its look, in this frame.
+        where: File and line.
+    """
+
+    subject: str
+    leg: str
+    joint: str
+    length: float
+    size: Float[np.ndarray, "3"]
+    inertial: Inertial | None
+    parts: tuple[Part, ...]
+    where: str
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]; 0 without one."""
+        return self.inertial.mass if self.inertial else 0.0
+
+    @property
+    def box(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of its meshes, or of a rod or box in their place [m]."""
+        half = SLENDER * self.length / 2
+        if self.parts:
+            corners = np.concatenate([part.vertices for part in self.parts])
+        elif self.joint == "body":
+            corners = np.array([-self.size / 2, self.size / 2])
+        else:
+            corners = np.array([[0.0, -half, -half], [self.length, half, half]])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        thin = np.maximum(0.0, THINNEST - (high - low)) / 2
+        return np.array([low - thin, high + thin])
+
+    def spread(self, mass: float) -> Piece:
+        """Return the link as a solid box of a mass [kg]."""
+        low, high = self.box
+        inertia = solid_box(high - low, mass)
+        return replace(self, inertial=Inertial(mass, (low + high) / 2, inertia))
+
+
+def weighed(links: Sequence[Piece], options: ImportOptions, findings: Findings) -> list[Piece]:
+    """Apply the options ``masses`` and ``total_mass`` to all links of a robot.
+
+    Raises:
+        InvalidRobot: There is no mass to scale.
+    """
+    chosen, total_mass = list(links), options.total_mass
+    bare = sum(not link.mass for link in links)
+    if options.masses == "geometry" and bare and total_mass is not None:
+        volumes = [float(np.prod(np.diff(link.box, axis=0))) for link in links]
+        density = total_mass / sum(volumes)
+        findings.note(
+            "masses",
+            f"{bare} of {len(links)} links have no mass in the file; {plain_number(total_mass)} kg "
+            "were shared among all links by the volume of their boxes.",
+        )
+        return [link.spread(density * v) for link, v in zip(links, volumes, strict=True)]
+    if options.masses == "geometry":
+        what = "every link keeps its mass, spread over its box; the file's inertias are not used."
+        findings.note("masses", what)
+        chosen = [link.spread(link.mass) if link.inertial else link for link in links]
+    total = sum(link.mass for link in chosen)
+    if total_mass is None or math.isclose(total, total_mass, rel_tol=1e-12):
+        return chosen
+    if not total > 0:
+        raise InvalidRobot("no link has a mass that could be scaled.", hint="--masses geometry")
+    factor = total_mass / total
+    findings.note(
+        "masses",
+        f"were scaled by {plain_number(factor)}, from {plain_number(total)} kg to "
+        f"{plain_number(total_mass)} kg.",
+    )
+    return [
+        replace(link, inertial=link.inertial and link.inertial.scaled(factor)) for link in chosen
+    ]
+
+
+OUT, DOWN = 0.6, 0.4
+"""A foot's distance from its coxa axis and below its hip, of the leg's length: those of the
+PhantomX of this project, 150 and 100 mm with 250 mm of leg."""
+
+BENEATH = 0.7
+"""Depth of a foot below a hip whose coxa axis lies, of the leg's length."""
+
+SPARE = math.radians(5.0)
+"""Angle that a standing leg keeps from its limits, where it can."""
+
+
+def standing_feet(legs: Sequence[FoundLeg]) -> Float[np.ndarray, "legs 3"] | None:
+    """Feet on one level ground, straight out from the hips and knees up, within the limits.
+
+    All legs stand equally far out; of all stances that every leg can take, the one nearest to
+    `OUT` and `DOWN`; beneath the hips, nearest to `BENEATH`, where all coxa axes lie.
+
+    Args:
+        legs: The legs, their hips in the body frame.
+
+    Returns:
+        Feet in the hip frames [m], shape (L, 3); None where no stance is within the limits.
+    """
+    length = float(np.mean([leg.lengths.sum() for leg in legs]))
+    step = _round_step(length)
+    # In steps that make round numbers, as far as any leg reaches.
+    count = math.ceil(length / step)
+    lying = all(abs(leg.R_level_hip[2, 2]) < UPRIGHT for leg in legs)
+    wanted_out, wanted_down = (0.0, BENEATH) if lying else (OUT, DOWN)
+    out = step * np.arange(0 if lying else 1, count + 1)
+    down = step * np.arange(count + 1)
+    r, h = np.meshgrid(out, down, indexing="ij")
+    wish = np.hypot(
+        r - round(wanted_out * length / step) * step, h - round(wanted_down * length / step) * step
+    )
+    order = np.argsort(wish, axis=None, kind="stable")
+    r, h = r.ravel()[order], h.ravel()[order]
+    for spare in (SPARE, 0.0):
+        fits = np.ones(r.shape, dtype=bool)
+        for leg in legs:
+            fits &= _within(leg, _in_hip(leg, r, h), spare)
+        if fits.any():
+            best = int(np.argmax(fits))
+            return np.array([_in_hip(leg, r[best], h[best]) for leg in legs])
+    return None
+
+
+def _round_step(length: float) -> float:
+    """About a twentieth of a length, a round number."""
+    decade = 10.0 ** math.floor(math.log10(length / 20))
+    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= length / 20)
+
+
+def _in_hip(leg: FoundLeg, r: np.ndarray | float, h: np.ndarray | float) -> np.ndarray:
+    """Return a point at a distance from the hip and a depth below the body, in the hip frame."""
+    r, z = np.broadcast_arrays(np.asarray(r), -np.asarray(h) - float(leg.position[2]))
+    left = np.array([0.0, leg.lateral_offsets.sum(), 0.0])
+    return np.stack([r, np.zeros(r.shape), z], axis=-1) @ leg.R_level_hip + left
+
+
+def _within(leg: FoundLeg, p_hip_foot: np.ndarray, spare: float) -> np.ndarray:
+    angles, margin = angles_and_margin(leg, p_hip_foot)
+    low, high = leg.limits.T
+    # Of a narrow range a spare angle may leave nothing.
+    room = np.minimum(spare, (high - low) / 4)
+    inside = ((angles >= low + room) & (angles <= high - room)).all(axis=-1)
+    return inside & (margin >= 0) & (p_hip_foot[:, 0] >= NEAREST_FOOT)

@@ -1,0 +1,252 @@
+"""Claims on a walk with their verdicts, and warnings of infeasible or doubtful results."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from phasmid.errors import plain
+from phasmid.recording.channels import JOINTS
+from phasmid.reporting.numbers import SHORTEST_DISTANCE
+from phasmid.reporting.run import Source, short
+from phasmid.scenario import idle_fields
+
+NOTABLE_SLIP = 5e-3
+"""Notable mean slip per step [m]."""
+
+NOTABLE_SATURATION = 0.01
+"""Notable share of the time at full output."""
+
+NOTABLE_SWING_LOAD = 0.01
+"""Notable load of a swing leg, as a share of the weight."""
+
+NOTABLE_LAG = 0.1
+"""Notable deviation from the commanded distance or turn, as a share."""
+
+WITHIN_STEP = 0.15
+"""Part of a step by which a rest-to-rest walk leads or trails the constant pace within it: the
+largest difference of 10 s³ - 15 s⁴ + 6 s⁵ from s is 0.147."""
+
+NOTABLE_REFINEMENT = 0.05
+"""Notable rms difference of forces or torques from those at half the time step, over their rms.
+The paper's walk has 0.4 %; the assumed contact law changes the forces by some per cent."""
+
+MOST_HALVES = 4
+"""Most halvings of the proposed time step."""
+
+AT_LIMIT = 1.005
+"""Share of a servo's limit that counts as beyond it: one at its limit reaches it up to round-off,
+and no warning shall say 100 %."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A requirement on a walk, and its verdict.
+
+    Attributes:
+        what: The requirement.
+        found: The measured value.
+        limit: Its limit.
+        holds: The verdict.
+        warning: Sentence on a requirement that does not hold; empty where the run says it itself.
+    """
+
+    what: str
+    found: str
+    limit: str
+    holds: bool
+    warning: str = ""
+
+
+def claims(summary: dict[str, Any]) -> Iterator[Claim]:
+    """Yield the claims on a walk.
+
+    Args:
+        summary: The sections of `phasmid.reporting.summarise`. Torques are the simulated ones, or
+            else the model's.
+    """
+    run, robot = summary["run"], summary["robot"]
+    servo, unable = short(robot["servo"]), "these servos cannot make this walk."
+    if run.get("ending"):
+        reason = str(run.get("ending_reason") or run["ending"].lower())
+        yield Claim("The walk comes to its end", reason, "", run["ending"] == "COMPLETED")
+    verdict = summary.get("servo_verdict", {})
+    if verdict.get("lines"):
+        answer, _, reason = verdict["lines"][0].partition(": ")
+        yield Claim(
+            "The servos hold the robot for long",
+            f"{answer.lower()}: {reason}",
+            f"{verdict['continuous_torque']:.3g} N·m rms",
+            verdict["holding"] == "HOLDS",
+        )
+    kinds = summary.get("torque", {})
+    torque = kinds.get("simulation") or kinds.get("model")
+    if torque:
+        share = torque["largest_over_stall"]
+        yield Claim(
+            "Simulated torques stay within the servos' stall",
+            f"{torque['largest']:.3f} N·m, {100 * share:.0f} % of stall",
+            f"{robot['stall_torque']:.3g} N·m ({servo})",
+            share < AT_LIMIT,
+            f"The largest torque is {100 * share:.0f} % of the {servo}'s stall: {unable}",
+        )
+    speed = summary.get("speed")
+    if speed:
+        share = speed["largest_over_no_load"]
+        sentence = f"The fastest joint turns at {100 * share:.0f} % of the {servo}'s no-load speed"
+        yield Claim(
+            "Joints turn no faster than the servos can",
+            f"{speed['largest']:.2f} rad/s, {100 * share:.0f} % of no-load speed",
+            f"{robot['no_load_speed']:.3g} rad/s ({servo})",
+            share < AT_LIMIT,
+            # Servos with a law of their own may be turned faster by a load.
+            "" if summary.get("servos") else f"{sentence}: {unable}",
+        )
+    margin = summary.get("support", {}).get("least_margin")
+    if margin is not None:
+        sentence = "At times fewer than three feet stand, or all stand in a line"
+        if math.isfinite(margin):
+            sentence = f"The centre of mass leaves the support polygon by {-1000 * margin:.1f} mm"
+        yield Claim(
+            "The centre of mass stays over the feet that stand",
+            f"{1000 * margin:.1f} mm at the least",
+            "0 mm",
+            margin >= -5e-5,
+            f"{sentence}: the robot tips.",
+        )
+    slip = summary.get("slip", {}).get("mean")
+    if slip is not None:
+        yield Claim(
+            "Feet stay where they stand",
+            f"{1000 * slip:.2f} mm slip a step on average",
+            f"{1000 * NOTABLE_SLIP:g} mm",
+            slip <= NOTABLE_SLIP,
+            f"Feet slip {1000 * slip:.1f} mm a step on average.",
+        )
+    force = summary.get("normal_force", {}).get("simulation", {})
+    swing = force.get("largest_in_swing")
+    if swing is not None:
+        limit = NOTABLE_SWING_LOAD * robot["weight"]
+        yield Claim(
+            "Swinging legs touch nothing",
+            f"up to {swing:.3g} N",
+            f"{limit:.2g} N",
+            swing <= limit,
+            f"Swinging legs touch the ground: up to {swing:.3g} N outside "
+            f"{1000 * force['swing_margin_time']:g} ms of the switches.",
+        )
+
+
+def warnings(summary: dict[str, Any], source: Source) -> list[str]:
+    """Return sentences on infeasible or doubtful results.
+
+    Args:
+        summary: The sections of `phasmid.reporting.summarise`, empty ones included.
+        source: Robot and experiment; idle fields of its scenario are named.
+    """
+    found = [
+        *_way(summary),
+        *_ground(summary, source),
+        *_servos(summary, source),
+        *(claim.warning for claim in claims(summary) if not claim.holds),
+        *_time_step(summary),
+    ]
+    return [*filter(None, found), *idle_fields(source.scenario, source.robot)]
+
+
+def _way(summary: dict[str, Any]) -> Iterator[str]:
+    """Warn of a completed walk that missed its commanded distance or turn."""
+    run, way = summary["run"], summary["travel"]
+    # A trajectory commands joints only, and a driven robot reports infeasible commands itself.
+    own = run.get("follows") == "trajectory" or run.get("controller")
+    if run.get("ending") != "COMPLETED" or own:
+        return
+    found = []
+    if "distance" in way:
+        ahead = math.hypot(way["commanded_forward"], way["commanded_sideways"])
+        made, planned = way["distance"], way["commanded_distance"]
+        # A way that is not nearly a circle has a direction, and what lies across it is no part.
+        if ahead > planned / 2:
+            along = way["commanded_forward"] * way["forward"]
+            along += way["commanded_sideways"] * way["sideways"]
+            made, planned = along / ahead, ahead
+        found.append(("walked", "way", made, planned))
+    if "heading_change" in way:
+        found.append(("turned", "turn", way["heading_change"], way["commanded_turn"]))
+    allowed = NOTABLE_LAG + WITHIN_STEP / max(way["commanded_steps"], 1e-9)
+    for verb, noun, made, planned in found:
+        if abs(planned) > SHORTEST_DISTANCE and abs(made / planned - 1) > allowed:
+            share = f"{100 * made / planned:.0f} %"
+            yield f"The robot {verb} {share} of its {noun}: it does not follow its plan."
+
+
+def _ground(summary: dict[str, Any], source: Source) -> Iterator[str]:
+    """Warn of prescribed joints on ground that the plan takes for level."""
+    terrain = source.scenario.terrain
+    unknown = terrain.kind != "flat" and terrain.planned_on != "terrain"
+    if unknown and summary["run"].get("drive") == "prescribed":
+        yield (
+            "Joints are prescribed on ground that the plan takes for level: feet strike it without "
+            "yielding, and contact forces flicker. Try --drive ideal-servo."
+        )
+
+
+def largest_joint(summary: dict[str, Any], name: str, *, least: bool = False) -> tuple[float, str]:
+    """Return the largest, or the least, of the servos' numbers of one name, and its joint.
+
+    Args:
+        summary: The sections of `phasmid.reporting.summarise`.
+        name: Name of the numbers of all joints, shape (L, 3); unknown ones are left out.
+        least: Return the least.
+    """
+    known = _known_joints(summary, name)
+    return (min if least else max)(known, key=lambda item: item[0], default=(math.nan, ""))
+
+
+def _known_joints(summary: dict[str, Any], name: str) -> list[tuple[float, str]]:
+    rows = summary["servos"].get(name) or [None] * len(summary["robot"]["legs"])
+    return [
+        (value, f"{plain(leg).replace('_', ' ')} {joint}")
+        for leg, row in zip(summary["robot"]["legs"], rows, strict=True)
+        for value, joint in zip(row or [None] * 3, JOINTS, strict=True)
+        if value is not None and not math.isnan(value)
+    ]
+
+
+def _servos(summary: dict[str, Any], source: Source) -> Iterator[str]:
+    """Warn of shutdowns, saturation, heat and an assumed armature of servos of their own law."""
+    time, joint = largest_joint(summary, "shutdown_time", least=True)
+    if joint:
+        more = len(_known_joints(summary, "shutdown_time")) - 1
+        others = f", and {more} more after it" if more else ""
+        yield f"The servo of the {joint} shut down at {time:.2f} s{others}."
+    share, joint = largest_joint(summary, "saturated")
+    if share > NOTABLE_SATURATION:
+        often = f"{100 * share:.0f} % of the time"
+        yield f"The servo of the {joint} gives all it has {often} and cannot follow."
+    time, joint = largest_joint(summary, "time_to_limit", least=True)
+    if joint:
+        yield (
+            f"The servo of the {joint} would be too hot after about {time / 60:.2g} min more of "
+            f"this: {summary['servos']['temperature_limit']:g} °C. The heat figures are assumed."
+        )
+    servo = source.robot.servo
+    if source.scenario.simulation.drive == "servo" and not servo.armature:
+        yield (
+            f"The armature of the {plain(servo.name)} is not given; {servo.rotor_inertia:.2g} "
+            "kg m² is assumed, from its stall torque and no-load speed."
+        )
+
+
+def _time_step(summary: dict[str, Any]) -> Iterator[str]:
+    found = summary["time_step_refinement"]
+    worst = max(found.get("normal_force") or 0.0, found.get("joint_torque") or 0.0)
+    if worst > NOTABLE_REFINEMENT:
+        # An error of first order falls with the step. Halves of it fit every interval it fits.
+        halves = min(math.ceil(math.log2(worst / NOTABLE_REFINEMENT)), MOST_HALVES)
+        yield (
+            f"At half the time step forces or torques differ by {100 * worst:.0f} %: it is too "
+            f"long; try --dt {found['time_step'] / 2**halves:.4g}."
+        )

@@ -1,0 +1,457 @@
+"""Numbers of a run: path, slip, load and support of the feet, joints, energy and servos.
+
+Each function returns what is recorded; the summary leaves out what is absent.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid import kinematics
+from phasmid.errors import InvalidInput
+from phasmid.gait import support_margin, sway
+from phasmid.reporting.run import Run, Source
+from phasmid.reporting.steps import (
+    SETTLING,
+    away_from_switches,
+    durations,
+    intervals,
+    middle_halves,
+    rms,
+)
+from phasmid.robot.servo import HEAT_RANGE
+
+SHORTEST_DISTANCE = 1e-3
+"""Shortest distance with a cost of transport [m]."""
+
+
+def commanded_way(source: Source, duration: float) -> dict[str, float]:
+    """Return the displacement of the body by the stride's steps, at constant pace.
+
+    Each step takes the body by the stride's step, forward, left and around, from where the last
+    one left it; in between the body follows the arc through these places. A rest-to-rest walk is
+    on the pace after every whole step, and a little before or behind it within a step.
+
+    Args:
+        source: Robot and experiment.
+        duration: Time from the start [s].
+
+    Returns:
+        ``steps`` made; ``forward`` and ``sideways`` (left) from the start, in its axes [m];
+        ``turn`` to the left [rad]; ``distance`` along the way [m].
+    """
+    stride = source.scenario.stride
+    steps = duration / source.step_time
+    step = np.array([stride.step_length, stride.step_sideways, stride.step_turn])
+    forward, sideways, turn = kinematics.step_pose(step, np.array([steps]))[0].tolist()
+    return {
+        "steps": steps,
+        "forward": forward,
+        "sideways": sideways,
+        "turn": turn,
+        "distance": steps * math.hypot(stride.step_length, stride.step_sideways),
+    }
+
+
+def driven_way(run: Run) -> dict[str, float] | None:
+    """Return the displacement of the body by the commanded velocities, as `commanded_way`.
+
+    None without a velocity command.
+    """
+    velocity = run.channel("velocity_command")
+    if velocity is None:
+        return None
+    held, v = np.diff(run.time), velocity[:-1]
+    yaw = np.cumsum(held * v[:, 2]) - held * v[:, 2] / 2
+    forward, sideways = _turned(v[:, 0], v[:, 1], yaw)
+    return {
+        "steps": float(run.time[-1] - run.time[0]) / run.step_time,
+        "forward": float(held @ forward),
+        "sideways": float(held @ sideways),
+        "turn": float(held @ v[:, 2]),
+        "distance": float(held @ np.hypot(v[:, 0], v[:, 1])),
+    }
+
+
+def _turned(x: Any, y: Any, yaw: Any) -> tuple[Any, Any]:
+    """Return vectors of a plane turned to the left by an angle [rad]."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return c * x - s * y, s * x + c * y
+
+
+def velocity(run: Run) -> dict[str, Any]:
+    """Return mean velocities of a driven run in the body's heading: vx, vy [m/s], wz [rad/s].
+
+    Returns:
+        The ``commanded`` velocity, the ``feasible`` one where the controller gives it, and the
+        ``actual`` one; empty where none was commanded.
+    """
+    time, found = run.time, {}
+    weights = durations(time)
+    weights /= weights.sum()
+    for name, label in (("velocity_command", "commanded"), ("velocity_reference", "feasible")):
+        values = run.channel(name)
+        if values is not None:
+            found[label] = (weights @ values).tolist()
+    v, orientation = run.channel("body_velocity"), run.channel("body_orientation")
+    if found and v is not None and orientation is not None and len(time) > 1:
+        yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
+        vx, vy = _turned(v[:, 0], v[:, 1], -yaw)
+        wz = (yaw[-1] - yaw[0]) / (time[-1] - time[0])
+        found["actual"] = [float(weights @ vx), float(weights @ vy), float(wz)]
+    return found
+
+
+def travel(run: Run) -> dict[str, Any]:
+    """Return distance, drift, heading and tilt of the body."""
+    time = run.time
+    duration = float(time[-1] - time[0])
+    # Between waypoints the velocity follows from where the robot is: it commands no path.
+    way = {}
+    if "waypoints" not in run.recording.attrs:
+        way = driven_way(run) or commanded_way(run, duration)
+    found: dict[str, Any] = {f"commanded_{name}": value for name, value in way.items()}
+    position, orientation = run.channel("body_position"), run.channel("body_orientation")
+    yaw = np.zeros(len(time))
+    if orientation is not None:
+        yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
+    if position is not None:
+        # The sway of a driven robot follows its controller's clock.
+        if run.gait.sway and not {"trajectory", "controller"} & set(run.recording.attrs):
+            neutral, period = kinematics.neutral_feet(run.robot), run.scenario.stride.period
+            ahead, left = sway(run.gait, neutral, period, time).way.T
+            aside = _turned(ahead, left, yaw)
+            position = position - np.stack([*aside, np.zeros(len(time))], axis=-1)
+        dx, dy = (position[-1] - position[0])[:2]
+        forward, sideways = map(float, _turned(dx, dy, -yaw[0]))
+        # Chords of one step each follow a curved path without the oscillation within a step.
+        marks = np.append(np.arange(time[0], time[-1] - 1e-9, run.step_time), time[-1])
+        places = np.stack([np.interp(marks, time, position[:, k]) for k in range(2)], axis=-1)
+        distance = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+        height = position[:, 2]
+        found |= {
+            "distance": distance,
+            "forward": forward,
+            "sideways": sideways,
+            "mean_speed": distance / duration if duration > 0 else math.nan,
+            "sideways_drift": sideways - way["sideways"] if way else math.nan,
+            "body_height_change": float(height[-1] - height[0]),
+            "body_height_range": float(height.max() - height.min()),
+        }
+    if orientation is not None:
+        upright = kinematics.quaternion_rotation(orientation)[:, 2, 2]
+        found |= {
+            "heading_change": float(yaw[-1] - yaw[0]),
+            "largest_tilt": float(np.arccos(np.clip(upright, -1, 1)).max()),
+        }
+    return found
+
+
+def slip(run: Run) -> dict[str, Any]:
+    """Return the horizontal displacement of stance feet from touchdown to lift-off, in whole steps.
+
+    Returns:
+        Mean and largest over all steps [m] and the mean of each leg [m]; empty without feet.
+    """
+    time = run.time
+    feet, stance = run.channel("foot_position"), run.channel("stance")
+    if feet is None or stance is None or len(time) < 2:
+        return {}
+    touching = run.channel("contact")
+    standing = stance if touching is None else stance & touching
+    moved = np.linalg.norm(np.diff(feet[..., :2], axis=0), axis=-1)
+    moved = np.where(standing[1:] & standing[:-1], moved, 0.0)
+    widest = float(np.diff(time).max())
+    paths: list[list[float]] = []
+    for leg in range(stance.shape[1]):
+        paths.append([])
+        for start, stop in intervals(stance[:, leg]):
+            # A whole stance may miss one sample at either end. In a driven run its
+            # duration is unknown: stances cut by the ends of the run are left out.
+            missing = run.step_time - (time[stop - 1] - time[start])
+            whole = missing <= 2.001 * widest
+            if "controller" in run.recording.attrs:
+                whole = start > 0 and stop < len(stance)
+            if whole:
+                paths[-1].append(float(moved[start : stop - 1, leg].sum()))
+    everything = [path for leg in paths for path in leg]
+    if not everything:
+        return {}
+    return {
+        "steps": len(everything),
+        "mean": float(np.mean(everything)),
+        "largest": max(everything),
+        "mean_by_leg": [float(np.mean(leg)) if leg else np.nan for leg in paths],
+    }
+
+
+def load(run: Run, name: str) -> dict[str, Any]:
+    """Return the normal forces of one channel.
+
+    Args:
+        run: The run.
+        name: ``foot_normal_force`` or ``foot_normal_force_model``.
+
+    Returns:
+        ``mean_in_stance`` of each leg [N]; ``mean_sum`` over whole cycles [N] and
+        ``sum_over_weight``; ``largest_in_swing`` [N] outside `SETTLING` of the leg's switches;
+        empty without the channel.
+    """
+    normal, stance = run.channel(name), run.channel("stance")
+    if normal is None:
+        return {}
+    time = run.time
+    found: dict[str, Any] = {"largest": float(normal.max())}
+    period = run.scenario.stride.period
+    cycles = int((time[-1] - time[0]) / period + 1e-9)
+    if cycles > 0:
+        whole = time <= time[0] + cycles * period + 1e-9
+        total = normal.sum(axis=1)[whole]
+        weights = durations(time[whole])
+        found["cycles"] = cycles
+        found["mean_sum"] = float(total @ weights / weights.sum())
+        found["sum_over_weight"] = found["mean_sum"] / run.weight
+    if stance is not None:
+        held = durations(time)[:, None] * stance
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = (normal * held).sum(axis=0) / held.sum(axis=0)
+        found["mean_in_stance"] = mean.tolist()
+        swinging = ~stance & away_from_switches(time, stance)
+        if swinging.any():
+            found["largest_in_swing"] = float(normal[swinging].max())
+            found["swing_margin_time"] = SETTLING
+    return found
+
+
+def least_support(run: Run) -> float | None:
+    """Return the smallest static stability margin in planned stance [m]; None where unknown."""
+    feet, stance = run.channel("foot_position"), run.channel("stance")
+    p_world_com = centre_of_mass(run)
+    if feet is None or stance is None or p_world_com is None:
+        return None
+    return float(support_margin(feet[..., :2], stance, p_world_com[..., :2]).min())
+
+
+def centre_of_mass(run: Run) -> np.ndarray | None:
+    """Return the centre of mass of the whole robot in the world [m], shape (N, 3).
+
+    Joint angles are the recorded or else the planned ones; None where the pose is not recorded.
+    """
+    if not run.can_be_drawn:
+        return None
+    position, orientation, angles = run.pose("the centre of mass")
+    p_body_com = kinematics.centre_of_mass(run.robot, angles)
+    R_world_body = kinematics.quaternion_rotation(orientation)
+    return np.asarray(position + np.einsum("nij,nj->ni", R_world_body, p_body_com))
+
+
+def torque(run: Run, name: str) -> dict[str, Any]:
+    """Return the torques of one channel.
+
+    Args:
+        run: The run.
+        name: ``joint_torque`` or ``joint_torque_model``.
+
+    Returns:
+        ``peak`` and ``rms`` of each joint [N·m], shape (L, 3), ``peak_over_stall`` and
+        ``share_above_continuous``, the part of all samples above the servo's continuous torque;
+        empty without the channel.
+    """
+    tau = run.channel(name)
+    if tau is None:
+        return {}
+    size, stall = np.abs(tau), run.stall_torque
+    peak = size.max(axis=0)
+    return {
+        "peak": peak.tolist(),
+        "rms": rms(tau, np.ones(tau.shape, dtype=bool)).tolist(),
+        "peak_over_stall": (peak / stall).tolist(),
+        "largest": float(peak.max()),
+        "largest_over_stall": float(peak.max() / stall),
+        "share_above_continuous": float((size > run.continuous_torque).mean()),
+    }
+
+
+def model_difference(run: Run) -> dict[str, Any]:
+    """Return the rms differences of the model from the simulation.
+
+    Returns:
+        ``torque`` [N·m], shape (L, 3): ``rms`` away from all legs' switches, and
+        ``rms_mid_stance`` over the middle half of each whole stance. ``normal_force`` [N]:
+        ``rms`` away from all legs' switches, shape (L,). ``left_out_about_switches`` [s].
+    """
+    found: dict[str, Any] = {}
+    stance = run.channel("stance")
+    if stance is None:
+        return found
+    calm = np.all(away_from_switches(run.time, stance), axis=1, keepdims=True)
+    middle = middle_halves(stance)
+    for section, name in (("torque", "joint_torque"), ("normal_force", "foot_normal_force")):
+        seen, model = run.channel(name), run.channel(f"{name}_model")
+        if seen is None or model is None:
+            continue
+        rows = (*stance.shape, *[1] * (seen.ndim - 2))
+        masks = {"rms": np.broadcast_to(calm, stance.shape), "rms_mid_stance": middle}
+        found[section] = {
+            key: rms(model - seen, np.broadcast_to(mask.reshape(rows), seen.shape)).tolist()
+            for key, mask in masks.items()
+            if key == "rms" or section == "torque"
+        }
+    left_out = {"left_out_about_switches": SETTLING} if "normal_force" in found else {}
+    return left_out | found
+
+
+def speed(run: Run) -> dict[str, Any]:
+    """Return the peak speed of the joints [rad/s], and its share of the no-load speed."""
+    name = "joint_velocity" if run.has("joint_velocity") else "joint_velocity_target"
+    qd = run.channel(name)
+    if qd is None:
+        return {}
+    peak = np.abs(qd).max(axis=0)
+    return {
+        "channel": name,
+        "peak": peak.tolist(),
+        "largest": float(peak.max()),
+        "largest_over_no_load": float(peak.max() / run.no_load_speed),
+    }
+
+
+def torque_and_speed(run: Run) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return torques [N·m], speeds [rad/s], shape (N, L, 3), and the name of the torques' channel.
+
+    They are the recorded ones, or else those of the model and the plan.
+
+    Raises:
+        InvalidInput: The recording has no such pair.
+    """
+    pairs = {"joint_torque": "joint_velocity", "joint_torque_model": "joint_velocity_target"}
+    for torques, speeds in pairs.items():
+        tau, qd = run.channel(torques), run.channel(speeds)
+        if tau is not None and qd is not None:
+            return tau, qd, torques
+    lacking = "joint_velocity" if run.has("joint_torque") else "joint_torque"
+    raise run.absent((lacking,), "torque over speed")
+
+
+def energy(run: Run, distance: float | None) -> dict[str, Any]:
+    """Return the mechanical work of the joints and the cost of transport.
+
+    Args:
+        run: The run.
+        distance: Distance of the body [m]; None where unknown.
+
+    Returns:
+        ``work`` [J]: the integral of the sum over joints of max(torque · speed, 0), as braking
+        recovers nothing; ``mean_power`` [W]; ``cost_of_transport``: work over
+        weight and distance; ``drawn_power`` [W]: mean power that servos of their own law draw from
+        their supply, most of which becomes heat. Empty without torques and speeds.
+    """
+    try:
+        tau, qd, name = torque_and_speed(run)
+    except InvalidInput:
+        return {}
+    lasts, weights = float(run.time[-1] - run.time[0]), durations(run.time)
+    if lasts <= 0:
+        return {}
+    work = float(np.maximum(tau * qd, 0.0).sum(axis=(1, 2)) @ weights)
+    found = {"channel": name, "work": work, "mean_power": work / lasts}
+    if distance is not None and distance >= SHORTEST_DISTANCE:
+        found["cost_of_transport"] = work / (run.weight * distance)
+    drawn = drawn_power(run)
+    if drawn is not None:
+        found["drawn_power"] = float(drawn.sum(axis=(1, 2)) @ weights) / lasts
+    return found
+
+
+def drawn_power(run: Run) -> np.ndarray | None:
+    """Return each servo's power from its supply [W], shape (N, L, 3); None where unknown.
+
+    The bridge chops the supply: of the winding's current it draws that share. Nothing is recovered.
+    """
+    duty, current = run.channel("servo_duty"), run.channel("servo_current")
+    if duty is None or current is None:
+        return None
+    supply = run.scenario.servo.supply(run.robot.servo)
+    return np.maximum(duty * supply * current, 0.0)
+
+
+def servo_verdict(run: Run) -> dict[str, Any]:
+    """Return the verdict on the servos that the recording carries.
+
+    Args:
+        run: Its attribute ``servo_verdict`` is read: `phasmid.forces.ServoVerdict` as JSON.
+
+    Returns:
+        Its numbers and ``lines``, its sentences; empty without the attribute.
+    """
+    try:
+        found = json.loads(str(run.recording.attrs.get("servo_verdict", "{}")))
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def servos(run: Run) -> dict[str, Any]:
+    """Return how close the servos came to their limits.
+
+    Args:
+        run: The run.
+
+    Returns:
+        Of each joint, shape (L, 3): ``saturated`` and ``above_continuous``, the parts of the time
+        at the largest output and above the continuous torque; ``peak_temperature``,
+        ``final_temperature`` and ``steady_temperature`` [°C], to which the mean loss in the
+        winding leads; ``time_to_limit`` [s] at this load, NaN where it is not reached;
+        ``shutdown_time`` [s]. Then the supply, the limits, and ``peak_range`` and
+        ``steady_range``: lowest and highest estimates of the warmest joint [°C], warmings times
+        `HEAT_RANGE`, the highest with the current that the torques take without help from
+        friction. Empty without the servos' channels.
+    """
+    duty, current = run.channel("servo_duty"), run.channel("servo_current")
+    warmth, down = run.channel("servo_temperature"), run.channel("servo_shutdown")
+    if duty is None or current is None or warmth is None or down is None:
+        return {}
+    table, time = run.scenario.servo, run.time
+    servo, ambient = table.set_up(run.robot.servo), table.ambient_temperature
+    motor, weights = servo.motor, durations(time) / durations(time).sum()
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.asarray(np.einsum("t,tlj->lj", weights, values.astype(float)))
+
+    found: dict[str, Any] = {
+        "voltage": table.supply(servo),
+        "torque_limit": servo.torque_limit,
+        "ambient_temperature": ambient,
+        "temperature_limit": servo.temperature_limit,
+        "saturated": mean(np.abs(duty) >= servo.torque_limit * (1 - 1e-12)).tolist(),
+    }
+    # Warming by the mean loss in the winding, and at the most without help from friction.
+    warming = servo.thermal_resistance * motor.resistance
+    rise = most = warming * mean(current**2)
+    torque = run.channel("joint_torque")
+    if torque is not None:
+        above = np.abs(torque) > run.continuous_torque
+        found["above_continuous"] = mean(above).tolist()
+        unaided = (np.abs(torque) + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
+        most = warming * mean(np.maximum(np.abs(current), unaided) ** 2)
+    steady, final, peak = ambient + rise, warmth[-1], warmth.max(axis=0) - ambient
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # Warming and cooling are exponential: T - steady falls by e in each thermal_resistance
+        # times heat_capacity.
+        ratio = (steady - final) / (steady - servo.temperature_limit)
+        rest = servo.thermal_resistance * servo.heat_capacity * np.log(np.maximum(ratio, 1.0))
+        hottest = np.where(rise > 0, peak * most / rise, peak)
+    low, high = HEAT_RANGE
+    return found | {
+        "peak_temperature": warmth.max(axis=0).tolist(),
+        "final_temperature": final.tolist(),
+        "steady_temperature": steady.tolist(),
+        "peak_range": [ambient + low * float(peak.max()), ambient + high * float(hottest.max())],
+        "steady_range": [ambient + low * float(rise.max()), ambient + high * float(most.max())],
+        "time_to_limit": np.where(steady > servo.temperature_limit, rest, np.nan).tolist(),
+        "shutdown_time": np.where(down.any(axis=0), time[np.argmax(down, axis=0)], np.nan).tolist(),
+    }

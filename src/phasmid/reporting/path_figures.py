@@ -1,0 +1,245 @@
+"""Torque over speed of the joints within the envelope of their servos, and paths of the feet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from phasmid import kinematics
+from phasmid.recording.channels import JOINTS
+from phasmid.reporting.numbers import torque_and_speed
+from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs, name_panel, name_row
+from phasmid.reporting.run import Run, Source, shared_caption
+from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, layout, leg_colour, thin
+from phasmid.reporting.time_figures import Legs, leg_entries
+from phasmid.robot import Servo
+from phasmid.robot.motor import Motor
+
+MOST_MARKS = 20_000
+"""Most samples of a joint that are drawn, besides those beyond the envelope."""
+
+ADVICE_LINE: dict[str, Any] = {"color": FAINT, "linestyle": (0, (2.2, 1.6))}
+BODY_LINE: dict[str, Any] = {"color": FAINT, "linewidth": 1.1, "linestyle": (0, (4, 1.6))}
+
+Limits: TypeAlias = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""From speed [rad/s] to the lowest and the highest torque at it [N·m]."""
+
+
+def envelope_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+    """Draw torque over speed of coxae, femora and tibiae, a row of panels for each run.
+
+    Raises:
+        InvalidInput: No torques have speeds beside them.
+    """
+    del note
+    found = [torque_and_speed(run) for run in runs]
+    alone = len(runs) == 1
+    notes = [*shared_caption(runs), _shares(runs[0], *found[0][:2]) if alone else ""]
+    heights = [2.75 if alone else 2.45] * len(runs)
+    title = "Torque and speed of the servos"
+    drawing = Panels(title, notes, heights, columns=3, space=0.10, gap=0.42)
+    for run, axes, (tau, qd, name) in zip(runs, drawing.rows, found, strict=True):
+        for joint, axis in enumerate(axes):
+            _draw_joint(axis, run, tau[..., joint], qd[..., joint], legs)
+            axis.set_title(JOINTS[joint])
+        if not alone:
+            name_row(axes[0], f"{run.label} · {_shares(run, tau, qd)}")
+        model = " by the model" if name.endswith("_model") else ""
+        axes[0].set_ylabel(f"torque{model} [N·m]")
+    for axis in axes:
+        axis.set_xlabel("speed [rad/s]")
+    blank: Entry = ("", {"color": "none"})
+    entries = [
+        *leg_entries(runs[0], legs),
+        *[blank] * (-len(legs) % 3),
+        ("steady limit of the servo", {"color": LIMIT_COLOUR}),
+        ("continuous torque", ADVICE_LINE),
+        blank,
+    ]
+    return drawing.add_legend(entries, columns=3, lines_below=0 if alone else 1)
+
+
+def servo_limits(source: Source) -> tuple[Limits, str]:
+    """Return the torque limits of an experiment's servos at steady speed, and their conditions.
+
+    Servos that move the joints by their own law have the scenario's voltage and torque limit.
+    Under another drive they are taken at the voltage of their data sheet; the ideal servo, and one
+    whose stall current is not known, follows the straight line that its drive follows.
+    """
+    servo, drive = source.robot.servo, source.scenario.simulation.drive
+    if servo.stall_current is None or drive in {"ideal-servo", "torque"}:
+        return lambda speed: ideal_limits(servo, speed), "line from stall to no-load speed"
+    if drive == "servo":
+        table = source.scenario.servo
+        servo, voltage = table.set_up(servo), table.supply(servo)
+    else:
+        servo, voltage = replace(servo, torque_limit=1.0), servo.rated_voltage
+    motor, share, stall = servo.motor, servo.torque_limit, servo.stall_at(voltage)
+    words = f"limit at {voltage:g} V" + (f", {100 * share:g} % output" if share < 1 else "")
+    return lambda speed: motor_limits(motor, share * voltage, stall, speed), words
+
+
+def motor_limits(
+    motor: Motor, voltage: float, stall: float, speed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest torque of a geared motor at steady speeds.
+
+    Under the voltage u the motor has the torque m = k (u - k w) / R. The gears' friction
+    c1 |m| + c0 and b w oppose the motion: they are lost while the servo drives its load, and help
+    it while the load drives the servo, and so at standstill, where it holds, within the
+    stall torque.
+
+    Args:
+        motor: The motor.
+        voltage: Largest at its winding, of both signs [V].
+        stall: Stall torque [N·m].
+        speed: At the output [rad/s], any shape.
+
+    Returns:
+        Torques on the joint [N·m], of the speed's shape.
+    """
+    highest, lowest = (_highest(motor, voltage, sign * speed) for sign in (1, -1))
+    return -np.minimum(lowest, stall), np.minimum(highest, stall)
+
+
+def _highest(motor: Motor, voltage: float, speed: np.ndarray) -> np.ndarray:
+    given = motor.constant * (voltage - motor.constant * speed) / motor.resistance
+    friction = motor.load_loss * np.abs(given) + motor.coulomb
+    torque: np.ndarray = given + np.where(speed > 0, -friction, friction) - motor.viscous * speed
+    return torque
+
+
+def ideal_limits(servo: Servo, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest torque of the ideal servo [N·m].
+
+    They lie on a line from stall to no-load speed while it drives, at stall torque while it brakes.
+
+    Args:
+        servo: The servo.
+        speed: At the output [rad/s], any shape.
+    """
+
+    def highest(w: np.ndarray) -> np.ndarray:
+        share = 1 - np.maximum(w, 0.0) / servo.no_load_speed
+        torque: np.ndarray = servo.stall_torque * np.maximum(share, 0.0)
+        return torque
+
+    return -highest(-speed), highest(speed)
+
+
+def beyond(source: Source, tau: np.ndarray, qd: np.ndarray) -> np.ndarray:
+    """Return which samples exceed the servos' steady limits, of the torques' shape."""
+    lowest, highest = servo_limits(source)[0](qd)
+    # A servo at its limit is on it up to round-off.
+    slack = 1e-6 * source.stall_torque
+    return np.asarray((tau < lowest - slack) | (tau > highest + slack))
+
+
+def _shares(run: Run, tau: np.ndarray, qd: np.ndarray) -> str:
+    words = servo_limits(run)[1]
+    outside = 100 * float(beyond(run, tau, qd).mean())
+    above = 100 * float((np.abs(tau) > run.continuous_torque).mean())
+    return f"{words} · {outside:.2g} % of samples beyond it, {above:.2g} % above continuous"
+
+
+def _draw_joint(axis: Axes, run: Run, tau: np.ndarray, qd: np.ndarray, legs: Legs) -> None:
+    """Draw torques [N·m] over speeds [rad/s] of one joint of each leg, shape (N, L)."""
+    kept = beyond(run, tau, qd)
+    kept[:: -(-len(tau) // MOST_MARKS)] = True
+    # A hundred thousand marks are an image in vector files too.
+    marks: dict[str, Any] = {"linestyle": "", "marker": ".", "markersize": 2.2, "rasterized": True}
+    for leg in (leg - 1 for leg in legs):
+        marks |= {"markeredgewidth": 0, "color": leg_colour(leg), "alpha": 0.5}
+        axis.plot(qd[kept[:, leg], leg], tau[kept[:, leg], leg], **marks)
+    reach = 1.05 * max(run.no_load_speed, float(np.abs(qd).max(initial=0.0)))
+    tiny = np.nextafter(0.0, 1.0)
+    speed = np.concatenate([np.linspace(-reach, 0.0, 60), [tiny], np.linspace(0.0, reach, 60)[1:]])
+    limits = servo_limits(run)[0]
+    axis.plot(speed, limits(speed)[1], color=LIMIT_COLOUR, linewidth=1.2)
+    speed = -speed[::-1]
+    axis.plot(speed, limits(speed)[0], color=LIMIT_COLOUR, linewidth=1.2)
+    for level in (-run.continuous_torque, run.continuous_torque):
+        axis.axhline(level, linewidth=1.0, **ADVICE_LINE)
+    axis.set_xlim(-reach, reach)
+    # The limits of braking are far above those of driving, and would hide the marks.
+    largest = max(1.25 * float(limits(np.array([tiny]))[1][0]), 1.1 * float(np.abs(tau).max()))
+    low, high = axis.get_ylim() if axis.get_autoscaley_on() is False else (0.0, 0.0)
+    axis.set_ylim(min(low, -largest), max(high, largest))
+
+
+def foot_path_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+    """Draw foot paths in body axes (left) and in the world (right), from above and from the side.
+
+    Each run has two rows of panels.
+    """
+    alone = len(runs) == 1
+    drawing = Panels(
+        f"Foot paths of {listed_legs(legs)}",
+        [*shared_caption(runs), note],
+        [3.2, 2.0] * len(runs),
+        columns=2,
+        share_x=False,
+        share_y=False,
+        gap=0.42,
+    )
+    for number, run in enumerate(runs):
+        block = drawing.axes[4 * number : 4 * number + 4]
+        _draw_paths(block, run, legs)
+        if not alone:
+            name_row(block[0], run.label)
+    entries = [*leg_entries(runs[0], legs), ("body", BODY_LINE)]
+    return drawing.add_legend(entries, columns=4, lines_below=0 if alone else 1)
+
+
+def feet_in_body(run: Run) -> np.ndarray:
+    """Return the feet in the body frame [m], shape (N, L, 3)."""
+    names = ("foot_position", "body_position", "body_orientation")
+    feet, body, orientation = (run.recording[name].values for name in names)
+    R_world_body = kinematics.quaternion_rotation(orientation)
+    return np.asarray(np.einsum("nji,nlj->nli", R_world_body, feet - body[:, None, :]))
+
+
+def _draw_paths(axes: Sequence[Axes], run: Run, legs: Legs) -> None:
+    in_body = feet_in_body(run)
+    in_world = np.asarray(run.recording["foot_position"].values)
+    body = np.asarray(run.recording["body_position"].values)
+    above_body, above_world, side_body, side_world = axes
+    for above, side, feet in (
+        (above_body, side_body, in_body),
+        (above_world, side_world, in_world),
+    ):
+        for leg in legs:
+            x, y, z = 1000 * feet[:, leg - 1].T
+            # Seen from the right, legs of both sides may overlap: the first are wider.
+            width = 2.6 if 2 * leg <= len(run.robot.legs) else 1.1
+            line: dict[str, Any] = {"color": leg_colour(leg - 1), "linewidth": width}
+            above.plot(*_path(run.time, x, y), **line)
+            side.plot(*_path(run.time, x, z), **line)
+    above_body.plot(0.0, 0.0, marker="+", markersize=8, color=FAINT, linestyle="")
+    above_world.plot(*_path(run.time, 1000 * body[:, 0], 1000 * body[:, 1]), **BODY_LINE)
+    for axis, name in (
+        (above_body, "in body axes, from above"),
+        (above_world, "in the world, from above"),
+        (side_body, "in body axes, from the right"),
+        (side_world, "in the world, from the right"),
+    ):
+        if layout().is_narrow:
+            name = name.replace("in ", "").replace("from ", "").replace("the ", "")
+        name_panel(axis, name)
+        axis.set_xlabel("x, forward [mm]")
+        axis.margins(x=0.05, y=0.1)
+        axis.locator_params(nbins=3 if layout().is_narrow else 6)
+    above_body.set_ylabel("y, left [mm]")
+    side_body.set_ylabel("z, up [mm]")
+    for axis in (above_body, above_world):
+        axis.set_aspect("equal", adjustable="datalim")
+
+
+def _path(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a path in the plane, reduced to the points that `thin` keeps of x or of y."""
+    kept = np.union1d(thin(time, x)[0], thin(time, y)[0])
+    rows = np.searchsorted(time, kept)
+    return x[rows], y[rows]

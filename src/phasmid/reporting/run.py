@@ -1,0 +1,419 @@
+"""A run: a recording with its robot and experiment, alone or beside others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from phasmid import units
+from phasmid.errors import InvalidInput, plain
+from phasmid.gait import Gait
+from phasmid.recording import Recording
+from phasmid.reporting.style import RUN_LINES
+from phasmid.robot import Appearance, Robot
+from phasmid.scenario import option_keys, recorded_scenario, scenario_names
+from phasmid.scenario.scenario import Scenario
+from phasmid.tables import quantity
+
+LEAST = 1e-6
+"""Least stall torque [N·m] and no-load speed [rad/s], so that shares of them are finite."""
+
+LONGEST_NAME = 80
+"""Longest name that a figure shows [characters]."""
+
+MOST_RUNS = len(RUN_LINES)
+"""Most runs in one figure."""
+
+MOST_CYCLES, LAST_CYCLES = 6, 5
+"""Walks of more cycles than the first are drawn over the second number of last cycles."""
+
+MOST_DIFFERENCES = 3
+"""Most differences that a run's label names."""
+
+LEAST_TELLING = ("duration", "samples", "record_interval", "measured", "max_steps")
+"""Fields that are named after all others."""
+
+Needs = tuple[tuple[str, ...], ...]
+"""Groups of channels; a figure requires one of each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Robot and experiment of a run.
+
+    Attributes:
+        robot: The robot as simulated, with the scenario's variants of mass, mounts and stance.
+        scenario: The experiment.
+        gait: The gait.
+    """
+
+    robot: Robot
+    scenario: Scenario
+    gait: Gait
+
+    @property
+    def weight(self) -> float:
+        """Weight of the whole robot [N]."""
+        return self.robot.mass * self.scenario.model.gravity
+
+    @property
+    def step_time(self) -> float:
+        """Duration of a stance, in which the body makes one step [s]."""
+        return self.gait.duty_factor * self.scenario.stride.period
+
+    @property
+    def hip_span(self) -> float:
+        """Longer side of the rectangle of the hips [m], the scale of marks."""
+        return float(np.ptp(self.robot.arrays.p_body_hip[:, :2], axis=0).max())
+
+    @property
+    def supply(self) -> float | None:
+        """Supply of servos that move the joints by their own law [V]; None for other drives."""
+        own = self.scenario.simulation.drive == "servo"
+        known = self.robot.servo.stall_current is not None
+        return self.scenario.servo.supply(self.robot.servo) if own and known else None
+
+    @property
+    def stall_torque(self) -> float:
+        """Stall torque of the servos at their supply, or else as rated [N·m]."""
+        servo = self.robot.servo
+        if self.supply is None:
+            return servo.stall_torque
+        servo = self.scenario.servo.set_up(servo)
+        return max(servo.stall_at(self.supply), LEAST)
+
+    @property
+    def continuous_torque(self) -> float:
+        """Torque that the servos hold continuously [N·m]."""
+        return min(self.robot.servo.continuous, self.stall_torque)
+
+    @property
+    def no_load_speed(self) -> float:
+        """No-load speed of the servos at their supply, or else as rated [rad/s]."""
+        servo = self.robot.servo
+        if self.supply is None:
+            return servo.no_load_speed
+        return max(servo.motor.no_load_speed(self.supply), LEAST)
+
+    @property
+    def title(self) -> str:
+        """Robot and gait, and a scenario's name that is no preset's."""
+        own = "" if self.scenario.name in scenario_names() else self.scenario.name
+        parts = (own, self.robot.name, f"{self.gait.name} gait")
+        return " · ".join(plain(part) for part in parts if part)
+
+
+@dataclass(frozen=True, eq=False)
+class Run(Source):
+    """A recording with its robot and experiment.
+
+    Attributes:
+        recording: Its finite part, or a part of that.
+        label: Its name beside other runs.
+        line: Properties of its lines beside others.
+    """
+
+    recording: Recording
+    label: str = ""
+    line: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the samples [s], shape (N,)."""
+        return np.asarray(self.recording["time"].values)
+
+    @property
+    def is_simulated(self) -> bool:
+        """True for a simulation, False for an analysis or a robot's log."""
+        return self.attribute("kind") == "simulation"
+
+    def has(self, *names: str) -> bool:
+        """Return whether one of these channels is recorded."""
+        return any(name in self.recording.data_vars for name in names)
+
+    def channel(self, *names: str) -> np.ndarray | None:
+        """Return the values of the first of these channels that is recorded, or None."""
+        for name in names:
+            if self.has(name):
+                return np.asarray(self.recording[name].values)
+        return None
+
+    def first_channel(self, names: Sequence[str], what: str = "this figure") -> str:
+        """Return the name of the first of these channels that is recorded.
+
+        Raises:
+            InvalidInput: None is; ``what`` needs it.
+        """
+        for name in names:
+            if self.has(name):
+                return name
+        raise self.absent(names, what)
+
+    def absent(self, names: Sequence[str], what: str) -> InvalidInput:
+        """Return the error of channels that are not recorded; ``what`` needs one of them."""
+        return InvalidInput(
+            f"the recording has no {' or '.join(names)}; {what} needs it.",
+            hint=how_to_get(names[0]),
+        )
+
+    @property
+    def can_be_drawn(self) -> bool:
+        """True where the robot's pose is recorded."""
+        angles = self.has("joint_position", "joint_position_target")
+        return self.has("body_position") and self.has("body_orientation") and angles
+
+    def pose(self, what: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return position [m] and orientation of the body, and joint angles [rad], of all samples.
+
+        Raises:
+            InvalidInput: They are not recorded; ``what`` needs them.
+        """
+        position, orientation = self.channel("body_position"), self.channel("body_orientation")
+        angles = self.channel("joint_position", "joint_position_target")
+        if position is None or orientation is None or angles is None:
+            lacking = "joint_position" if angles is None else "body_position and body_orientation"
+            raise InvalidInput(f"the recording has no {lacking}; {what} needs it.")
+        return position, orientation, angles
+
+    @property
+    def foot_force(self) -> np.ndarray | None:
+        """Forces on the feet [N], shape (N, L, 3), recorded or of the model."""
+        return self.channel("foot_force", "foot_force_model")
+
+    @property
+    def normal_force(self) -> np.ndarray | None:
+        """Normal forces on the feet [N], shape (N, L), of the same origin as `foot_force`."""
+        force = self.foot_force
+        normal = self.channel(f"foot_normal_force{'' if self.has('foot_force') else '_model'}")
+        return force[..., 2] if normal is None and force is not None else normal
+
+    def attribute(self, name: str) -> str:
+        """Return an attribute as text that is safe to print; empty where it is absent."""
+        return plain(str(self.recording.attrs.get(name, "")))
+
+    def between(self, first: float, last: float) -> Run:
+        """Return the part between two times [s], both included within round-off."""
+        part = self.recording.sel(time=slice(first - 1e-9, last + 1e-9))
+        return replace(self, recording=part)
+
+    @property
+    def caption(self) -> list[str]:
+        """Robot, gait and drive, for a subtitle."""
+        return [short(self.robot.name), f"{short(self.gait.name)} gait", self.drive_words]
+
+    @property
+    def drive_words(self) -> str:
+        """Servo and drive in words."""
+        servo = short(self.attribute("servo") or self.robot.servo.name)
+        drive = short(self.attribute("drive"))
+        return f"servo {servo}, {drive} drive" if drive else f"servo {servo}"
+
+    @property
+    def force_words(self) -> str:
+        """Origin of the forces on the feet in words."""
+        if not self.has("foot_force"):
+            return "by the model"
+        return "simulated" if self.is_simulated else "as recorded"
+
+    @property
+    def model_words(self) -> str:
+        """Load sharing of the model in words; empty where it is not recorded."""
+        forces = short(self.attribute("force_model"))
+        known = forces and any(str(name).endswith("_model") for name in self.recording.data_vars)
+        return f"model forces: {forces}" if known else ""
+
+    def leg_name(self, leg: int) -> str:
+        """Return a leg's number, from 1, and name, such as ``2 right middle``."""
+        return f"{leg} {short(self.robot.legs[leg - 1].name).replace('_', ' ')}"
+
+    def leg_title(self, leg: int) -> str:
+        """Return the title of a leg's panel, such as ``Leg 2, right middle``."""
+        return f"Leg {self.leg_name(leg).replace(' ', ', ', 1)}"
+
+
+def read_run(recording: Recording, appearance: Appearance | None = None) -> Run:
+    """Return the finite part of a recording with its robot and experiment.
+
+    Args:
+        recording: The recording.
+        appearance: The robot's meshes, where they do not come with phasmid.
+
+    Raises:
+        InvalidInput: The recording carries none, or they do not fit its channels.
+    """
+    scenario, robot = _read(*(str(recording.attrs.get(n, "")) for n in ("scenario", "robot")))
+    if appearance is not None:
+        robot = replace(robot, appearance=appearance)
+    legs = recording.sizes.get("leg")
+    if legs not in (None, len(robot.legs)):
+        raise InvalidInput(
+            f"the recording has {legs} legs; the robot that it names, {plain(robot.name)}, "
+            f"has {len(robot.legs)}."
+        )
+    gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
+    return Run(robot, scenario, gait, finite_part(recording))
+
+
+@lru_cache(maxsize=4)
+def _read(scenario: str, robot: str) -> tuple[Scenario, Robot]:
+    """Return both as they were run; cached for the parts of a report."""
+    experiment, base = recorded_scenario({"scenario": scenario, "robot": robot})
+    return experiment, experiment.vary(base)
+
+
+def finite_part(recording: Recording) -> Recording:
+    """Return the recording up to its first sample that is not finite; itself where all are finite.
+
+    A channel that is not finite from the beginning is left out. Sensor channels may hold NaN, from
+    failed sensors.
+    """
+    time = recording.sizes["time"]
+    good, lost = np.ones(time, dtype=bool), []
+    for name in recording.data_vars:
+        if str(name).startswith("imu_") or str(name).endswith("_measured"):
+            continue
+        values = np.asarray(recording[name].values)
+        # The sum of a finite channel is finite, and quick to compute.
+        with np.errstate(over="ignore", invalid="ignore"):
+            if np.isfinite(np.sum(values)):
+                continue
+        finite = np.isfinite(values.reshape(time, -1)).all(axis=1)
+        if finite[0]:
+            good &= finite
+        else:
+            lost.append(name)
+    if good.all() and not lost:
+        return recording
+    stop = time if good.all() else int(np.argmin(good))
+    return recording.drop_vars(lost).isel(time=slice(0, stop))
+
+
+def events(recording: Recording) -> list[tuple[float, str]]:
+    """Return time [s] and text of the controller's events; safe to print."""
+    try:
+        stored = json.loads(str(recording.attrs.get("events", "[]")))
+        return [(float(time), plain(str(sentence))) for time, sentence in stored]
+    except (ValueError, TypeError):
+        return []
+
+
+def how_to_get(name: str) -> str:
+    """Return the command that records a channel."""
+    if name.startswith("servo_"):
+        return "phasmid walk --drive servo records it"
+    if name.endswith("_measured") or name.startswith("imu_"):
+        return "phasmid walk --measured everything records it"
+    if name.endswith("_model"):
+        return "phasmid walk and phasmid.analyse record it"
+    if name.endswith("_target") or name == "stance":
+        return "phasmid walk records it, from its plan"
+    return "phasmid walk and phasmid.simulate record it"
+
+
+def short(name: str) -> str:
+    """Return a name on one line, cut off at `LONGEST_NAME`."""
+    name = plain(name)
+    return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME].rstrip()}…"
+
+
+def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None) -> list[Run]:
+    """Return recordings as the runs of one figure.
+
+    Args:
+        recordings: One, or several that are compared.
+        labels: Name of each; by default its differences, or its robot and gait.
+
+    Raises:
+        InvalidInput: There are none or too many, or one does not carry its robot and scenario.
+    """
+    count = len(recordings)
+    if not 1 <= count <= MOST_RUNS:
+        raise InvalidInput(f"{count} runs were given; a figure shows 1 to {MOST_RUNS}.")
+    if labels is not None and len(labels) != count:
+        raise InvalidInput(f"{len(labels)} labels were given for {count} runs; each needs one.")
+    runs = [read_run(recording) for recording in recordings]
+    unlike = [short(difference) for difference in differences(runs)]
+    if labels:
+        words = [
+            ": ".join(filter(None, pair)) for pair in zip(map(short, labels), unlike, strict=True)
+        ]
+    else:
+        words = [
+            difference or short(run.title) for difference, run in zip(unlike, runs, strict=True)
+        ]
+    for number, word in enumerate(words):
+        label = f"{word}, run {number + 1}" if words.count(word) > 1 else word
+        runs[number] = replace(runs[number], label=label, line=RUN_LINES[number])
+    return runs
+
+
+def differences(sources: Sequence[Source]) -> list[str]:
+    """Return the fields of each run's robot and scenario that differ between runs, in words."""
+    rows: list[list[str]] = []
+    robots = [source.robot.name for source in sources]
+    if len(set(robots)) > 1:
+        rows.append(robots)
+    for key, path in sorted(option_keys().items(), key=lambda item: item[1][-1] in LEAST_TELLING):
+        if path[-1] in {"name", "description", "robot"} and len(path) == 1:
+            continue
+        values = []
+        for source in sources:
+            value: Any = source.scenario
+            for part in path:
+                value = getattr(value, part)
+            values.append(value)
+        if any(value != values[0] for value in values[1:]):
+            rows.append([_in_words(key, path, value) for value in values])
+    more = len(rows) - MOST_DIFFERENCES
+    columns = [", ".join(row[k] for row in rows[:MOST_DIFFERENCES]) for k in range(len(sources))]
+    return [f"{words}, and {more} more" if more > 0 else words for words in columns]
+
+
+def _in_words(key: str, path: tuple[str, ...], value: Any) -> str:
+    """Return a field and its value, such as ``step length 40 mm``."""
+    table: Any = Scenario
+    for part in path[:-1]:
+        table = table.model_fields[part].annotation
+    carried = quantity(table.model_fields[path[-1]])
+    name = (path[-1] if carried else key).replace("_", " ")
+    if value is None:
+        return f"{name} by default"
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        return f"{name} {units.text(value, carried.unit) if carried else format(value, '.4g')}"
+    text = str(value)
+    return f"{name} {text if len(text) <= 24 else f'{text[:23]}…'}"
+
+
+def shared_caption(runs: Sequence[Run]) -> list[str]:
+    """Return the parts of the caption that all runs have in common."""
+    rows = [run.caption for run in runs]
+    return [parts[0] for parts in zip(*rows, strict=True) if len(set(parts)) == 1]
+
+
+def shown_part(runs: Sequence[Run]) -> tuple[list[Run], str]:
+    """Return the part of each run that figures over time show, and a note on it.
+
+    One run is cut to its last `LAST_CYCLES` where it has more than `MOST_CYCLES`. Several are cut
+    at the end of the shortest, and to the last cycles before it.
+
+    Raises:
+        InvalidInput: The runs have no time in common.
+    """
+    first = max(float(run.time[0]) for run in runs)
+    last = min(float(run.time[-1]) for run in runs)
+    if last < first:
+        raise InvalidInput("the runs have no time in common; they cannot be compared over time.")
+    period = max(run.scenario.stride.period for run in runs)
+    cycles = (last - first) / period
+    note = ""
+    if cycles > MOST_CYCLES + 1e-6:
+        first = last - LAST_CYCLES * period
+        note = f"{first:.4g} to {last:.4g} s"
+        if len(runs) == 1:
+            note = f"last {LAST_CYCLES} of {cycles:.4g} cycles"
+    return [run.between(first, last) for run in runs], note

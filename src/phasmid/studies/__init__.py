@@ -1,0 +1,7 @@
+"""Studies: many runs of a varied scenario, one row of numbers for each."""
+
+from phasmid.studies.definition import Study, load_study_file
+from phasmid.studies.driver import repeat_run, study
+from phasmid.studies.results import StudyResults, load_study
+
+__all__ = ["Study", "StudyResults", "load_study", "load_study_file", "repeat_run", "study"]

@@ -1,0 +1,227 @@
+"""Studies: begin, go on after an interruption, and return their rows."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from phasmid.cores import cores
+from phasmid.errors import InvalidInput, OutputError, plain
+from phasmid.formats import load_scenario
+from phasmid.recording import Recording
+from phasmid.recording.file import cannot_write, write_whole
+from phasmid.simulation.channels import versions
+from phasmid.studies.definition import Study, load_study_file
+from phasmid.studies.executor import Done, Executor, LocalExecutor
+from phasmid.studies.results import (
+    DEFINITION,
+    PAGE,
+    PARTS,
+    RECORDINGS,
+    StudyResults,
+    load_study,
+    read_definition,
+    read_rows,
+    write_definition,
+)
+from phasmid.studies.runs import Run, Runner, fingerprint, load_function, numbered
+from phasmid.studies.search import search
+from phasmid.studies.webpage import study_page
+
+Progress = Callable[[int, int, int], None]
+"""Receives the numbers of runs done, of all runs, and of failures."""
+
+
+def study(
+    source: str | Path | Mapping[str, Any],
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    retry_failed: bool = False,
+    max_failures: int | None = None,
+    ray: str | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> StudyResults:
+    """Make the runs of a study that its folder lacks, and return all rows.
+
+    Rows are written as they are made. An interrupted or killed study loses only the runs under way;
+    calling this again goes on.
+
+    Args:
+        source: A ``study.toml`` file, or its content as a mapping.
+        out: Folder of the study; None: ``results/NAME``.
+        workers: Number of processes, or of tasks under way on Ray; None: one per core.
+        retry_failed: Make failed runs again.
+        max_failures: Number of failed runs after which the study stops; None: it never does.
+        ray: Address of a Ray cluster, or ``local``; None: processes of this machine.
+        force: Replace the folder of another study.
+        progress: Receives the progress.
+
+    Returns:
+        The rows of all runs.
+
+    Raises:
+        InvalidInput: The study is not well formed, or the folder holds another study.
+        OutputError: The folder cannot be written, or too many runs failed.
+    """
+    table, files = load_study_file(source)
+    folder = _folder(out, table)
+    _check_extra("study", "loky", "pyarrow")
+    if table.search is not None:
+        _check_extra("search", "optuna", "cmaes")
+    if workers is not None and workers < 1:
+        raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    runner = _runner(table, files, folder)
+    parts = fingerprint(runner)
+    _prepare(folder, table, parts, force=force)
+    total, done, failures = table.count(), 0, 0
+    errors: list[str] = []
+
+    def report(task: Done) -> bool:
+        nonlocal done, failures
+        done += task.runs
+        failures += len(task.failures)
+        errors.extend(task.failures[: 1 - len(errors)])
+        if progress:
+            progress(done, total, failures)
+        return max_failures is None or failures <= max_failures
+
+    def make(runs: list[Run]) -> bool:
+        missing = _missing(folder, runs, retry_failed=retry_failed)
+        report(Done(len(runs) - len(missing), [], 0.0))
+        if missing:
+            executor.make(missing)
+        return executor.going
+
+    executor: Executor
+    count = min(workers or cores(), total)
+    if ray is None:
+        executor = LocalExecutor(runner, folder.resolve(), count, report)
+    else:
+        _check_extra("ray", "ray")
+        from phasmid.studies.ray_executor import RayExecutor
+
+        executor = RayExecutor(runner, folder.resolve(), workers or cores(), report, ray)
+    with executor:
+        if table.search is None:
+            make(numbered(parts, table.points()))
+        else:
+            search(table, parts, folder, make)
+    if max_failures is not None and failures > max_failures:
+        raise OutputError(
+            f"{failures} runs failed, more than {max_failures}; {done} of {total} are done. "
+            f"The first: {errors[0]}",
+            hint=f"phasmid study {source} --retry failed" if isinstance(source, str | Path) else "",
+        )
+    results = load_study(folder)
+    file = "study.toml" if isinstance(source, Mapping) else str(source)
+    where = "" if out is None else f" --out {out}"
+    page = study_page(results, f"phasmid study {plain(file)}{plain(where)}")
+    write_whole(folder / PAGE, page.encode())
+    return results
+
+
+def repeat_run(
+    source: str | Path | Mapping[str, Any], number: int, *, out: str | Path | None = None
+) -> tuple[Recording, list[str]]:
+    """Make one run of a study again.
+
+    Args:
+        source: As in `study`.
+        number: Number of the run in the study.
+        out: Folder of the study; None: ``results/NAME``.
+
+    Returns:
+        The recording, and the metrics that differ from those of the run's row.
+
+    Raises:
+        InvalidInput: The study has changed since, or there is no such row.
+        PhasmidError: The run cannot be made.
+    """
+    table, files = load_study_file(source)
+    folder = _folder(out, table)
+    runner = _runner(table, files, folder)
+    changed = _changes(read_definition(folder)["parts"], fingerprint(runner))
+    if changed:
+        raise InvalidInput(f"the study has changed since: {', '.join(changed[:4])}.")
+    rows = read_rows(folder)
+    rows = rows[rows["number"] == number]
+    if rows.empty:
+        raise InvalidInput(f"{folder} has no run {number}.", hint="a number of its table")
+    row = rows.iloc[0].to_dict()
+    recording = runner.record(runner.point(row))
+    metrics = runner.metrics(recording)
+    return recording, [name for name, value in metrics.items() if value != row[name]]
+
+
+def _folder(out: str | Path | None, table: Study) -> Path:
+    return Path(out) if out is not None else Path("results") / table.name
+
+
+def _runner(table: Study, files: Path, folder: Path) -> Runner:
+    scenario = load_scenario(_place(table.scenario, files))
+    functions = [axis.function for axis in table.axes.values()]
+    functions += [metric.function for metric in table.metrics]
+    for function in filter(None, functions):
+        load_function(function, files)
+    # Workers may have other working folders.
+    kept = folder.resolve() / RECORDINGS
+    return Runner(table, scenario, files.resolve(), kept, versions())
+
+
+def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: bool) -> None:
+    """Make the folder of a study, or check that it holds this one."""
+    try:
+        exists = folder.exists() and any(folder.iterdir())
+    except OSError as error:
+        raise cannot_write(folder, error) from None
+    if exists:
+        is_study = (folder / DEFINITION).exists()
+        if not is_study:
+            raise InvalidInput(
+                f"{folder} exists and is no folder of a study; nothing was written.",
+                hint="another --out",
+            )
+        changed = _changes(read_definition(folder)["parts"], parts)
+        if not changed:
+            return
+        if not force:
+            listed = ", ".join(changed[:4]) + (", ..." if len(changed) > 4 else "")
+            raise InvalidInput(
+                f"{folder} holds another study of this name; changed since: {listed}.",
+                hint="another --out, or --force, which deletes its rows",
+            )
+        shutil.rmtree(folder)
+    try:
+        (folder / PARTS).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(folder, error) from None
+    write_definition(folder, table, parts)
+
+
+def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+
+
+def _missing(folder: Path, runs: list[Run], *, retry_failed: bool) -> list[Run]:
+    rows = read_rows(folder)
+    known = rows[rows["status"] != "failed"] if retry_failed else rows
+    done = set(known["run"])
+    return [run for run in runs if run.id not in done]
+
+
+def _place(scenario: str, files: Path) -> str:
+    return str(files / scenario) if Path(scenario).suffix == ".toml" else scenario
+
+
+def _check_extra(extra: str, *packages: str) -> None:
+    missing = [name for name in packages if find_spec(name) is None]
+    if missing:
+        raise InvalidInput(
+            f"this study needs the extra {extra}; not installed: {', '.join(missing)}.",
+            hint=f'pip install "phasmid[{extra}]"',
+        )

@@ -1,0 +1,146 @@
+"""Rows of a study in its folder, and their tables."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from phasmid.errors import InvalidInput
+from phasmid.recording.file import whole_file, write_whole
+from phasmid.studies.definition import Study
+from phasmid.studies.runs import Row
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+PARTS, RECORDINGS, DEFINITION, PAGE = "parts", "recordings", "study.json", "study.html"
+"""Names in the folder of a study."""
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResults:
+    """Rows of a study.
+
+    Attributes:
+        study: The study.
+        folder: Its folder.
+        table: One row per run: number, run (its id), the axes, seed, metrics, status (``done`` or
+            ``failed``), ending, ending_reason, error, recording, wall_time_s and versions.
+    """
+
+    study: Study
+    folder: Path
+    table: pd.DataFrame
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """Metrics by axis and seed, of a grid; by run, of another sampler."""
+        names = [metric.name for metric in self.study.metrics]
+        axes = [*self.study.axes, *(["seed"] if self.study.seeds else [])]
+        if self.study.sampler != "grid":
+            return self.table.set_index("run")[[*axes, *names]].to_xarray()
+        return self.table.set_index(axes)[names].to_xarray()
+
+    @property
+    def best(self) -> pd.DataFrame:
+        """Points of a search that no other point surpasses in all objectives; means over seeds.
+
+        Raises:
+            InvalidInput: The study has no ``[search]``.
+        """
+        from phasmid.studies.search import best_points
+
+        if self.study.search is None:
+            raise InvalidInput("the study has no [search].", hint="its table")
+        return best_points(self.study, self.table)
+
+    @property
+    def best_numbers(self) -> list[int]:
+        """Numbers of the runs of the best points; empty without a search."""
+        if self.study.search is None:
+            return []
+        axes = list(self.study.axes)
+        best = self.table.merge(self.best[axes], on=axes)
+        return [int(number) for number in best["number"]]
+
+
+def load_study(folder: str | Path) -> StudyResults:
+    """Read the rows of a study, also while it runs.
+
+    Args:
+        folder: The folder of the study.
+
+    Raises:
+        InvalidInput: It is no folder of a study, or it has no row.
+    """
+    folder = Path(folder)
+    study = Study(**read_definition(folder)["study"])
+    table = read_rows(folder)
+    if table.empty:
+        raise InvalidInput(f"{folder} has no row of a study.", hint="phasmid study")
+    return StudyResults(study, folder, table)
+
+
+def read_definition(folder: Path) -> dict[str, Any]:
+    """Return study and fingerprint of a folder.
+
+    Raises:
+        InvalidInput: It is no folder of a study.
+    """
+    try:
+        found: dict[str, Any] = json.loads((folder / DEFINITION).read_text(encoding="utf-8"))
+        return {"study": found["study"], "parts": found["parts"]}
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InvalidInput(f"{folder} is no folder of a study.", hint="phasmid study") from None
+
+
+def write_definition(folder: Path, study: Study, parts: Mapping[str, str]) -> None:
+    """Write study and fingerprint into a folder.
+
+    Raises:
+        OutputError: They cannot be written.
+    """
+    text = json.dumps({"study": study.model_dump(mode="json"), "parts": dict(parts)}, indent=1)
+    write_whole(folder / DEFINITION, text.encode())
+
+
+def write_rows(folder: Path, rows: Sequence[Row]) -> None:
+    """Write rows as a part, which appears whole or not at all.
+
+    Raises:
+        OutputError: They cannot be written.
+    """
+    import pandas as pd
+
+    # Parts sort by time: a run that was made again has its newest row last.
+    path = folder / PARTS / f"{time.time_ns():020d}-{os.getpid()}.parquet"
+    with whole_file(path) as file:
+        pd.DataFrame(rows).to_parquet(file, index=False)
+
+
+def read_rows(folder: Path) -> pd.DataFrame:
+    """Return the newest row of each run, in the order of the study."""
+    import pandas as pd
+
+    parts = sorted((folder / PARTS).glob("*.parquet"))
+    if not parts:
+        return pd.DataFrame({"run": [], "status": []})
+    table = pd.concat(map(pd.read_parquet, parts), ignore_index=True)
+    table = table.drop_duplicates("run", keep="last").sort_values("number")
+    return table.reset_index(drop=True)
+
+
+def causes(failed: pd.DataFrame) -> list[tuple[int, Any]]:
+    """Return how many failed runs have each cause, with the first of them; the most frequent first.
+
+    Sentences that differ in their numbers only are one cause.
+    """
+    sentences = failed["error"].str.replace(r"[-−]?\d+(\.\d+)?(e[-+]?\d+)?", "#", regex=True)
+    groups = [group for _, group in failed.groupby(sentences)]
+    return [(len(group), group.iloc[0]) for group in sorted(groups, key=len, reverse=True)]

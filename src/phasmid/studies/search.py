@@ -1,0 +1,139 @@
+"""Points chosen by an optimiser, batch by batch."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from phasmid.studies.definition import Axis, Search, Study
+from phasmid.studies.results import read_rows
+from phasmid.studies.runs import Run, numbered
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def search(
+    study: Study, parts: Mapping[str, str], folder: Path, make: Callable[[list[Run]], bool]
+) -> None:
+    """Choose points and make their runs until the budget is spent.
+
+    The optimiser receives the same values in the same order whenever the search is made, so that an
+    interrupted search chooses the same points again, whose rows exist.
+
+    Args:
+        study: The study.
+        parts: Its fingerprint.
+        folder: Its folder.
+        make: Makes the runs that have no row; returns False to stop.
+    """
+    assert study.search is not None
+    wanted = study.search
+    with warnings.catch_warnings():
+        # Constraints and the batches of CMA-ES are marked as experimental.
+        warnings.simplefilter("ignore")
+        problem = _problem(wanted)
+        distributions = {key: _distribution(axis) for key, axis in study.axes.items()}
+        for begin in range(0, wanted.budget, wanted.batch):
+            count = min(wanted.batch, wanted.budget - begin)
+            trials = [problem.ask(distributions) for _ in range(count)]
+            runs: list[Run] = []
+            for trial in trials:
+                points = study.with_seeds(dict(trial.params))
+                runs += numbered(parts, points, begin * len(points) + len(runs))
+            if not make(runs):
+                return
+            rows = read_rows(folder).set_index("run").loc[[run.id for run in runs]]
+            each = len(runs) // count
+            for k, trial in enumerate(trials):
+                _tell(problem, trial, wanted, study, rows.iloc[each * k : each * (k + 1)])
+
+
+def _problem(wanted: Search) -> Any:
+    """Return the optimiser."""
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    constraints = _violations if wanted.constraints else None
+    sampler: Any
+    if wanted.algorithm == "nsga2":
+        sampler = optuna.samplers.NSGAIISampler(
+            population_size=wanted.batch, constraints_func=constraints, seed=wanted.seed
+        )
+    elif wanted.algorithm == "tpe":
+        sampler = optuna.samplers.TPESampler(constraints_func=constraints, seed=wanted.seed)
+    else:
+        sampler = optuna.samplers.CmaEsSampler(popsize=wanted.batch, seed=wanted.seed)
+    kinds = optuna.study.StudyDirection
+    directions = [kinds.MINIMIZE] * len(wanted.minimise) + [kinds.MAXIMIZE] * len(wanted.maximise)
+    return optuna.create_study(directions=directions, sampler=sampler)
+
+
+def _distribution(axis: Axis) -> Any:
+    from optuna.distributions import (
+        CategoricalDistribution,
+        FloatDistribution,
+        IntDistribution,
+    )
+
+    if axis.values is not None:
+        return CategoricalDistribution(axis.values)
+    low, high = axis.ends()
+    if axis.whole:
+        return IntDistribution(round(low), round(high), log=axis.log)
+    return FloatDistribution(low, high, log=axis.log)
+
+
+def _violations(trial: Any) -> list[float]:
+    """Return the violation of each constraint; 0 or less where it is kept."""
+    return list(trial.user_attrs["violations"])
+
+
+def _tell(problem: Any, trial: Any, wanted: Search, study: Study, rows: pd.DataFrame) -> None:
+    """Return the values of a point, the means over its seeds, to the optimiser."""
+    from optuna.trial import TrialState
+
+    failed = bool((rows["status"] == "failed").any())
+    violations = [] if failed else [violation(study, rule, rows) for rule in wanted.constraints]
+    # A point that cannot be run is worse than any violation that is measured.
+    trial.set_user_attr("violations", violations or [np.inf] * len(wanted.constraints))
+    if failed:
+        problem.tell(trial, state=TrialState.FAIL)
+    else:
+        problem.tell(trial, [float(rows[name].mean()) for name in wanted.objectives])
+
+
+def violation(study: Study, rule: str, rows: pd.DataFrame) -> float:
+    """Return by how much the mean of a metric over rows violates a rule; 0 or less: not at all."""
+    name, comparison, bound = study.rule("a constraint", rule)
+    mean = float(rows[name].mean())
+    return mean - bound if comparison == "<" else bound - mean
+
+
+def best_points(study: Study, table: pd.DataFrame) -> pd.DataFrame:
+    """Return the points that no other point surpasses in all objectives, the Pareto set.
+
+    Args:
+        study: A study with ``[search]``.
+        table: Its rows.
+
+    Returns:
+        One row per point: axes and means of the metrics over seeds, of points without a failed run
+        that keep all constraints, by the first objective.
+    """
+    assert study.search is not None
+    wanted = study.search
+    axes, names = list(study.axes), [metric.name for metric in study.metrics]
+    failed = table.groupby(axes)["status"].transform(lambda status: (status == "failed").any())
+    points = table[~failed].groupby(axes, as_index=False)[names].mean()
+    for rule in wanted.constraints:
+        name, comparison, bound = study.rule("a constraint", rule)
+        points = points[points[name] < bound if comparison == "<" else points[name] > bound]
+    signs = [1.0] * len(wanted.minimise) + [-1.0] * len(wanted.maximise)
+    costs = points[wanted.objectives].to_numpy(float) * signs
+    keep = [not ((costs <= cost).all(axis=1) & (costs < cost).any(axis=1)).any() for cost in costs]
+    return points[keep].sort_values(wanted.objectives[0]).reset_index(drop=True)

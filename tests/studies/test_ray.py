@@ -1,0 +1,78 @@
+"""Studies on a local Ray of two workers."""
+
+import pickle
+
+import pytest
+
+from phasmid.errors import InvalidInput, OutputError
+from phasmid.studies import study
+from phasmid.studies.executor import Done
+from phasmid.studies.runs import Run, numbered
+
+pytest.importorskip("ray", reason="Ray is not installed")
+
+GRID = {
+    "kind": "plan",
+    "set": {"duration": 0.5},
+    "metrics": ["energy.cost_of_transport"],
+    "axes": {"gait": ["tripod", "wave"], "step_length_mm": [20, 40, 60]},
+}
+
+# Ray leaves sockets and files to the interpreter.
+pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning")
+
+
+def test_ray_gives_the_same_rows_to_the_bit(tmp_path):
+    local = study(GRID, out=tmp_path / "local", workers=1)
+    ray = study(GRID, out=tmp_path / "ray", workers=2, ray="local")
+    assert ray.table.drop(columns="wall_time_s").equals(local.table.drop(columns="wall_time_s"))
+
+
+def test_a_run_that_kills_its_ray_worker_fails_alone(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "import os\n"
+        "def deadly(scenario, value):\n"
+        "    if value == 1:\n"
+        "        os._exit(9)\n"
+        "    return scenario\n"
+    )
+    (tmp_path / "s.toml").write_text(
+        'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\nset = {duration = 0.5}\n'
+        '[axes]\nload = {values = [0, 1, 2], function = "mine.py:deadly"}\n'
+    )
+    table = study(tmp_path / "s.toml", out=tmp_path / "out", workers=2, ray="local").table
+    assert list(table["status"]) == ["done", "failed", "done"]
+    assert "worker process died" in table["error"][1]
+
+
+def test_a_worker_of_another_version_is_refused(tmp_path):
+    from phasmid.studies import ray_executor
+
+    found = ray_executor._ray_task(b"", {"mujoco_version": "1.0"}, [])
+    assert found.startswith("a worker has mujoco ")
+    assert found.endswith("; the study is made with mujoco 1.0.")
+    executor = ray_executor.RayExecutor(None, tmp_path, 1, lambda _: True, "local")
+    with pytest.raises(OutputError, match="a worker has mujoco"):
+        executor._finish(found)
+
+
+def test_a_task_is_less_than_ten_kilobytes():
+    from phasmid.studies.ray_executor import RayExecutor
+
+    point = {"gait": "tripod", "step_length_mm": 12.34567890123, "period": 2.345678901234}
+    point |= {"robot.body.mass_g": 1234.5678901234, "seed": 5}
+    runs = numbered({}, [point | {"seed": seed} for seed in range(RayExecutor.most_runs)])
+    assert isinstance(runs[0], Run)
+    assert len(pickle.dumps(runs)) < 10_000
+
+
+def test_an_address_at_which_nobody_answers_is_refused(tmp_path):
+    with pytest.raises(InvalidInput, match=r"no Ray cluster answers at 127\.0\.0\.1:1: "):
+        study(GRID, out=tmp_path / "out", ray="127.0.0.1:1")
+
+
+def test_tasks_count_their_failures():
+    from phasmid.studies.executor import done
+
+    rows = [{"status": "done", "error": ""}, {"status": "failed", "error": "no"}]
+    assert done(rows, 2.0) == Done(2, ["no"], 2.0)
