@@ -216,6 +216,11 @@ def test_a_standing_robot_does_not_step_for_small_changes_of_the_ground():
     assert np.abs(seen.feet_in_body[-1] - neutral_feet(engine.robot))[:, :2].max() < 6e-4
 
 
+@numba.njit
+def step(memory, dt):
+    return advance_engine(memory[0].states, memory[0].references, memory[0].model, dt)
+
+
 def stopped_twice(touch, retreat=0.0):
     """Return the phases of swinging feet after one and two updates at which nothing can move."""
     engine = core_engine(load_robot("phantomx-ax"))
@@ -228,22 +233,16 @@ def stopped_twice(touch, retreat=0.0):
         engine.state.manoeuvre[swinging], engine.state.swing_height[swinging] = retreat, 0.0
     # A stance leg that cannot move.
     stays = int(np.flatnonzero(engine.state.leg_phase == LegPhase.STANCE)[0])
-    memory = engine.memory
-    limits = memory.model.limits[stays].copy()
+    limits = engine.model.limits[stays].copy()
     phases = []
     for _ in range(2):
-        memory.model.limits[stays] = limits + 9.0
+        engine.model.limits[stays] = limits + 9.0
         engine.reference.contact[swinging] = touch
         q = engine.state.q.copy()
-        assert (
-            advance_engine(
-                memory.states, memory.references, memory.models, memory.parameter_records, 0.005
-            )
-            == 3
-        )
+        assert step(engine.memory, 0.005) == 3
         np.testing.assert_array_equal(engine.state.q, q)
         phases.append(engine.state.leg_phase[swinging].tolist())
-    memory.model.limits[stays] = limits
+    engine.model.limits[stays] = limits
     return phases
 
 
@@ -255,17 +254,17 @@ def test_a_blocked_foot_goes_straight_then_stands_or_probes_down():
 
 
 @numba.njit
-def land(states, models, references, parameter_records, leg):
-    land_here(states[0], models[0], references[0], parameter_records[0], leg)
+def land(memory, leg):
+    land_here(memory[0].states[0], memory[0].model, memory[0].references[0], leg)
 
 
 @pytest.mark.parametrize(("touch", "least", "most"), [(-1, -1e-9, 1e-9), (0, -0.06, -0.02)])
 def test_without_contact_sensing_a_foot_lands_on_the_estimated_ground(touch, least, most):
     engine = core_engine(load_robot("phantomx-ax"))
     drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    memory, leg = engine.memory, int(np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)[0])
-    memory.reference.contact[leg] = touch
-    land(memory.states, memory.models, memory.references, memory.parameter_records, leg)
+    leg = int(np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)[0])
+    engine.reference.contact[leg] = touch
+    land(engine.memory, leg)
     assert least <= engine.state.touchdown[leg, 2] <= most
 
 

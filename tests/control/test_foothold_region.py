@@ -13,6 +13,7 @@ from phasmid.control.foothold_region import (
     region_edge,
 )
 from phasmid.control.reach import joint_limit_margin
+from phasmid.control.records import record_behind
 from phasmid.kinematics import hip_from_body, quaternion_rotation, rpy_quaternion
 from phasmid.robot import load_robot, preset_names
 
@@ -38,10 +39,10 @@ def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(name):
     pass over such a spot.
     """
     engine = engine_of(name)
-    model, parameters = engine.memory.model, engine.memory.parameters
+    model = engine.model
     q, found = np.empty(3), 0
     margins = np.vectorize(
-        lambda leg, r: joint_limit_margin(model, parameters, leg, starts[leg] + r * way, q),
+        lambda leg, r: joint_limit_margin(model, leg, starts[leg] + r * way, q),
         otypes=[float],
     )
     starts = hip_from_body(engine.robot, model.neutral)
@@ -72,11 +73,11 @@ def test_a_foot_reaches_all_of_its_region(name, pose):
     Close to the edge a foot still keeps the planned margins.
     """
     engine = engine_of(name)
-    model, parameters = engine.memory.model, engine.memory.parameters
+    model = engine.model
     region, q = np.zeros((DIRECTIONS, 3)), np.empty(3)
     R = quaternion_rotation(rpy_quaternion(*(np.array(angle) for angle in pose[3:])))
     for leg in range(len(engine.robot.legs)):
-        bound_region(engine.memory.models[0], leg, pose, np.zeros(3), region)
+        bound_region(record_behind(engine.model), leg, pose, np.zeros(3), region)
         assert (region[:, 2] >= 0).all()
         np.testing.assert_allclose(np.hypot(region[:, 0], region[:, 1]), 1.0, atol=1e-12)
         for k in range(DIRECTIONS):
@@ -87,4 +88,4 @@ def test_a_foot_reaches_all_of_its_region(name, pose):
             foot = np.append(model.neutral[leg, :2] + 0.95 * reach * way, -model.height)
             body = np.tile(R.T @ (foot - pose[:3]), (len(engine.robot.legs), 1))
             p_hip = hip_from_body(engine.robot, body)[leg]
-            assert reach < 1e-6 or joint_limit_margin(model, parameters, leg, p_hip, q) > 0.9
+            assert reach < 1e-6 or joint_limit_margin(model, leg, p_hip, q) > 0.9

@@ -36,14 +36,14 @@ def beside_its_plane():
     return replace(robot, legs=tuple(legs))
 
 
-def compare(model, parameters, count=2000):
+def compare(model, count=2000):
     """Compare both at random places; return how many are within, by each share."""
     far = model.lengths[:, :3].sum(axis=1).max()
     places = np.random.default_rng(1).uniform(-far, far, (count, 3))
     within, q = np.zeros(2, int), np.empty(3)
     for leg in range(len(model.lengths)):
         for p in places:
-            margin = joint_limit_margin(model, parameters, leg, p, q)
+            margin = joint_limit_margin(model, leg, p, q)
             for at, share in ((AT_PLANNED, PLANNED), (AT_ENOUGH, ENOUGH)):
                 found = is_within(model, at, leg, *p)
                 within[at] += found
@@ -54,7 +54,7 @@ def compare(model, parameters, count=2000):
 @pytest.mark.parametrize("name", [*preset_names(), "offset"])
 def test_a_place_is_within_where_its_angles_keep_the_margins(name):
     engine = engine_of(name)
-    planned, enough = compare(engine.memory.model, engine.memory.parameters)
+    planned, enough = compare(engine.model)
     # Wider margins leave less.
     assert 100 < planned < enough
 
@@ -66,12 +66,12 @@ def test_a_place_is_within_where_its_angles_keep_the_margins(name):
 def test_wide_and_narrow_ranges_of_joints(joint, low, high):
     """Up to three turns, beyond half a turn to one side, narrow, and on one side of zero."""
     engine = engine_of("phantomx-ax", joint_margin=0.1)
-    model, parameters = engine.memory.model, engine.memory.parameters
+    model = engine.model
     limits = model.limits.copy()
     limits[:, joint] = low, high
-    reach = reach_bounds(model.lengths, limits, parameters.stretch, parameters.joint_margin)
+    reach = reach_bounds(model.lengths, limits, model.stretch, model.joint_margin)
     model.limits[:], model.reach[:] = limits, reach
-    within = compare(model, parameters, count=500)
+    within = compare(model, count=500)
     # A knee bends to one side alone, and by 0.4 rad where the leg is stretched to 0.98.
     none = joint == 2 and low > -0.6
     assert within[AT_PLANNED] == 0 if none else (within > 0).all()
@@ -79,11 +79,11 @@ def test_wide_and_narrow_ranges_of_joints(joint, low, high):
 
 def test_a_leg_without_a_margin_of_stretch_reaches_up_to_its_length():
     engine = engine_of("phantomx-ax", stretch=1.0, joint_margin=0.0)
-    assert (compare(engine.memory.model, engine.memory.parameters) > 100).all()
+    assert (compare(engine.model) > 100).all()
 
 
 def test_a_place_that_is_no_number_is_not_within():
-    model = engine_of("phantomx-ax")._model
+    model = engine_of("phantomx-ax").model
     foot = np.array([0.1, 0.0, -0.1])
     assert is_within(model, AT_PLANNED, 0, *foot)
     for k in range(3):

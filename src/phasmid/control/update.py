@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -348,7 +347,7 @@ def place(memories: np.ndarray) -> bool:
 
 @compiled
 def advance_engine(
-    states: Sequence[State], references: Sequence[Reference], model: Model, dt: float
+    states: list[State], references: list[Reference], model: Model, dt: float
 ) -> int:
     """Advance the motion by an update period, slower where a limit demands it.
 
