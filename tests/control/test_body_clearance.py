@@ -45,7 +45,7 @@ def test_the_engine_lowers_the_body_no_farther_than_to_its_clearance():
     for k in range(600):
         engine.update(Observation(time=0.005 * k, joint_position=q), command)
     assert any("too near to the ground" in sentence for _, sentence in engine.events)
-    trunk = BodyClearance(ROBOT, engine._model.height)
+    trunk = BodyClearance(ROBOT, engine.model.height)
     assert trunk.clearance(np.array(command.pose)) < 0.0
     assert trunk.clearance(engine.state.pose_filter[3]) >= LEAST - 1e-6
     assert trunk.clearance(engine.state.pose_filter[3]) < LEAST + 0.002

@@ -36,6 +36,6 @@ def test_random_commands_are_followed_within_reach_speed_and_balance(engine, see
     assert "held all" not in events
     assert "braked" not in events
     # The path's velocity is a mean of a reference that changes by the acceleration at most.
-    feet = np.array([1.0, 1.0, engine._model.radius])
+    feet = np.array([1.0, 1.0, engine.model.radius])
     change = np.linalg.norm(np.diff(seen.velocity, axis=0) * feet, axis=1)
     assert change.max() <= engine.settings.acceleration * seen.dt * (1 + 1e-9)

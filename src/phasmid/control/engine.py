@@ -84,6 +84,7 @@ class LocomotionEngine:
         self.settings = settings
         legs = len(robot.legs)
         self.memory = memory = np.zeros(1, MEMORY) if memory is None else memory
+        memory["states"]["leg_count"] = legs
         self._result = np.zeros((1, 2), np.int64)
         self.model = view_of(memory["model"], Model, legs)
         fill(self.model, model_of(robot, settings))

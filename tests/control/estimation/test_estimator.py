@@ -9,6 +9,7 @@ from phasmid.control import Observation
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.estimator import GroundEstimator, update_estimates
 from phasmid.control.estimation.state import AttitudeSource
+from phasmid.control.memory import MEMORY
 from phasmid.control.types import STATE, LegPhase
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
@@ -33,9 +34,9 @@ class World:
     """A robot that steps on the spot in a tripod, on ground that lies by roll and pitch."""
 
     def __init__(self, roll=0.0, pitch=0.0, **settings):
-        self.estimator = GroundEstimator(
-            ROBOT, EstimatorSettings(**({"level": 1.0} | settings)), DT
-        )
+        self.memory = np.zeros(1, MEMORY)
+        settings = EstimatorSettings(**({"level": 1.0} | settings))
+        self.estimator = GroundEstimator(ROBOT, settings, DT, self.memory)
         self.engine = np.zeros(1, STATE)[0]
         self.engine["leg_count"], self.engine["clock"]["gait_running"] = 6, 1
         self.engine["foot"][:6] = NEUTRAL + np.array([0.0, 0.0, HEIGHT])
@@ -73,20 +74,20 @@ class World:
                 self.engine["leg_phase"][:6] = np.where(standing, LegPhase.STANCE, LegPhase.SWING)
                 self.engine["swing_elapsed"] = share
                 self.estimator.measure(self.observation(down, **change(down)))
-                e = self.estimator
+                m = self.memory[0]
                 events = update_estimates(
-                    self.engine, e.states[0], e.parameters[0], e.measurements[0]
+                    self.engine, m["estimator"], m["estimator_parameters"], m["measurements"]
                 )
                 self.events += self.estimator.describe(events)
                 self.track.append(self.correction)
 
     @property
     def contact(self):
-        return self.estimator.states["feet"]["contact"][0, :6]
+        return self.memory["estimator"]["feet"]["contact"][0, :6]
 
     @property
     def offset(self):
-        return self.estimator.states["feet"]["offset"][0, :6]
+        return self.memory["estimator"]["feet"]["offset"][0, :6]
 
     @property
     def correction(self):
@@ -248,7 +249,7 @@ def test_settings_that_cannot_be_are_refused(settings, said):
 
 def test_a_delay_beyond_the_delay_line_is_refused():
     with pytest.raises(InvalidInput) as error:
-        GroundEstimator(ROBOT, EstimatorSettings(motion_lag=0.7), DT)
+        GroundEstimator(ROBOT, EstimatorSettings(motion_lag=0.7), DT, np.zeros(1, MEMORY))
     assert error.value.what == (
         "motion_lag is 0.7 s; it must be at most 127 update periods, 0.635 s."
     )

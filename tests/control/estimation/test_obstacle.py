@@ -7,6 +7,7 @@ from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.estimator import GroundEstimator, write_reference
+from phasmid.control.memory import MEMORY
 from phasmid.control.types import Contact, LegPhase
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
@@ -54,19 +55,19 @@ class Stage:
 
     def __init__(self, step=STEP, least_roughness=0.0):
         settings = EstimatorSettings(least_roughness=least_roughness)
-        self.stage = GroundEstimator(ROBOT, settings, DT)
+        self.memory = np.zeros(1, MEMORY)
+        GroundEstimator(ROBOT, settings, DT, self.memory)
         self.engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none")
         self.reference = self.engine.reference
         self.reference.step_height = step
 
     def write(self, foot, hits=0):
         """Write the reference for feet at these places, which all have met so many obstacles."""
-        estimator, state = self.stage.states.view(np.recarray)[0], self.engine.state
+        memory, state = self.memory.view(np.recarray)[0], self.engine.state
+        estimator = memory.estimator
         estimator.feet["contact"][:6], estimator.feet["obstacle_hits"][:6] = Contact.GROUND, hits
         state.foot[:] = foot
-        write_reference(
-            state, self.reference, estimator, self.stage.parameters.view(np.recarray)[0]
-        )
+        write_reference(state, self.reference, estimator, memory.estimator_parameters)
         return self.reference
 
 
