@@ -22,7 +22,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait verify meshes cad test shapes lint reference bench fuzz bad-input stress lock clean
+.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait studies verify meshes cad test shapes lint reference bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -69,6 +69,9 @@ gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 
 portrait: $(DEVELOP) ## take the pictures of the live page anew (needs Chromium)
 	@"$(BIN)/python" docs/studio_page.py
+
+studies: $(DEVELOP) ## make the three studies anew and take the pictures of their pages (Chromium)
+	@"$(BIN)/python" docs/studies_page.py
 
 film: $(DEVELOP) ## film two cycles of the paper's walk anew: docs/images/walk.gif
 	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \

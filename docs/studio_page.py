@@ -1,4 +1,4 @@
-"""Takes the pictures of the live page and of the page of a study, in a browser without a window.
+"""Takes the pictures of the live page, in a browser without a window.
 
     python docs/studio_page.py
 
@@ -15,8 +15,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
-
-import phasmid
 
 IMAGES = Path(__file__).parent / "images"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -46,20 +44,7 @@ def main():
         window.mouse.move(0, 0)
         window.wait_for_timeout(1500)
         window.locator("#below").screenshot(path=IMAGES / "studio-bench.png")
-        study_page(browser)
         browser.close()
-
-
-def study_page(browser):
-    """Take the picture of the page of a study."""
-    with tempfile.TemporaryDirectory() as folder:
-        results = phasmid.study(
-            IMAGES.parents[1] / "examples/studies/gaits.toml", out=f"{folder}/study"
-        )
-        window = browser.new_page(viewport={"width": 1100, "height": 1330}, color_scheme="light")
-        window.goto((results.folder / "study.html").resolve().as_uri())
-        window.wait_for_timeout(1500)
-        window.screenshot(path=IMAGES / "study-page.png")
 
 
 def chromium():

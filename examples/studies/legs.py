@@ -1,11 +1,17 @@
-"""Axes of legs.toml: the lengths of the links, with a rule for their masses.
+"""Axes and metrics of legs.toml: lengths of the links and the servo, with rules for their masses.
 
 A link is a servo, whose mass stays, and a structure, whose mass grows with the length. The centre
 of mass moves along the link with the length, and the inertia grows with the mass and with the
-square of the length. The neutral stance stays where it is.
+square of the length. The neutral stance stays where it is. What 18 other servos weigh more is added
+to the payload.
 """
 
 from dataclasses import replace
+
+import numpy as np
+
+from phasmid.reporting.run import read_run
+from phasmid.robot import load_servo
 
 SERVO = 0.0546
 """Mass of an AX-12A [kg]."""
@@ -24,6 +30,26 @@ def femur(scenario, millimetres):
 def tibia(scenario, millimetres):
     """Set the length of all tibiae."""
     return _with_length(scenario, "tibia", millimetres / 1000)
+
+
+def servo(scenario, name):
+    """Set the servo of all joints."""
+    robot, chosen = scenario.base_robot(), load_servo(name)
+    more = 3 * len(robot.legs) * max(chosen.mass - SERVO, 0.0)
+    scenario = scenario.replace(robot=replace(robot, servo=chosen))
+    return scenario.replace(payload=scenario.model.payload + more)
+
+
+def share(recording):
+    """Return the largest rms torque of a joint over the continuous torque of its servo."""
+    torque = recording["joint_torque_model"].values
+    return float(np.sqrt((torque**2).mean(axis=0)).max()) / read_run(recording).continuous_torque
+
+
+def price(recording):
+    """Return what the servos cost, by the catalogue [US dollars]."""
+    robot = read_run(recording).robot
+    return 3 * len(robot.legs) * robot.servo.price
 
 
 def _with_length(scenario, name, length):

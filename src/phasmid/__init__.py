@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from phasmid.advice import advise
     from phasmid.control import LocomotionEngine
     from phasmid.errors import (
         InfeasibleLoad,
@@ -64,6 +65,7 @@ _PACKAGE_OF = {
     "Servo": "robot",
     "Unreachable": "errors",
     "Walk": "motion",
+    "advise": "advice",
     "analyse": "forces",
     "drive": "simulation",
     "export": "reporting",
@@ -120,6 +122,7 @@ __all__ = [
     "Servo",
     "Unreachable",
     "Walk",
+    "advise",
     "analyse",
     "drive",
     "export",

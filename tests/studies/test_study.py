@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -223,6 +224,20 @@ def test_a_killed_study_goes_on_without_a_lost_or_double_row(tmp_path, whole):
     assert not results.table["run"].duplicated().any()
 
 
+def test_parts_made_at_once_in_one_folder_are_the_whole_study(tmp_path, whole):
+    with ThreadPoolExecutor() as pool:
+        parts = [
+            pool.submit(study, GRID, out=tmp_path / "out", workers=1, part=(k, 3))
+            for k in (1, 2, 3)
+        ]
+        assert max(len(part.result().table) for part in parts) == 12
+    assert (tmp_path / "out/study.html").exists()
+    assert same(load_study(tmp_path / "out").table, whole.table)
+    # A part alone has no page.
+    assert len(study(GRID, out=tmp_path / "one", part=(1, 4)).table) == 3
+    assert not (tmp_path / "one/study.html").exists()
+
+
 def test_a_run_that_kills_its_worker_fails_alone(tmp_path):
     (tmp_path / "mine.py").write_text(
         "import os\n"
@@ -402,6 +417,19 @@ def test_a_search_of_walks_goes_on_where_it_was_stopped(tmp_path):
     assert best[COST][0] == whole.table[COST].min()
 
 
+def test_recordings_of_the_best_points_are_kept(tmp_path):
+    one = PLAN | {
+        "axes": {"step_length_mm": {"low": 20, "high": 60}},
+        "keep": "pareto",
+        "search": {"budget": 8, "batch": 4, "minimise": [COST]},
+    }
+    results = study(one, out=tmp_path / "out", workers=1)
+    kept = results.table.query("recording != ''")
+    assert list(kept["number"]) == results.best_numbers == [results.table[COST].idxmin()]
+    recording = load_recording(results.folder / "recordings" / kept["recording"].item())
+    assert phasmid.summarise(recording)["energy"]["cost_of_transport"] == kept[COST].item()
+
+
 # Bad input ---------------------------------------------------------------------------------------
 
 RANGE = {"axes": {"period": {"low": 1, "high": 2}}}
@@ -427,6 +455,7 @@ FEW = {"budget": 3, "minimise": [COST]}
         ({"seeds": 2, "metrics": []}, "metrics"),
         ({"seeds": 2, "metrics": ["a", "a"]}, "a metric is named twice."),
         ({"seeds": 2, "keep": "b < 3"}, 'keep is "b < 3"'),
+        ({"seeds": 2, "keep": "pareto"}, "needs the objectives of [search]"),
         ({"seeds": 2, "axis": {}}, 'unknown key "axis"'),
         (RANGE | {"search": {"budget": 3}}, "[search] has no objective."),
         (RANGE | {"search": {"budget": 3, "minimise": ["a"]}}, 'the objective "a" is none'),
@@ -454,6 +483,9 @@ def test_bad_files_and_options_are_status_2(tmp_path, capsys, monkeypatch):
         (["absent.toml"], "absent.toml does not exist."),
         (["s.toml"], "is no folder of a study; nothing was written."),
         (["s.toml", "--workers", "none"], '--workers is "none"'),
+        (["s.toml", "--part", "1 of 2"], '--part is "1 of 2"'),
+        (["s.toml", "--part", "3/2"], "part is 3 of 2; it must be one from 1 to 2."),
+        (["s.toml", "--part", "1/2", "--force"], "a part must not delete the rows of others."),
         (["f.toml", "--out", "o"], "no.py of a function does not exist."),
     ):
         assert main(["study", *arguments]) == 2

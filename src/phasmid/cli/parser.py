@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any, NoReturn
 
 from phasmid.cli import (
+    advise,
     cad,
     check,
     convert,
@@ -39,6 +40,7 @@ COMMANDS = {
     "verify": "check the physics against closed forms and conservation laws",
     "cad": "write a robot as solids (STEP) and meshes, with their masses (extra cad)",
     "check": "check whether a robot or scenario is physically possible",
+    "advise": "do these servos hold a robot, how warm and how long, and which others do",
     "gaits": "list the gaits of a robot with support margins and largest speeds",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
     "doctor": "list what this machine supports, and how to install the rest",
@@ -57,6 +59,7 @@ MODULES = {
     "verify": verify,
     "cad": cad,
     "check": check,
+    "advise": advise,
     "gaits": gaits,
     "convert": convert,
     "doctor": doctor,

@@ -39,6 +39,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="make the runs on a Ray cluster, or on a local Ray without an address (extra ray)",
     )
     parser.add_argument(
+        "--part",
+        metavar="K/N",
+        help="make the K-th of N parts of the runs, for several machines with one --out",
+    )
+    parser.add_argument(
         "--only",
         metavar="N",
         help="make run number N again, compare it with its row, and write its report",
@@ -72,6 +77,7 @@ def run(options: argparse.Namespace) -> int:
                 retry_failed=options.retry == "failed",
                 max_failures=_count("--max-failures", options.max_failures, 0),
                 ray=options.ray,
+                part=_part(options.part),
                 force=options.force,
                 progress=show,
             )
@@ -89,7 +95,10 @@ def run(options: argparse.Namespace) -> int:
         if results.study.search is not None:
             _print_best(results)
         folder = plain(str(results.folder))
-        print(f"\n{len(table)} runs, {len(failed)} failed. Written to {folder}: study.html, parts/")
+        total = results.study.count()
+        page = "study.html, " if len(table) == total else ""
+        many = f"{len(table)} runs" if page else f"{len(table)} of {total} runs"
+        print(f"\n{many}, {len(failed)} failed. Written to {folder}: {page}parts/")
     for count, first in causes(failed)[:MOST_CAUSES]:
         error = plain(str(first["error"]))
         print(f"phasmid: failed: {count}, such as run {first['number']}: {error}", file=sys.stderr)
@@ -133,6 +142,15 @@ def _print_best(results: StudyResults) -> None:
     if len(best):
         for line in best.head(MOST_POINTS).to_string(index=False, float_format="%.5g").splitlines():
             print(plain(line))
+
+
+def _part(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    if not re.fullmatch("[0-9]{1,6}/[0-9]{1,6}", text):
+        raise InvalidInput(f'--part is "{text}"; it must be a part of several.', hint="--part 1/4")
+    first, count = text.split("/")
+    return int(first), int(count)
 
 
 def _count(flag: str, text: str | None, least: int) -> int | None:

@@ -165,9 +165,11 @@ class ServoVerdict:
             return []
         words = f"{self.heat[0]:.0f} to {self.heat[1]:.0f} °C in air of {air:g} °C"
         if math.isfinite(late):
-            words = f"its limit of {limit:g} °C after {_duration(soon)} to {_duration(late)}"
+            words = (
+                f"its limit of {limit:g} °C after {duration_words(soon)} to {duration_words(late)}"
+            )
         elif math.isfinite(soon):
-            words += f", its limit of {limit:g} °C after {_duration(soon)} at the earliest"
+            words += f", its limit of {limit:g} °C after {duration_words(soon)} at the earliest"
         else:
             words += f", below its limit of {limit:g} °C; the time is limited by the continuous "
             words += "torque alone"
@@ -357,7 +359,8 @@ def _warming(
     return (ambient + low, ambient + high), (until(high), until(low))
 
 
-def _duration(seconds: float) -> str:
+def duration_words(seconds: float) -> str:
+    """Return a time in seconds or minutes, such as ``12 min``."""
     return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
 
 

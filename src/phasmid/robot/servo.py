@@ -10,7 +10,7 @@ from pydantic import BeforeValidator
 
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.robot.motor import Motor
-from phasmid.tables import Angle, Number, Rate, Temperature, Time, Voltage
+from phasmid.tables import Angle, Mass, Number, Rate, Temperature, Time, Voltage
 
 Law = Literal["compliance", "pid"]
 
@@ -43,6 +43,10 @@ between that of copper, 0.4 J/(g K), and of plastic, 1.4; 0.9 is assumed."""
 
 BACKLASH, TICK = math.radians(0.5), math.radians(300 / 1024)
 """Backlash and resolution of an AX-12A [rad]."""
+
+STANDBY_CURRENT = 0.05
+"""Current of a servo's electronics [A], assumed where none is published: that of the RX-28 by its
+maker's e-manual; the MX-28's is 0.1."""
 
 LONGEST_DELAY = 0.2
 """Longest delay of a servo [s]; the slowest published one is 50 ms."""
@@ -92,6 +96,9 @@ class Servo:
         temperature_limit: Temperature at which it shuts down [°C].
         thermal_resistance: Warming per power lost in the winding, when steady [K/W].
         heat_capacity: Heat that warms it by a degree [J/K].
+        standby_current: Current of the electronics while the motor rests [A].
+        mass: Mass [kg]; None: not known.
+        price: About what one costs [US dollars]; None: not known.
 
     Raises:
         InvalidRobot: A number is not finite or has the wrong sign.
@@ -127,6 +134,9 @@ class Servo:
     temperature_limit: Temperature = 70.0
     thermal_resistance: Number = 10.2
     heat_capacity: Number = 49.0
+    standby_current: Number = STANDBY_CURRENT
+    mass: Mass | None = None
+    price: Number | None = None
 
     def __post_init__(self) -> None:
         if self.law not in get_args(Law):
@@ -254,4 +264,6 @@ _POSITIVE = {
     "overload_time",
     "thermal_resistance",
     "heat_capacity",
+    "mass",
+    "price",
 }

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le
 
-from phasmid.tables import Number, Table, Time
+from phasmid.tables import Mass, Number, Table, Time
 from phasmid.units import STANDARD_GRAVITY
 
 
@@ -30,6 +30,7 @@ class ModelTable(Table):
         load_transfer: Time in which the load moves when a foot lands or lifts, centred on the
             event [s]; 0: at once.
         gravity: Acceleration of free fall [m/s²].
+        payload: Mass that the robot carries at the centre of its trunk's upper side [kg].
     """
 
     mass_model: Literal["as-given", "mid-length"] = "as-given"
@@ -46,3 +47,4 @@ class ModelTable(Table):
     torque_limits: Literal["ignored", "counted"] = "ignored"
     load_transfer: Annotated[Time, Ge(0)] = 0.0
     gravity: Annotated[Number, Gt(0), Le(100)] = STANDARD_GRAVITY
+    payload: Annotated[Mass, Ge(0), Le(100)] = 0.0

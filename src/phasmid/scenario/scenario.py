@@ -12,7 +12,14 @@ from pydantic import ConfigDict, StringConstraints, model_validator
 from phasmid.errors import InvalidGait, InvalidInput, nearest
 from phasmid.gait import Gait, load_gait, offsets_in_order
 from phasmid.recording.channels import MOST_RECORDED
-from phasmid.robot import Robot, load_robot, with_mass_model, with_mounts, with_neutral_foot
+from phasmid.robot import (
+    Robot,
+    load_robot,
+    with_mass_model,
+    with_mounts,
+    with_neutral_foot,
+    with_payload,
+)
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.gait import GaitTable
@@ -196,7 +203,7 @@ class Scenario(Table):
         return made
 
     def load_robot(self) -> Robot:
-        """Return the robot with this scenario's variants of mass, mounts and stance.
+        """Return the robot with this scenario's variants of mass, mounts, payload and stance.
 
         Raises:
             InvalidInput: The robot file is absent or not well formed.
@@ -250,6 +257,7 @@ class Scenario(Table):
         """
         robot = with_mass_model(robot, self.model.mass_model)
         robot = with_mounts(robot, self.model.mounts)
+        robot = with_payload(robot, self.model.payload)
         return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
 
     def load_terrain(self) -> Ground:

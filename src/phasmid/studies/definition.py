@@ -165,8 +165,8 @@ class Study(Table):
         seeds: Seeds of terrain and sensors; each point is run with each of them. A number n stands
             for 0 to n - 1.
         metrics: Numbers of each run.
-        keep: Recordings that are kept: ``none``, ``all``, ``fell``, or a rule on a metric, such as
-            ``energy.cost_of_transport < 2``.
+        keep: Recordings that are kept: ``none``, ``all``, ``fell``, ``pareto`` (the best points of
+            a search), or a rule on a metric, such as ``energy.cost_of_transport < 2``.
     """
 
     name: Annotated[
@@ -224,7 +224,11 @@ class Study(Table):
         names = [metric.name for metric in self.metrics]
         if len(set(names)) < len(names):
             raise InvalidInput("a metric is named twice.")
-        if self.keep not in ("none", "all", "fell"):
+        if self.keep == "pareto" and self.search is None:
+            raise InvalidInput(
+                'keep is "pareto", which needs the objectives of [search].', hint='keep = "all"'
+            )
+        if self.keep not in ("none", "all", "fell", "pareto"):
             self.rule("keep", self.keep)
         return self
 
@@ -273,7 +277,7 @@ class Study(Table):
                 return name, comparison, float(bound)
         raise InvalidInput(
             f'{what} is "{text[:80]}"; it must be a rule on a metric'
-            f"{', or none, all or fell' if what == 'keep' else ''}.",
+            f"{', or none, all, fell or pareto' if what == 'keep' else ''}.",
             hint=f'"{names[0]} < 1"',
         )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import uuid
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -43,10 +44,11 @@ def study(
     retry_failed: bool = False,
     max_failures: int | None = None,
     ray: str | None = None,
+    part: tuple[int, int] | None = None,
     force: bool = False,
     progress: Progress | None = None,
 ) -> StudyResults:
-    """Make the runs of a study that its folder lacks, and return all rows.
+    """Make the runs of a study that its folder lacks, and return its rows.
 
     Rows are written as they are made. An interrupted or killed study loses only the runs under way;
     calling this again goes on.
@@ -58,14 +60,16 @@ def study(
         retry_failed: Make failed runs again.
         max_failures: Number of failed runs after which the study stops; None: it never does.
         ray: Address of a Ray cluster, or ``local``; None: processes of this machine.
+        part: Part k of n to be made, from 1, of a study that several machines make in one folder;
+            None: all runs.
         force: Replace the folder of another study.
         progress: Receives the progress.
 
     Returns:
-        The rows of all runs.
+        The rows of all runs; of a part, those that exist by now.
 
     Raises:
-        InvalidInput: The study is not well formed, or the folder holds another study.
+        InvalidInput: The study or the part is not well formed, or the folder holds another study.
         OutputError: The folder cannot be written, or too many runs failed.
     """
     table, files = load_study_file(source)
@@ -75,6 +79,8 @@ def study(
         _check_extra("search", "optuna", "cmaes")
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    if part is not None:
+        _check_part(part, table, force=force)
     runner = _runner(table, files, folder)
     parts = fingerprint(runner)
     _prepare(folder, table, parts, force=force)
@@ -108,9 +114,17 @@ def study(
         executor = RayExecutor(runner, folder.resolve(), workers or cores(), report, ray)
     with executor:
         if table.search is None:
-            make(numbered(parts, table.points()))
+            runs = numbered(parts, table.points())
+            if part is not None:
+                runs = runs[part[0] - 1 :: part[1]]
+                total = len(runs)
+            make(runs)
         else:
             search(table, parts, folder, make)
+            if table.keep == "pareto" and executor.going:
+                runs = _unrecorded(load_study(folder), runner)
+                total += len(runs)
+                executor.make(runs)
     if max_failures is not None and failures > max_failures:
         raise OutputError(
             f"{failures} runs failed, more than {max_failures}; {done} of {total} are done. "
@@ -118,6 +132,9 @@ def study(
             hint=f"phasmid study {source} --retry failed" if isinstance(source, str | Path) else "",
         )
     results = load_study(folder)
+    if len(results.table) < table.count():
+        # Other machines make the rest.
+        return results
     file = "study.toml" if isinstance(source, Mapping) else str(source)
     where = "" if out is None else f" --out {out}"
     page = study_page(results, f"phasmid study {plain(file)}{plain(where)}")
@@ -158,6 +175,30 @@ def repeat_run(
     return recording, [name for name, value in metrics.items() if value != row[name]]
 
 
+def _check_part(part: tuple[int, int], table: Study, *, force: bool) -> None:
+    """Refuse a part that cannot be made.
+
+    Raises:
+        InvalidInput: With the reason.
+    """
+    if not 1 <= part[0] <= part[1]:
+        raise InvalidInput(f"part is {part[0]} of {part[1]}; it must be one from 1 to {part[1]}.")
+    if table.search is not None:
+        raise InvalidInput("a search has no parts: each batch depends on those before.")
+    if force:
+        raise InvalidInput("a part must not delete the rows of others.", hint="without --force")
+
+
+def _unrecorded(results: StudyResults, runner: Runner) -> list[Run]:
+    """Return the runs of the best points whose recordings do not exist, to be kept."""
+    rows = results.table.set_index("number").loc[results.best_numbers]
+    return [
+        Run(int(number), row["run"], runner.point(row.to_dict()), is_kept=True)
+        for number, row in rows.iterrows()
+        if not row["recording"]
+    ]
+
+
 def _folder(out: str | Path | None, table: Study) -> Path:
     return Path(out) if out is not None else Path("results") / table.name
 
@@ -196,11 +237,17 @@ def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: boo
                 hint="another --out, or --force, which deletes its rows",
             )
         shutil.rmtree(folder)
+    # Other machines may begin a part of this study now: the folder appears whole.
+    new = folder.with_name(f".{folder.name}-{uuid.uuid4().hex}")
     try:
-        (folder / PARTS).mkdir(parents=True, exist_ok=True)
+        (new / PARTS).mkdir(parents=True)
+        write_definition(new, table, parts)
+        new.replace(folder)
     except OSError as error:
-        raise cannot_write(folder, error) from None
-    write_definition(folder, table, parts)
+        shutil.rmtree(new, ignore_errors=True)
+        if not (folder / DEFINITION).exists():
+            raise cannot_write(folder, error) from None
+        _prepare(folder, table, parts, force=False)
 
 
 def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import time
+import uuid
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,7 +119,7 @@ def write_rows(folder: Path, rows: Sequence[Row]) -> None:
     import pandas as pd
 
     # Parts sort by time: a run that was made again has its newest row last.
-    path = folder / PARTS / f"{time.time_ns():020d}-{os.getpid()}.parquet"
+    path = folder / PARTS / f"{time.time_ns():020d}-{uuid.uuid4().hex[:8]}.parquet"
     with whole_file(path) as file:
         pd.DataFrame(rows).to_parquet(file, index=False)
 

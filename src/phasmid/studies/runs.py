@@ -44,11 +44,13 @@ class Run:
         number: Its number in the study, from 0.
         id: Hash of study and values.
         point: Values by axis.
+        is_kept: Whether its recording is kept, whatever the study's rule.
     """
 
     number: int
     id: str
     point: Point
+    is_kept: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ class Runner:
             row["ending"] = str(recording.attrs.get("ending", ""))
             row["ending_reason"] = str(recording.attrs.get("ending_reason", ""))
             row |= self.metrics(recording)
-            if self.keeps(row):
+            if run.is_kept or self.keeps(row):
                 path = self.recordings / f"{run.id}.nc"
                 self.recordings.mkdir(exist_ok=True)
                 save_recording(recording, path)
@@ -203,7 +205,7 @@ class Runner:
     def keeps(self, row: Row) -> bool:
         """Return whether the recording of a row is kept."""
         keep = self.study.keep
-        if keep in ("none", "all"):
+        if keep in ("none", "all", "pareto"):
             return keep == "all"
         if keep == "fell":
             return bool(row["ending"] == "FELL")

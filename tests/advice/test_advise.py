@@ -1,0 +1,196 @@
+"""Advice on servos: loads, heat, battery, and the choice of another servo."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid import load_robot, simulate
+from phasmid.advice import advise, simulate_load
+from phasmid.advice.advice import MEASURED, USABLE, WARM_UP, plan_cycles
+from phasmid.cli import main
+from phasmid.errors import InvalidInput
+from phasmid.forces import Holding
+from phasmid.robot import load_servo
+from phasmid.scenario import Scenario
+
+ROBOT = Scenario(robot="phantomx-ax").replace(gait="tripod", period=1.0)
+
+
+@pytest.fixture(scope="module")
+def advice():
+    return advise(ROBOT)
+
+
+def test_the_load_is_that_of_the_recorded_walk(advice):
+    # Sums over blocks and over the recording differ by round-off of 3000 samples.
+    recording = simulate(*plan_cycles(ROBOT)[:2])
+    assert recording.time.values[-1] == WARM_UP + MEASURED
+    part = recording.isel(time=recording.time.values >= WARM_UP)
+    torque, current = part["joint_torque"].values, part["servo_current"].values
+    load = advice.load
+    np.testing.assert_array_equal(load.peak_torque, np.abs(torque).max(axis=0))
+    np.testing.assert_allclose(load.rms_torque, np.sqrt((torque**2).mean(axis=0)), rtol=1e-12)
+    motor = advice.servo.motor
+    heat = motor.resistance * (current**2).mean(axis=0)
+    np.testing.assert_allclose(load.heat, heat, rtol=1e-12)
+    assert (load.unaided_heat >= load.heat).all()
+    drawn = np.maximum(part["servo_duty"].values * current, 0).sum(axis=(1, 2))
+    standby = 18 * advice.servo.standby_current
+    assert load.supply_current == pytest.approx(drawn.mean() + standby, rel=1e-12)
+    assert load.peak_supply_current == pytest.approx(drawn.max() + standby, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_the_extrapolated_temperature_is_that_of_a_longer_walk(advice):
+    # Heat varies from cycle to cycle by 3 % of the warmest servo's, since feet creep.
+    scenario, walk, _ = plan_cycles(advice.scenario, cycles=60)
+    simulated = simulate_load(scenario, walk).temperature - 25.0
+    rise = advice.temperature(1.0)[1] - 25.0
+    assert np.abs(rise - simulated).max() < 0.05 * simulated.max()
+    assert simulated.max() > 0.3
+
+
+def test_temperatures_approach_those_of_the_mean_heat(advice):
+    low, expected, high = advice.temperature(1e9)
+    steady = 25.0 + advice.servo.thermal_resistance * advice.load.heat
+    np.testing.assert_allclose(expected, steady, rtol=1e-12)
+    assert (low < expected).all()
+    assert (expected < high).all()
+    np.testing.assert_array_equal(advice.temperature(0.0), 25.0)
+
+
+def test_the_battery_lasts_in_proportion_to_its_capacity(advice):
+    larger = advise(ROBOT, capacity=4.4)
+    assert larger.battery_minutes == pytest.approx(2 * advice.battery_minutes, rel=1e-12)
+    current = advice.load.supply_current
+    assert advice.battery_minutes == pytest.approx(60 * USABLE * 2.2 / current, rel=1e-12)
+
+
+def test_a_speed_sets_the_period():
+    scenario, walk, speed = plan_cycles(ROBOT, 0.05)
+    assert scenario.stride.period == pytest.approx(0.04 / 0.5 / 0.05)
+    way = np.ptp(walk.trunk.position[:, 0])
+    assert speed == pytest.approx(0.05)
+    assert way / scenario.duration == pytest.approx(0.05, rel=1e-6)
+
+
+def test_a_payload_adds_to_the_robot_of_a_scenario():
+    robot = ROBOT.replace(payload_g=500).load_robot()
+    assert robot.mass == pytest.approx(load_robot("phantomx-ax").mass + 0.5, rel=1e-12)
+
+
+def test_a_payload_increases_torque_and_heat(advice):
+    loaded = advise(ROBOT.replace(payload_g=1000))
+    assert loaded.load.rms_torque.max() > 1.2 * advice.load.rms_torque.max()
+    assert loaded.verdict.torque > 1.2 * advice.verdict.torque
+    assert loaded.battery_minutes < advice.battery_minutes
+
+
+def test_each_servo_of_the_catalogue_holds_or_lacks_something(advice):
+    assert [choice.servo.name for choice in advice.choices] == [
+        "AX-12A",
+        "AX-18A",
+        "XL430-W250",
+        "MX-28",
+        "MG996R",
+        "DS3218",
+        "LX-16A",
+        "STS3215",
+    ]
+    for choice in advice.choices:
+        assert bool(choice.lacks) == (choice.verdict.holding is not Holding.HOLDS)
+        assert choice.price == 18 * choice.servo.price
+    # Heavier servos count: the MX-28 weighs 22.4 g more than the AX-12A.
+    torque = {choice.servo.name: choice.verdict.torque for choice in advice.choices}
+    assert torque["MX-28"] > 1.05 * torque["AX-12A"]
+    # A walk that no servo can follow lacks speed.
+    fast = advise(ROBOT, speed=0.12)
+    lacks = {choice.servo.name: choice.lacks for choice in fast.choices}
+    assert "speed 4.7 of" in lacks["STS3215"]
+    assert "speed" not in lacks["AX-18A"]
+
+
+def test_the_cheapest_servo_that_holds():
+    light = replace(load_robot("quadruped"), servo=load_servo("AX-12A"))
+    light = replace(light, body=replace(light.body, mass=0.1))
+    found = advise(Scenario(robot=light, gait="crawl"))
+    holding = [choice for choice in found.choices if not choice.lacks]
+    assert holding
+    assert found.cheapest in holding
+    assert found.cheapest.price == min(choice.price for choice in holding)
+
+
+def test_without_a_stall_current_heat_is_unknown(capsys):
+    robot = replace(load_robot("phantomx-ax"), servo=load_servo("DS3218"))
+    found = advise(ROBOT.replace(robot=robot))
+    assert found.load.heat is None
+    assert found.battery_minutes is None
+    assert found.temperature(5.0) is None
+    assert found.load.peak_torque.max() > 0.3
+    assert main(["advise", "phantomx-ax", "--servo", "DS3218"]) == 0
+    assert "heat, current and battery time are unknown" in capsys.readouterr().out
+
+
+def test_the_command_prints_all_joints_and_servos(capsys, tmp_path):
+    figure = tmp_path / "advice.svg"
+    arguments = ["advise", "phantomx-ax", "--payload-g", "500", "--speed-mm-s", "60"]
+    assert main([*arguments, "--figure", str(figure)]) == 0
+    printed = capsys.readouterr().out
+    assert "60 mm/s, payload 500 g, air 25 °C" in printed
+    for word in ("left_rear.tibia", "STS3215", "battery of 2200 mAh", "HOLDS"):
+        assert word in printed
+    assert figure.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_the_command_compares_with_a_full_simulation(capsys):
+    assert main(["advise", "quadruped", "--simulate", "0.2", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["simulation"]["minutes"] == pytest.approx(0.2, abs=1e-3)
+    for values in found["simulation"]["joints"].values():
+        full, advised = values["temperature"]
+        assert full == pytest.approx(advised, abs=0.1)
+    assert main(["advise", "quadruped", "--simulate", "0.1"]) == 0
+    assert "Full simulation of 0.1 min" in capsys.readouterr().out
+
+
+def test_servos_that_do_not_hold_give_status_2(capsys):
+    assert main(["advise", "phantomx-ax", "--payload-g", "6000"]) == 2
+    captured = capsys.readouterr()
+    assert "DOES NOT HOLD" in captured.out
+    assert "the AX-12A does not hold it in the tripod gait." in captured.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nobody"], 'no robot called "nobody".'),
+        (["phantomx-ax", "--servo", "AX-12"], 'no servo called "AX-12".'),
+        (["phantomx-ax", "--gait", "gallop"], 'gait "gallop" leaves 1 feet'),
+        (["phantomx-ax", "--payload-g", "much"], '--payload-g is "much"'),
+        (["phantomx-ax", "--payload-g", "-5"], "--payload-g is -5"),
+        (["phantomx-ax", "--speed-mm-s", "0"], '--speed-mm-s is "0"'),
+        (["phantomx-ax", "--speed-mm-s", "900"], "rad/s"),
+        (["phantomx-ax", "--battery-mah", "nan"], '--battery-mah is "nan"'),
+        (["phantomx-ax", "--simulate", "1e9"], '--simulate is "1e9"'),
+        (["phantomx-ax", "--figure", "advice.txt"], '--figure is "advice.txt"'),
+        (["phantomx-ax", "--step-length-mm", "0", "--speed-mm-s", "20"], "step_length is 0"),
+    ],
+)
+def test_bad_input_gets_one_sentence(arguments, message, capsys):
+    assert main(["advise", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert message in captured.err
+    assert captured.err.startswith("phasmid: ")
+
+
+@pytest.mark.parametrize("number", [0.0, -1.0, np.nan])
+def test_speed_and_capacity_must_be_positive(number):
+    with pytest.raises(InvalidInput, match="speed is"):
+        advise(ROBOT, speed=number)
+    with pytest.raises(InvalidInput, match="capacity is"):
+        advise(ROBOT, capacity=number)
