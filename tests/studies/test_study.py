@@ -277,6 +277,19 @@ def test_failed_runs_are_rows_and_can_be_made_again(tmp_path, capsys, monkeypatc
         study("s.toml", workers=1, retry_failed=True, max_failures=0)
 
 
+def test_without_a_terminal_progress_is_a_line_now_and_then(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("phasmid.cli.study.LINE_EVERY", 0.0)
+    file = tmp_path / "s.toml"
+    file.write_text(
+        f'kind = "plan"\nmetrics = ["{COST}"]\n[set]\nduration = 0.5\nstep_length_mm = 400\n'
+        "[axes]\nperiod = [2, 3]\n"
+    )
+    assert main(["study", str(file), "--out", str(tmp_path / "out"), "--workers", "1"]) == 1
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0].startswith("phasmid: 0 of 2, 0/s")
+    assert any(line.startswith("phasmid: 2 of 2, ") and "2 failed" in line for line in lines)
+
+
 def test_recordings_are_kept_by_a_rule(tmp_path):
     one = {
         "kind": "simulate",

@@ -20,8 +20,8 @@ def progress_bar(
         notice: Line for a standard error that is no terminal.
 
     Yields:
-        A function of the amount done, and of the total where that was not given; None without a
-        terminal.
+        A function of the amount done, of the total where that was not given, and of a note that
+        follows the name; None without a terminal.
     """
     if quiet or not sys.stderr.isatty():
         if notice and not quiet:
@@ -40,11 +40,13 @@ def progress_bar(
 
     columns = (
         SpinnerColumn("line"),
-        TextColumn(what),
+        TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=total)
-        yield lambda done, total=total: bar.update(task, completed=done, total=total)
+        yield lambda done, total=total, note="": bar.update(
+            task, completed=done, total=total, description=f"{what}{note}"
+        )

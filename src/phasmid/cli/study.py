@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from phasmid.studies import StudyResults
+
+LINE_EVERY = 60.0
+"""Time between two lines of progress without a terminal [s]."""
 
 MOST_POINTS, MOST_CAUSES = 10, 3
 """Points of a search, and causes of failures, that are printed."""
@@ -63,12 +68,7 @@ def run(options: argparse.Namespace) -> int:
     if only is not None:
         return _repeat(options, only)
     with progress_bar("studying", quiet=options.quiet) as progress:
-
-        def show(done: int, total: int, failures: int) -> None:
-            del failures
-            if progress is not None:
-                progress(done, total=total)
-
+        show = _Progress(progress, quiet=options.quiet)
         try:
             results = study(
                 options.file,
@@ -103,6 +103,31 @@ def run(options: argparse.Namespace) -> int:
         error = plain(str(first["error"]))
         print(f"phasmid: failed: {count}, such as run {first['number']}: {error}", file=sys.stderr)
     return 1 if len(failed) == len(table) else 0
+
+
+class _Progress:
+    """Shows runs done, rate and failures: in a bar, or without one in a line each minute."""
+
+    def __init__(self, bar: Callable[..., None] | None, *, quiet: bool) -> None:
+        self._bar, self._quiet = bar, quiet
+        self._begin: tuple[float, int] | None = None
+        self._next_line = time.monotonic() + LINE_EVERY
+
+    def __call__(self, done: int, total: int, failures: int) -> None:
+        """Show the progress of a study."""
+        now = time.monotonic()
+        # Rows of an earlier call are done at once.
+        self._begin = self._begin or (now, done)
+        begin, first = self._begin
+        rate = (done - first) / (now - begin) if now > begin else 0.0
+        failed = f", {failures} failed" if failures else ""
+        note = f"{done} of {total}, {rate:.3g}/s{failed}"
+        if self._bar is not None:
+            self._bar(done, total=total, note=f" {note}")
+        elif now > self._next_line and not self._quiet:
+            self._next_line = now + LINE_EVERY
+            left = f", {(total - done) / rate / 60:.0f} min left" if rate else ""
+            print(f"phasmid: {note}{left}", file=sys.stderr, flush=True)
 
 
 def _repeat(options: argparse.Namespace, number: int) -> int:
