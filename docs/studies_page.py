@@ -10,6 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from PIL import Image
 from playwright.sync_api import sync_playwright
 from studio_page import IMAGES, chromium
 
@@ -31,7 +32,11 @@ def main():
             )
             window.goto((results.folder / "study.html").resolve().as_uri())
             window.wait_for_timeout(1500)
-            window.screenshot(path=IMAGES / f"study-{name}.png")
+            picture = IMAGES / f"study-{name}.png"
+            window.screenshot(path=picture)
+            with Image.open(picture) as image:
+                small = image.convert("RGB").quantize(128)
+            small.save(picture, optimize=True)
         browser.close()
 
 

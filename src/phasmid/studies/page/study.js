@@ -189,7 +189,9 @@
       context.strokeStyle = style("--faint");
       line(context, x, 52, x, high - 24);
       context.fillStyle = style("--ink");
-      context.fillText(label(one.name).split(".").slice(-2).join(" ").slice(0, 24), x, k % 2 ? 26 : 12);
+      const name = label(one.name).split(".").slice(-2).join(" ").slice(0, 28);
+      const half = context.measureText(name).width / 2;
+      context.fillText(name, Math.min(Math.max(x, half), wide - half), k % 2 ? 26 : 12);
       context.fillStyle = style("--faint");
       if (one.texts) {
         const apart = (high - 80) / one.texts.length;
