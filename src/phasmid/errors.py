@@ -196,6 +196,7 @@ def located(where: str) -> Iterator[None]:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the known name nearest to a misspelt one; empty if none is near."""
-    matches = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return matches[0] if matches else ""
+    """Return the known name nearest to a misspelt one, in any case; empty if none is near."""
+    by_lower_case = {one.lower(): one for one in known}
+    matches = difflib.get_close_matches(name.lower(), by_lower_case, n=1, cutoff=0.6)
+    return by_lower_case[matches[0]] if matches else ""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.robot_options import add_import_options, import_options
-from phasmid.errors import InvalidInput, plain
+from phasmid.errors import InfeasibleWalk, InvalidInput, plain
 
 if TYPE_CHECKING:
     from phasmid.advice import Advice, ServoLoad
@@ -65,11 +65,15 @@ def run(options: argparse.Namespace) -> int:
     speed = _number("--speed-mm-s", options.speed_mm_s)
     capacity = _number("--battery-mah", options.battery_mah, 1e6)
     assert capacity is not None
-    advice = advise(
-        _scenario(options),
-        speed=None if speed is None else speed / 1000,
-        capacity=capacity / 1000,
-    )
+    try:
+        advice = advise(
+            _scenario(options),
+            speed=None if speed is None else speed / 1000,
+            capacity=capacity / 1000,
+        )
+    except InfeasibleWalk as error:
+        error.hint = error.hint or "another --speed-mm-s, --step-length-mm or --gait"
+        raise
     full = None if minutes is None else _simulate(advice, minutes)
     if options.json:
         found = advice.as_dict()
