@@ -2,15 +2,11 @@
 
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
-from phasmid.control.leg_phases import land_here
-from phasmid.control.types import LegPhase
-from phasmid.control.update import advance_engine
 from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, load_gait
 from phasmid.kinematics import neutral_feet
@@ -154,17 +150,6 @@ def test_a_mirrored_command_gives_a_mirrored_walk():
     np.testing.assert_allclose(ends[0] * [1, -1, -1], ends[1], atol=1e-9)
 
 
-@pytest.mark.parametrize("gait", ["tripod", "ripple", "wave"])
-def test_well_beyond_the_largest_velocity_something_binds(gait):
-    engine = engine_of("phantomx-ax")
-    for direction in DIRECTIONS[:4]:
-        limit = engine.largest_velocity(direction, gait=gait)
-        asked = tuple(1.15 * v for v in limit.velocity)
-        engine._gaits.write(engine._next_reference, gait, None, frozenset())
-        engine._next_reference.step_height = engine.settings.step_height
-        assert engine._scale(engine._next_reference, np.array(asked))[0] < 0.9
-
-
 def test_a_robot_walks_on_five_legs_and_on_six_again():
     engine = engine_of("phantomx-ax")
     lost = frozenset({2})
@@ -214,58 +199,6 @@ def test_a_standing_robot_does_not_step_for_small_changes_of_the_ground():
     assert not seen.stance.all()
     assert engine.is_standing
     assert np.abs(seen.feet_in_body[-1] - neutral_feet(engine.robot))[:, :2].max() < 6e-4
-
-
-@numba.njit
-def step(memory, dt):
-    return advance_engine(memory[0].states, memory[0].references, memory[0].model, dt)
-
-
-def stopped_twice(touch, retreat=0.0):
-    """Return the phases of swinging feet after one and two updates at which nothing can move."""
-    engine = core_engine(load_robot("phantomx-ax"))
-    engine._start()
-    drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    swinging = np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)
-    assert len(swinging) == 3
-    if retreat:
-        # A foot that draws back has no lift.
-        engine.state.manoeuvre[swinging], engine.state.swing_height[swinging] = retreat, 0.0
-    # A stance leg that cannot move.
-    stays = int(np.flatnonzero(engine.state.leg_phase == LegPhase.STANCE)[0])
-    limits = engine.model.limits[stays].copy()
-    phases = []
-    for _ in range(2):
-        engine.model.limits[stays] = limits + 9.0
-        engine.reference.contact[swinging] = touch
-        q = engine.state.q.copy()
-        assert step(engine.memory, 0.005) == 3
-        np.testing.assert_array_equal(engine.state.q, q)
-        phases.append(engine.state.leg_phase[swinging].tolist())
-    engine.model.limits[stays] = limits
-    return phases
-
-
-def test_a_blocked_foot_goes_straight_then_stands_or_probes_down():
-    for touch, then in ((1, LegPhase.STANCE), (0, LegPhase.PROBING), (-1, LegPhase.PROBING)):
-        assert stopped_twice(touch) == [[LegPhase.SWING] * 3, [then] * 3]
-    # So does one that draws back.
-    assert stopped_twice(1, retreat=1.0) == [[LegPhase.SWING] * 3, [LegPhase.STANCE] * 3]
-
-
-@numba.njit
-def land(memory, leg):
-    land_here(memory[0].states[0], memory[0].model, memory[0].references[0], leg)
-
-
-@pytest.mark.parametrize(("touch", "least", "most"), [(-1, -1e-9, 1e-9), (0, -0.06, -0.02)])
-def test_without_contact_sensing_a_foot_lands_on_the_estimated_ground(touch, least, most):
-    engine = core_engine(load_robot("phantomx-ax"))
-    drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    leg = int(np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)[0])
-    engine.reference.contact[leg] = touch
-    land(engine.memory, leg)
-    assert least <= engine.state.touchdown[leg, 2] <= most
 
 
 def test_a_robot_with_more_legs_than_a_record_has_is_refused():

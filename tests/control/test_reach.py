@@ -80,13 +80,3 @@ def test_wide_and_narrow_ranges_of_joints(joint, low, high):
 def test_a_leg_without_a_margin_of_stretch_reaches_up_to_its_length():
     engine = engine_of("phantomx-ax", stretch=1.0, joint_margin=0.0)
     assert (compare(engine.model) > 100).all()
-
-
-def test_a_place_that_is_no_number_is_not_within():
-    model = engine_of("phantomx-ax").model
-    foot = np.array([0.1, 0.0, -0.1])
-    assert is_within(model, AT_PLANNED, 0, *foot)
-    for k in range(3):
-        p = foot.copy()
-        p[k] = np.nan
-        assert not is_within(model, AT_PLANNED, 0, *p)

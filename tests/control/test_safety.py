@@ -274,14 +274,6 @@ def test_a_robot_that_falls_is_held_still_without_a_jump_and_begins_anew():
     assert wild.resets == 2
 
 
-def test_a_still_controller_within_safety_passes_its_own_targets():
-    safe = SafetyFilter(Still(), ROBOT)
-    safe.reset(Observation(0.0, HOME))
-    targets = safe.update(Observation(DT, HOME), AHEAD)
-    assert targets.position is safe.controller.q
-    assert safe.telemetry() == {"safety_mode": 0.0}
-
-
 def test_torques_pass_and_one_that_is_not_finite_is_the_last_that_was():
     """Targets that are mended, and those of a robot that is held still, keep their torques."""
     torque = np.linspace(-1.0, 1.0, HOME.size).reshape(HOME.shape)
@@ -307,26 +299,6 @@ def test_torques_pass_and_one_that_is_not_finite_is_the_last_that_was():
     held = safe.update(Observation(4 * DT, HOME, orientation=tilted(60)), AHEAD)
     assert safe.monitor.mode is Mode.HOLD
     assert held.torque is torque
-
-
-def test_what_a_controller_said_before_it_began_anew_is_kept():
-    class Telling(Still):
-        def reset(self, observation):
-            super().reset(observation)
-            self.events = []
-
-        def update(self, observation, command):
-            if not self.events:
-                self.events.append((observation.time, "it goes."))
-            return super().update(observation, command)
-
-    safe = SafetyFilter(Telling(), ROBOT)
-    safe.reset(Observation(0.0, HOME))
-    for k in range(1, 400):
-        tilt = tilted(60 if k == 20 else 0)
-        safe.update(Observation(k * DT, HOME, orientation=tilt), AHEAD)
-    assert next(time for time, said in safe.events if said == "it goes.") == DT
-    assert len([said for _, said in safe.events if said == "it goes."]) == 2
 
 
 def test_what_a_controller_says_is_taken_once():

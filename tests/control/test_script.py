@@ -158,15 +158,3 @@ def test_invalid_tables_are_refused(tmp_path, name, text, what):
     with pytest.raises(InvalidInput) as caught:
         load_script(tmp_path / name)
     assert caught.value.what.endswith(what)
-
-
-def test_a_command_is_the_same_object_until_the_next():
-    text = "duration = 5\n[[command]]\ntime_s = 1\nahead_mm_per_s = 50\n[[command]]\ntime_s = 3"
-    script = script_from_text("format = 1\n" + text)
-    for begin, end in ((1.0, 3.0), (3.0, 5.0)):
-        assert script.at(begin) is script.at(end - 1e-6)
-
-
-def test_values_are_validated_at_construction():
-    with pytest.raises(InvalidInput, match=r"^command\[0\].ahead is 50 m/s; it must be 10 or less"):
-        CommandScript(command=[{"ahead": 50.0}])

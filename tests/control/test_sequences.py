@@ -19,14 +19,13 @@ from phasmid.control.sequences.ground import (
     solve_feet,
 )
 from phasmid.control.sequences.joint_path import ACCELERATION, JointPath, Route, largest_speed
+from phasmid.control.sequences.leg_loss import DOUBT_TIME, LOSS_TIME
 from phasmid.control.sequences.posture import fold_legs, leg_gaps
 from phasmid.control.sequences.stance import neutral_stance
+from phasmid.robot import preset_names
 from sequence_runs import DT, Still, run
 
-ROBOTS = {
-    name: load_robot(name)
-    for name in ("phantomx-paper", "phantomx-ax", "phantomx-mk4", "quadruped", "octopod")
-}
+ROBOTS = {name: load_robot(name) for name in preset_names()}
 UP = Command(posture=Posture.STANDING)
 DOWN = Command(posture=Posture.PACKED)
 
@@ -250,12 +249,37 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
     ]
 
 
-@pytest.mark.parametrize("name", ["quadruped"])
+class Catching(Still):
+    """A walking controller that counts how often its swing legs are landed."""
+
+    caught = 0
+
+    def catch(self):
+        self.caught += 1
+
+
+def test_swing_legs_are_landed_once_for_each_doubt():
+    """A servo that is slow to answer, and no other, must not keep all feet on the ground."""
+    robot, walker = ROBOTS["phantomx-ax"], Catching()
+    home, sequencer = neutral_stance(robot).q, Sequencer(walker, robot)
+    sequencer.reset(Observation(0.0, home))
+    running = np.ones(home.shape, dtype=bool)
+    silent = running.copy()
+    silent[2, 1] = False
+    middle = (DOUBT_TIME + LOSS_TIME) / 2
+    for doubt in (1, 2):
+        begin = doubt * 10.0
+        sequencer.update(Observation(begin, home, servo_running=running), Command())
+        for part in (0.5 * DOUBT_TIME, middle, 0.9 * LOSS_TIME):
+            sequencer.update(Observation(begin + part, home, servo_running=silent), Command())
+        assert walker.caught == doubt
+
+
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=5)
-def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(name, seed):
+def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(seed):
     """All knees and feet begin above the ground; half a millimetre is not worth a way round."""
-    robot = ROBOTS[name]
+    robot = ROBOTS["quadruped"]
     ground, goal = belly_ground(robot), packing(robot).folded
     rng, limits = np.random.default_rng(seed), robot.arrays.joint_limits
     first = goal.copy()
