@@ -139,14 +139,6 @@ def test_a_model_from_the_wild_keeps_limits_motors_looks_and_feet(wild: Path) ->
     ]
 
 
-def test_i12_strict_refuses_what_is_ignored(tmp_path: Path) -> None:
-    error = refused(
-        tmp_path, two(after='<contact><exclude body1="base" body2="arm"/></contact>'), strict=True
-    )
-    assert error.what == "1 <contact> was ignored."
-    assert error.hint == "leave --strict out"
-
-
 @pytest.mark.parametrize(
     "name", ["../../etc/passwd", "/etc/passwd", "file://etc/passwd", "http://a.example/b.stl"]
 )
@@ -280,12 +272,3 @@ def test_meshes_beside_the_folder_of_the_files_are_the_models(tmp_path: Path) ->
     asset = '<compiler meshdir="../meshes"/><asset><mesh file="a.stl"/></asset>'
     text = two(inside='<geom type="mesh" mesh="a"/>', after=asset)
     assert read(tmp_path / "mjcf", text).links["arm"].parts
-
-
-def test_spheres_that_touch_are_the_balls_of_a_link(tmp_path: Path) -> None:
-    shapes = (
-        '<geom type="sphere" size="0.02" pos="0.1 0 -0.2"/>'
-        '<geom type="sphere" size="0.03" contype="0" conaffinity="0"/>'
-    )
-    (ball,) = read(tmp_path, two(inside=shapes)).links["arm"].balls
-    assert ball == (0.1, 0.0, -0.2, 0.02)

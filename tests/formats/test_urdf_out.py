@@ -16,7 +16,7 @@ from phasmid.errors import InvalidInput
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, read_urdf, tree_of
 from phasmid.formats.urdf_out import FOOT_RADIUS, rpy_of, urdf_files
 from phasmid.kinematics import rotation_rpy
-from phasmid.robot import Appearance, Part, load_robot
+from phasmid.robot import Part, load_robot
 
 # Nine products of sines and cosines that are exact to a unit in the last place, and angles of up
 # to pi, themselves rounded by 4.4e-16: some units of 2.2e-16.
@@ -50,28 +50,6 @@ def test_a_rotation_is_exact_where_roll_and_yaw_are_one(pitch: float, off: float
             @ rotation_rpy(roll, 0, 0)
         )
         np.testing.assert_allclose(rotation_rpy(*rpy_of(R)), R, atol=ROTATION)
-
-
-def test_colours_names_and_meshes_survive_and_like_meshes_are_one_file(tmp_path: Path) -> None:
-    robot = load_robot("phantomx-paper")
-    servo = Part(CORNERS, FACES, (0.1, 0.2, 0.3, 1.0), "servo")
-    shell = Part(2 * CORNERS, FACES, (0.7, 0.2, 0.3, 0.5), "Servo")
-    look = Appearance.of({"body": (servo, shell), "coxa": (servo,), "femur": (servo, servo)})
-    tree = tree_of(replace(robot, appearance=look))
-    files = urdf_files(tree, "robot")
-    assert sorted(files) == [
-        "robot.urdf",
-        "robot_meshes/base_link_Servo_2.stl",
-        "robot_meshes/base_link_servo.stl",
-    ]
-    back = read_urdf(write(files, tmp_path))
-    for link, other in zip(tree.links.values(), back.links.values(), strict=True):
-        assert len(link.parts) == len(other.parts)
-        for part, again in zip(link.parts, other.parts, strict=True):
-            assert (part.name, part.color) == (again.name, again.color)
-            # These corners are sums of powers of two, which single precision keeps.
-            np.testing.assert_array_equal(again.vertices[again.faces], part.vertices[part.faces])
-            assert len(again.vertices) == 4
 
 
 def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_path: Path) -> None:
