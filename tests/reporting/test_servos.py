@@ -98,11 +98,6 @@ def test_the_printed_summary_has_a_line_on_load_and_one_on_heat(loaded):
     assert f"Heat, estimated {heat}" in text
 
 
-def test_a_recording_without_servos_says_nothing_of_them(short_walk):
-    assert "servos" not in summarise(short_walk)
-    assert not any(name.startswith("servo") for name in figures(short_walk))
-
-
 def test_each_channel_of_the_servos_has_its_figure(loaded):
     found = figures(loaded)
     for name, unit in [
