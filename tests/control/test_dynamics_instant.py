@@ -197,21 +197,6 @@ def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:
     assert least * (1 - 1e-6) <= np.sum(effort.joint_torque**2) <= most * (1 + 1e-6)
 
 
-def test_round_off_takes_nothing_of_a_motion_that_can_be_had() -> None:
-    # The solver is right to 1e-6 or so; a motion of which it leaves out less is had, and a walk
-    # that takes its speed back for what is left out must not do so for nothing.
-    robot, rng = load_robot("phantomx-paper"), np.random.default_rng(11)
-    feed = Instant(robot, FeedForwardSettings("minimum-torque", friction=0.25, friction_used=1.0))
-    asked = 0
-    for _ in range(200):
-        acceleration, share = rng.uniform(-0.8, 0.8, 3), rng.uniform(0.001, 1.0, 6)
-        effort = solve(feed, standing(robot, acceleration=acceleration, share=share))
-        asked += effort.friction > 0.25 * (1 - 1e-9)
-        assert effort.motion_scale == 1.0 or effort.motion_scale < 1.0 - 1e-6
-    # Many of them have needed the programme: their forces lie on the edge of a cone.
-    assert asked > 50
-
-
 def test_of_too_much_acceleration_as_much_is_given_as_friction_allows() -> None:
     # Level ground: sum of tangential forces = m a, of normal ones = m g, so that a part s of
     # a = 6 m/s² is possible where s a <= mu g; the pyramid takes cos(pi/8) of mu at the least.

@@ -32,11 +32,8 @@ def test_a_command_holds_until_the_next_and_absent_keys_keep_their_values(tmp_pa
     assert after.pose == (0.0, 0.0, 0.01, 0.0, 0.0, 0.0)
     assert after.gait == "wave"
     assert script.at(1e5) == after
-
-
-def test_velocities_may_be_interpolated_between_commands(tmp_path):
-    (tmp_path / "a.toml").write_text('between = "linear"\nduration_s = 4\n' + STEPS)
-    script = load_script(tmp_path / "a.toml")
+    # Velocities may be interpolated between commands.
+    script = script_from_text('format = 1\nbetween = "linear"\nduration_s = 4\n' + STEPS)
     assert script.at(2.0).velocity == pytest.approx((0.05, 0.0, np.radians(9)))
     assert script.at(2.0).pose[2] == pytest.approx(0.005)
     assert script.at(4.0) is not None

@@ -74,18 +74,19 @@ class Body:
         return math.acos((self.ground @ rotation(*self.correction[3:], self.yaw))[2, 2])
 
 
-@pytest.mark.parametrize("yaw", [0.0, 1.1])
-def test_levelling_takes_away_all_of_a_tilt_that_it_may(yaw):
-    body = Body(rotation(0.1, -0.15), yaw)
+@pytest.mark.parametrize(
+    ("ground", "yaw", "share", "left"),
+    [
+        ((0.1, -0.15), 0.0, 1.0, 0.0),
+        ((0.1, -0.15), 1.1, 1.0, 0.0),
+        # Half-way between two directions in space is half the angle.
+        ((0.0, -0.2), 0.0, 0.5, 0.1),
+    ],
+)
+def test_levelling_takes_away_its_share_of_a_tilt(ground, yaw, share, left):
+    body = Body(rotation(*ground), yaw, settings(share))
     body.update(2000)
-    assert body.tilt < 1e-6
-
-
-def test_half_a_share_leaves_half_the_tilt():
-    body = Body(rotation(0.0, -0.2), given=settings(0.5))
-    body.update(2000)
-    # Half-way between two directions in space is half the angle.
-    assert body.tilt == pytest.approx(0.1, abs=1e-6)
+    assert body.tilt == pytest.approx(left, abs=1e-6)
 
 
 def test_along_the_ground_the_body_follows_the_plane_of_its_feet():

@@ -207,33 +207,6 @@ def test_no_failure_makes_the_correction_jump():
     assert np.hypot(speed[:, 0], speed[:, 1]).max() <= s.shift_rate * (1 + 1e-9)
 
 
-def test_a_dead_inertial_sensor_lets_levelling_ease_out():
-    world = World(0.0, -0.15)
-    world.walk(20)
-    assert world.correction[4] == pytest.approx(0.15, abs=1e-3)
-    dead = {"orientation": None, "angular_velocity": None, "acceleration": None}
-    world.walk(1, lambda down: dead)
-    assert world.events == ["no inertial sensor can be trusted; levelling eases out"]
-    world.walk(40, lambda down: dead)
-    # 12 s of a time of 2 s, twice in a row.
-    assert abs(world.correction[4]) < 0.15 * 0.02
-    world.walk(1)
-    assert world.events[1:] == ["the inertial sensor's orientation is used"]
-
-
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
-        ({"force_on": 0.1}, "force_off is 0.16; it must be at most force_on, 0.1."),
-        ({"shift": float("nan")}, "shift is nan; it must be a finite number, 0 or more."),
-    ],
-)
-def test_settings_that_cannot_be_are_refused(settings, said):
-    with pytest.raises(InvalidInput) as error:
-        EstimatorSettings(**settings)
-    assert error.value.what == said
-
-
 def test_a_delay_beyond_the_delay_line_is_refused():
     with pytest.raises(InvalidInput) as error:
         GroundEstimator(ROBOT, EstimatorSettings(motion_lag=0.7), DT, np.zeros(1, MEMORY))

@@ -91,12 +91,3 @@ def test_the_slope_changes_no_faster_than_it_may():
         on_plane(0.4, 0.3, 0.0), np.ones(6, dtype=bool), updates=4, begin=flat, rate=0.5
     )
     np.testing.assert_allclose(np.hypot(*plane[1:3]), 4 * 0.5 * DT, rtol=1e-9)
-
-
-def test_two_lags_take_the_corners_out():
-    """After a step from 0 to 1: 1 - (1 + t/T) exp(-t/T), by steps of dt to within dt/T."""
-    fit = Fit(begin=(0.0,) * 5, rate=1.0)
-    for _ in range(40):
-        fit.update(on_plane(0.0, 0.0, 1.0), np.ones(6, dtype=bool))
-    height = fit.state.ground_plane.height
-    np.testing.assert_allclose(height, 1 - (1 + 2) * math.exp(-2), atol=DT / 0.1)

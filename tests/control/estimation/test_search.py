@@ -72,32 +72,6 @@ def test_it_gives_up_until_it_has_found_ground_again():
     assert (search[-1] == 0).all()
 
 
-def test_a_sensor_that_always_says_air_costs_its_looks_and_no_more():
-    """Afterwards its leg walks as one that has never looked: in ten cycles as far, but for the half
-    of a cycle by which their phases may differ."""
-    ways = []
-    for given_up in (False, True):
-        walker = Walker()
-        walker.told[0] = 0.0
-        walker.state.search_stage[0] = SearchStage.GAVE_UP if given_up else 0.0
-        *_, search, path = walker.walk(25.0)
-        assert search[-1, 0] == SearchStage.GAVE_UP
-        ways.append(path[-1] - path[-1 - round(10 / DT)])
-    assert ways[0] == pytest.approx(ways[1], rel=0.05)
-
-
-@pytest.mark.parametrize("begin", [0.25, 0.27])
-def test_a_robot_that_shall_stand_stands(begin):
-    """Also where a foot's own place is over a hole."""
-    walker = Walker(trench=(begin, begin + 0.09))
-    walker.walk(4.0)
-    walker.command = Command()
-    walker.walk(6.0)
-    assert walker.state.clock.gait_running == 0
-    leg, *_ = walker.walk(1.0)
-    assert (leg == LegPhase.STANCE).all()
-
-
 @pytest.mark.parametrize("width", [0.12, 0.3])
 @pytest.mark.parametrize("later", [0.1, 0.4, 0.8])
 def test_a_robot_that_stops_while_a_foot_looks_stands(width, later):
@@ -125,18 +99,6 @@ def test_feet_that_are_caught_stand_where_they_come_down(doing):
     leg, *_ = walker.walk(1.0)
     first = leg[np.argmax(leg[:, caught] != LegPhase.PROBING, axis=0), np.flatnonzero(caught)]
     assert (first == LegPhase.STANCE).all()
-
-
-def test_a_leg_that_is_lost_looks_no_more():
-    walker = Walker(trench=EVERYWHERE)
-    state = walker.state
-    walker.until(lambda s: s.search_stage == 1)
-    leg = int(np.argmax(state.search_stage == 1))
-    assert state.manoeuvre[leg] == Manoeuvre.RISE
-    walker.command = Command(velocity=(SPEED, 0.0, 0.0), lost_legs=frozenset({leg + 1}))
-    walker.walk(3.0)
-    assert state.leg_phase[leg] == LegPhase.HELD
-    assert state.search_stage[leg] == 0
 
 
 @pytest.mark.parametrize(
@@ -237,16 +199,6 @@ def returning():
     walker.until(lambda s: s.search_stage == SearchStage.RETURNING)
     walker.engine.take_events()
     return walker
-
-
-def test_a_robot_that_is_told_to_go_back_while_a_foot_does_goes_back():
-    walker = returning()
-    walker.walk(0.05)
-    walker.command = Command(velocity=(-SPEED, 0.0, 0.0))
-    *_, path = walker.walk(8.0)
-    assert path.max() < path[0] + 1e-3
-    assert path[-1] < path[0] - 0.5 * SPEED * 8.0
-    assert not any(sentence.startswith("goes no farther") for sentence in walker.said)
 
 
 @pytest.mark.parametrize("later", [0.05, 0.4])
