@@ -36,13 +36,6 @@ def test_random_commands_do_no_harm_in_either_world(seed):
         assert sequences.measure(world, seed, duration)["wrong"] == [], world
 
 
-def test_the_grounds_of_the_study_are_scenarios():
-    """Every kind and size is one, except hills of some seeds."""
-    for case in ground.cases(seeds=1, modes=("without",)):
-        if case["kind"] != "hills":
-            ground.scenario_of(case["kind"], case["size"], case["seed"])
-
-
 def test_a_foot_that_cannot_go_on_stands_on_what_it_has_met(monkeypatch):
     """On this ground a robot once stayed for good where a foot had met a block as it rose."""
     monkeypatch.setattr(ground, "DRIVE", "servo")

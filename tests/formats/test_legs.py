@@ -33,7 +33,6 @@ from phasmid.formats import (
     robot_from_tree,
     tree_of,
 )
-from phasmid.kinematics import joint_angles
 from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot, load_servo
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
@@ -261,20 +260,6 @@ def test_a_trunk_whose_y_is_up_is_turned_and_told() -> None:
     ]
 
 
-def test_small_misalignments_are_set_right_and_told() -> None:
-    """A tibia axis 0.005° off: at 131 mm its foot is 131 mm · 8.7e-5 = 0.011 mm elsewhere."""
-    imported = robot_from_tree(turned_joint("right_rear_tibia", 0.005))
-    assert imported.robot is not None
-    assert (
-        "leg 3: tibia axis was turned by 0.005° to fit the leg's plane, which moves the foot by "
-        "0.011 mm at most."
-    ) in said(imported, Severity.NOTE)
-    # The cosine of the misalignment is all that is lost of the lengths.
-    assert imported.robot.leg("right_rear").tibia.length == pytest.approx(
-        MK4.legs[2].tibia.length, rel=1e-8
-    )
-
-
 def test_feet_near_the_legs_plane_are_moved_into_it_and_others_are_lateral_offsets() -> None:
     X = pose(p=(MK4.legs[0].tibia.length, 0, 0.003))
     imported = robot_from_tree(with_joint(TREE, "right_front_foot_joint", X_parent_child=X))
@@ -319,45 +304,6 @@ def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even() ->
     leg = robot_of(told).leg("right_middle")
     assert leg.mount_yaw == pytest.approx(-math.pi / 2, abs=1e-15)
     np.testing.assert_allclose(leg.joint_limits[0], np.radians([-30, 30]), atol=1e-15)
-
-
-def test_lying_coxa_axes_make_knees_bend_up() -> None:
-    """Four legs straight down on fore-and-aft coxa axes: the hip frame's x points down."""
-    leg = MK4.legs[0]
-    down = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
-    hips = {"a": (0.1, -0.05), "b": (0.1, 0.05), "c": (-0.1, -0.05), "d": (-0.1, 0.05)}
-    legs = tuple(
-        replace(
-            leg,
-            name=n,
-            mount_position=np.array([x, y, 0.0]),
-            mount_yaw=0.0,
-            neutral_foot=np.array([0.15, 0, 0.0]),
-            joint_limits=np.array([[-1, 1], [-1.5, 1.5], [-2.5, -0.1]]),
-        )
-        for n, (x, y) in hips.items()
-    )
-    tree = tree_of(replace(MK4, legs=legs))
-    tree = with_joints(
-        tree,
-        lambda j: (
-            replace(j, X_parent_child=pose(down, j.X_parent_child[:3, 3]))
-            if j.name.endswith("_coxa")
-            else j
-        ),
-    )
-    imported = robot_from_tree(tree)
-    assert not any("topples" in finding.what for finding in imported.findings)
-    robot = robot_of(tree)
-    assert robot.leg_names == ("right_front", "right_rear", "left_rear", "left_front")
-    for made in robot.legs:
-        assert made.mount_pitch == pytest.approx(math.pi / 2)
-        assert made.joint_limits[2].max() < 0
-        # It stands straight below its hip, within the limits, so that the robot does not topple.
-        np.testing.assert_allclose(made.neutral_foot[1:], 0, atol=1e-12)
-        q = joint_angles(made, made.neutral_foot)
-        assert (made.joint_limits[:, 0] <= q).all()
-        assert (q <= made.joint_limits[:, 1]).all()
 
 
 def test_legs_are_named_by_where_they_stand() -> None:

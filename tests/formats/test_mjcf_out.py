@@ -134,22 +134,6 @@ def test_meshes_are_seen_and_felt_by_nobody_and_written_once() -> None:
     assert model.body_mass.sum() == pytest.approx(robot.mass, rel=1e-12)
 
 
-def test_effort_range_and_friction_are_the_joints() -> None:
-    robot = ROBOTS["phantomx-ax"]
-    model = compiled(robot)
-    for i, joint in enumerate(j for j in tree_of(robot).joints if j.kind == "revolute"):
-        hinge, actuator = model.joint(joint.name), model.actuator(joint.name)
-        assert actuator.id == i
-        np.testing.assert_array_equal(hinge.range, [joint.lower, joint.upper])
-        np.testing.assert_array_equal(actuator.forcerange, [-joint.effort, joint.effort])
-        assert actuator.gainprm[0] == robot.servo.stiffness
-        assert actuator.biasprm[2] == -robot.servo.damping
-        dof = int(model.jnt_dofadr[hinge.id])
-        assert model.dof_armature[dof] == joint.armature
-        assert model.dof_frictionloss[dof] == joint.friction
-        assert model.dof_damping[dof] == joint.damping
-
-
 def test_what_mjcf_cannot_hold_is_refused() -> None:
     links = {"base_link": tree_of(ROBOTS["phantomx-ax"]).root, "arm": TreeLink("arm")}
     hinge = TreeJoint("j", "revolute", "base_link", "arm", np.eye(4))

@@ -170,19 +170,6 @@ def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(
     assert after.inertia == pytest.approx(before.inertia * 0.030 / before.mass, rel=1e-9)
 
 
-def test_an_axis_may_be_given_by_a_point_and_a_direction(
-    folder: Path, drawing: tuple[DrawnPart, ...]
-) -> None:
-    text = own_text(folder)
-    x, y, z = 1000 * ROBOT.legs[0].mount_position
-    named = 'axis_of = "body/right_front_servo"\n'
-    assert named in text
-    text = text.replace(named, f"point_mm = [{x}, {y}, {z + 10}]\n")
-    robot = robot_from_tree(tree(folder, drawing, text), ImportOptions(servo="AX-12A")).robot
-    assert robot is not None
-    assert robot.legs[0].X_body_hip == pytest.approx(ROBOT.legs[0].X_body_hip, abs=1e-6)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

@@ -86,18 +86,12 @@ def test_an_axis_is_x_where_none_is_given_and_has_length_one(tmp_path: Path) -> 
 def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
     text = LEG.replace('name="red"><color rgba="1 0 0 1"/></material>', 'name="blue"/>')
     blue = '<material name="blue"><color rgba="0 0 1 0.5"/></material></robot>'
-    for tree in (
-        read(text.replace("</robot>", blue), tmp_path),
-        read(
-            text.replace(
-                '<link name="base"/>',
-                '<link name="base"><visual><geometry><sphere radius="0.1"/></geometry>'
-                '<material name="blue"><color rgba="0 0 1 0.5"/></material></visual></link>',
-            ),
-            tmp_path,
-        ),
-    ):
-        assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
+    tree = read(text.replace("</robot>", blue), tmp_path)
+    assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
+    shown = f'<link name="base"><visual><geometry>{BOX}</geometry>{blue}'
+    shown = shown.replace("</robot>", "</visual></link>")
+    tree = read(text.replace('<link name="base"/>', shown), tmp_path)
+    assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
     assert read(text, tmp_path).links["tibia_3"].parts[0].color == (0.5, 0.5, 0.5, 1)
 
 

@@ -13,7 +13,8 @@ from phasmid.motion import plan
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from walks import WALKS
+from terrains import TERRAINS
+from walks import WALKS, tilted_robot
 
 PAPER = load_scenario("paper")
 STRIDES = {
@@ -63,27 +64,38 @@ def test_standing_feet_stay_where_they_stand_and_swinging_feet_stay_above(gait, 
     assert np.abs(feet[..., 2][walk.stance]).max() < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("law", "timing", "curve", "gait"),
-    [
-        *itertools.product(
-            ["straight", "coxa-only"],
-            ["rest-to-rest", "constant-speed"],
-            ["quintic", "cubic-spline"],
-            ["tripod", "ripple"],
-        )
-    ],
-)
-def test_joint_velocities_and_accelerations_are_derivatives_of_the_angles(law, timing, curve, gait):
+LEVEL = [
+    dict(zip(("stance_law", "stance_timing", "curve", "gait"), way, strict=True))
+    for way in itertools.product(
+        ["straight", "coxa-only"],
+        ["rest-to-rest", "constant-speed"],
+        ["quintic", "cubic-spline"],
+        ["tripod", "ripple"],
+    )
+]
+UNEVEN = [
+    {**TERRAINS[name], "step_length_mm": 60, "step_turn_deg": 6, "period": 3.0, "duration": 6.0}
+    for name in ("stairs", "step", "waves")
+]
+ODD = [
+    {"robot": robot, "gait": gait, "terrain": terrain, "period": 4.0, **STRIDES["on an arc"]}
+    for robot, gait in (("quadruped", "crawl"), (tilted_robot(), "ripple"))
+    for terrain in ("flat", "slope")
+]
+
+
+@pytest.mark.parametrize("changes", LEVEL + UNEVEN + ODD)
+def test_joint_velocities_and_accelerations_are_derivatives_of_the_angles(changes):
     # Central differences between instants that no switch separates; with cycles of 2 s the third
     # derivatives stay below 2e4 rad/s^3, so h = 2e-5 s errs below 2e-6 and round-off by 1e-10.
-    scenario = PAPER.replace(stance_law=law, stance_timing=timing, curve=curve, gait=gait)
-    walk, h = plan(scenario), 2e-5
+    walk, h = plan(PAPER.replace(**changes)), 2e-5
     # Switches, and the tops of the lifts, lie at multiples of 1/12 s; these instants do not.
-    time = (np.arange(240) + 0.37) / 120
+    time = (np.arange(240) + 0.37) / 60
     before, here, after = (walk.sample(time + k * h) for k in (-1, 0, 1))
     assert np.abs((after.q - before.q) / (2 * h) - here.qd).max() < 2e-6
     assert np.abs((after.qd - before.qd) / (2 * h) - here.qdd).max() < 2e-5
+    trunk, speed = here.trunk, (after.trunk.position - before.trunk.position) / (2 * h)
+    assert np.abs(speed - trunk.velocity).max() < 1e-8
 
 
 @pytest.mark.parametrize("timing", ["rest-to-rest", "constant-speed"])

@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -37,21 +36,6 @@ def test_names_and_units_are_those_of_the_design():
     assert list(recording["axis"].values) == ["x", "y", "z"]
     assert list(recording["quaternion"].values) == ["w", "x", "y", "z"]
     assert recording.attrs["format"] == 1
-
-
-def test_what_was_not_seen_is_absent():
-    recording = new_recording(np.arange(3.0), {"body_position": np.zeros((3, 3))}, {})
-    assert list(recording) == ["body_position"]
-    assert "leg" not in recording.coords
-    assert "joint" not in recording.coords
-
-
-def test_a_recording_does_not_change_with_the_arrays_it_was_made_from():
-    time, position = np.arange(3.0), np.zeros((3, 3))
-    recording = new_recording(time, {"body_position": position}, {})
-    time[0], position[0, 0] = -9.0, 9.0
-    assert recording["time"].values[0] == 0.0
-    assert recording["body_position"].values[0, 0] == 0.0
 
 
 def test_an_unknown_channel_is_refused_with_the_nearest_name():
@@ -126,19 +110,6 @@ def test_a_file_keeps_every_bit(tmp_path):
     }
 
 
-def test_a_file_is_closed_once_it_is_read(tmp_path):
-    path = tmp_path / "a.nc"
-    save_recording(full(samples=5), path)
-    loaded = load_recording(path)
-    path.write_bytes(b"")
-    assert float(loaded["joint_torque"].sum()) == pytest.approx(
-        float(full(samples=5)["joint_torque"].sum())
-    )
-    handles = Path("/proc/self/fd")
-    if handles.exists():
-        assert not any(str(path) == str(h.readlink()) for h in handles.iterdir() if h.exists())
-
-
 def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path):
     resource = pytest.importorskip("resource")
     signal = pytest.importorskip("signal")
@@ -185,18 +156,6 @@ def test_another_programs_file_is_refused(tmp_path):
         load_recording(path)
     path.write_text("time,coxa\n0,1\n")
     with pytest.raises(InvalidInput, match="is not a recording that can be read"):
-        load_recording(path)
-
-
-def test_a_small_file_cannot_claim_a_large_array(tmp_path):
-    h5netcdf = pytest.importorskip("h5netcdf")
-    path = tmp_path / "bomb.nc"
-    with h5netcdf.File(path, "w") as file:
-        file.dimensions = {"time": 10**11, "axis": 3}
-        file.attrs["format"] = 1
-        for name, dims in (("time", ("time",)), ("body_position", ("time", "axis"))):
-            file.create_variable(name, dims, "f8", chunks=(1000, 3)[: len(dims)])
-    with pytest.raises(InvalidInput, match="is damaged: it claims"):
         load_recording(path)
 
 

@@ -120,17 +120,6 @@ def test_figures_without_their_channel_are_left_out(walk):
         plot(recording, "joint-torque", legs=(7,))
 
 
-def test_the_users_own_settings_do_not_show(short_walk, tmp_path):
-    import matplotlib
-
-    figure = plot(short_walk, "joint-angle", legs=(1,))
-    save_figure(figure, tmp_path / "a.svg")
-    with matplotlib.rc_context({"lines.linewidth": 9, "font.size": 30, "svg.fonttype": "path"}):
-        save_figure(plot(short_walk, "joint-angle", legs=(1,)), tmp_path / "b.svg")
-        assert matplotlib.rcParams["font.size"] == 30
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
-
-
 def test_thinning_keeps_every_spike_and_both_ends():
     rng = np.random.default_rng(0)
     time = np.arange(10_007) * 1e-3

@@ -382,15 +382,6 @@ def test_a_figure_says_which_channel_is_lacking_and_how_to_get_it(walk, name, dr
     assert hint in refused.value.hint
 
 
-def test_an_analysis_has_figures_of_what_the_model_computes(walk):
-    drop = ("joint_torque", "joint_velocity", "joint_position", "contact", "foot_force")
-    recording = walk(duration=2.0, interval=0.05, drop=drop)
-    assert "by the model" in words(plot(recording, "servo-envelope"))
-    assert "by the model" in words(plot(recording, "power"))
-    assert "of the model" in words(plot(recording, "friction-demand"))
-    assert "recorded contact" not in words(plot(recording, "gait-diagram"))
-
-
 def test_robots_with_other_numbers_of_legs_have_all_figures(walk, eight_legs):
     robot, scenario = eight_legs
     recording = walk(duration=2.0, interval=0.05, robot=robot, scenario=scenario)

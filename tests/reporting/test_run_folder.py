@@ -138,15 +138,6 @@ def test_a_failing_rename_puts_the_old_run_back(tiny, tmp_path, monkeypatch):
     assert load_recording(folder / "recording.nc").identical(tiny)
 
 
-def test_a_link_to_a_run_is_replaced_where_it_points(tiny, tmp_path):
-    real = report(tiny, tmp_path / "real", figures=False)
-    link = tmp_path / "link"
-    link.symlink_to(real)
-    report(tiny, link, force=True, figures=False)
-    assert link.is_symlink()
-    assert "summary.json" in names(real)
-
-
 @pytest.mark.parametrize("broken", ["one sample", "NaN at the end", "NaN at the start"])
 def test_a_run_that_ended_at_once_is_reported_too(tiny, tmp_path, monkeypatch, broken):
     monkeypatch.setattr("phasmid.reporting.drawing.DPI", 60)

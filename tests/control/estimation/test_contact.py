@@ -96,29 +96,6 @@ def test_forces_between_the_thresholds_change_nothing():
     assert contact == [0, 1, 1, 1, 1, 1, 0, 0, 0, 0]
 
 
-def test_a_dead_switch_is_reported_once_and_the_force_is_used():
-    feet = Feet()
-    feet.step(honest)
-    codes, truth = feet.step(lambda share, down: (np.nan, 8.0 * down))
-    np.testing.assert_array_equal(codes[25:], truth[25:])
-    assert feet.events == [(0, 0, SensorEvent.DEAD)]
-    feet.step(honest)
-    assert feet.events[1:] == [(0, 0, SensorEvent.RECOVERED)]
-
-
-def test_a_switch_stuck_on_never_ends_a_swing_and_is_distrusted_after_two():
-    feet = Feet(present=(True, False, False, False))
-    feet.step(honest)
-    for n in range(4):
-        codes, _ = feet.step(lambda share, down: (1.0, 0.0))
-        late_swing = codes[round(0.36 * SWING) : SWING]
-        assert set(late_swing) == {-1}, "trust the plan, never the stuck switch"
-        distrusted = [events for events in feet.events if events[:2] == (0, 0)]
-        # Judged at the lift after the step.
-        assert len(distrusted) == (n >= 2)
-    assert distrusted == [(0, 0, SensorEvent.STUCK_ON)]
-
-
 def test_a_flickering_switch_is_distrusted_and_heals():
     feet, random = Feet(present=(True, False, False, False)), np.random.default_rng(2)
     feet.step(honest)

@@ -152,27 +152,6 @@ def test_a_robot_stops_at_an_edge(way, start):
     assert np.ptp(path) < 1e-9
 
 
-def test_a_robot_that_has_stopped_at_an_edge_goes_elsewhere():
-    walker = Walker()
-    walker.trench = walker.front + 0.03, 10.0
-    walker.walk(25.0)
-    engine, state = walker.engine, walker.state
-    # Along the edge, slowly, since feet look for ground at their steps; and straight back.
-    for velocity, least in (((0.0, SPEED, 0.0), 0.05), ((-SPEED, 0.0, 0.0), 0.5)):
-        walker.command, before = Command(velocity=velocity), state.path[:2].copy()
-        walker.walk(4.0)
-        gone = state.path[:2] - before
-        assert gone @ velocity[:2] / SPEED > least * SPEED * 4.0
-    assert (state.search_stage == 0).all()
-    # Then there is a way ahead again, as far as the edge.
-    walker.command = Command(velocity=(SPEED, 0.0, 0.0))
-    engine.take_events()
-    *_, path = walker.walk(30.0)
-    assert np.ptp(path) > 0.05
-    assert state.clock.gait_running == 0
-    assert any(sentence.startswith("goes no farther") for _, sentence in engine.events)
-
-
 @pytest.mark.parametrize(
     ("name", "gait", "period", "way", "speed"),
     [
