@@ -131,47 +131,6 @@ def test_the_feet_give_the_weight_and_the_acceleration(name: str) -> None:
     np.testing.assert_allclose(effort.foot_force.sum(axis=0), expected, rtol=0, atol=1e-10)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_the_joints_power_and_the_feet_s_make_the_energy_grow(name: str) -> None:
-    # tau . qd + sum F . v_foot = d (T + V) / dt. The central difference over 2 h = 2e-5 s misses
-    # by h² / 6 of a third derivative of up to 1e5 W/s², 2e-6 W, and 1e-16 E / h = 1e-9 W.
-    robot, h = robot_called(name), 1e-5
-    settings = FeedForwardSettings(friction=10.0, friction_used=1.0)
-    feed = Instant(
-        replace(robot, servo=replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)),
-        settings,
-        armature=0.0,
-    )
-    feed.parameters.friction = np.inf
-    v = np.array([0.1, -0.2, 0.05])
-    for state in states(robot, 5):
-        R, w, dw, a, q, qd, qdd, _, _ = state
-        effort = feed.solve(Motion(*state[:7]), *state[7:])
-
-        def energy(t: float, R=R, w=w, dw=dw, a=a, q=q, qd=qd, qdd=qdd) -> float:
-            turn = w * t + dw * t**2 / 2
-            angle = max(float(np.linalg.norm(turn)), 1e-300)
-            quaternion = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * turn / angle)])
-            body = dynamics.BodyMotion(
-                v * t + a * t**2 / 2,
-                kinematics.quaternion_rotation(quaternion) @ R,
-                v + a * t,
-                w + dw * t,
-                a,
-                dw,
-            )
-            angles, rates = q + qd * t + qdd * t**2 / 2, qd + qdd * t
-            kinetic = dynamics.kinetic_energy(robot, body, angles, rates)
-            return float(kinetic + dynamics.potential_energy(robot, body, angles))
-
-        feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T
-        J = R @ robot.arrays.R_body_hip @ kinematics.jacobian(robot.arrays, q)
-        speed = v + np.cross(w, feet) + (J @ qd[..., None])[..., 0]
-        power = np.sum(effort.joint_torque * qd) + np.sum(effort.foot_force * speed)
-        growth = (energy(h) - energy(-h)) / (2 * h)
-        assert power == pytest.approx(growth, abs=2e-5)
-
-
 def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:
     # The pyramid lies inside the cone of mu and around that of mu cos(pi/8): its cost lies between
     # those of the two cones, to 1e-6 of it, to which the solver is right.

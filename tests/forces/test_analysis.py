@@ -29,16 +29,6 @@ def test_the_feet_carry_the_weight_at_every_instant():
     assert mean == pytest.approx(26, rel=1e-3)
 
 
-def test_the_middle_foot_of_each_tripod_carries_more_than_the_other_two():
-    # The paper's claim, from 0.2 s to 0.8 s of each half cycle.
-    run = analysed()
-    force = run.foot_normal_force_model.values
-    for start, middle, others in ((0, 1, (3, 5)), (20, 4, (0, 2))):
-        amid = force[start + 4 : start + 17]
-        for other in others:
-            assert (amid[:, middle] > amid[:, other]).all()
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

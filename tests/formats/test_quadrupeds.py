@@ -155,18 +155,12 @@ def test_inverse_dynamics_is_that_of_pinocchio_from_the_same_file(file: Path) ->
 
 
 @pytest.mark.slow
-def test_it_walks_the_crawl(file: Path) -> None:
-    scenario = load_scenario("paper").replace(
-        robot=imported(file).robot, gait="crawl", duration=6.0
-    )
+def test_it_walks_and_is_driven_in_a_crawl(file: Path) -> None:
+    """By compliant servos, with ground sensing and safety; the start takes 1 s of 8 s."""
+    scenario = load_scenario("paper").replace(robot=load_robot(file), gait="crawl", duration=6.0)
     travel = summarise(simulate(scenario, plan(scenario)))["travel"]
     assert travel["distance"] == pytest.approx(travel["commanded_distance"], rel=0.05)
-
-
-@pytest.mark.slow
-def test_it_is_driven_in_a_crawl(file: Path) -> None:
-    """By compliant servos, with ground sensing and safety; the start takes 1 s of 8 s."""
-    scenario = load_scenario("paper").replace(robot=load_robot(file), gait="crawl", duration=8.0)
+    scenario = scenario.replace(duration=8.0)
     recording = drive(scenario, commands=Command(velocity=(0.05, 0.0, 0.0)))
     assert recording.attrs["ending"] == "COMPLETED"
     assert np.ptp(recording["body_position"].values[:, 0]) > 0.85 * 0.05 * 8.0

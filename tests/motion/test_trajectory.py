@@ -119,32 +119,22 @@ def beyond(time, q):
 
 
 @pytest.mark.parametrize(
-    ("change", "what", "hint"),
+    ("change", "what"),
     [
-        (
-            back_in_time,
-            "trajectory row 18: time 0.795 s does not follow 0.8 s by 1e-06 s or more.",
-            "",
-        ),
-        (in_degrees, "right_front.coxa reaches 45 rad.", 'unit = "deg"'),
-        (
-            jumping,
-            "right_front.tibia jumps 0.8 rad between rows 20 and 21 (16.1 rad/s; the servo",
-            "",
-        ),
+        (back_in_time, "trajectory row 18: time 0.795 s does not follow 0.8 s by 1e-06 s or more."),
+        (in_degrees, 'right_front.coxa reaches 45 rad. unit = "deg"'),
+        (jumping, "right_front.tibia jumps 0.8 rad between rows 20 and 21 (16.1 rad/s; the servo"),
         (
             beyond,
             "trajectory row 41 turns right_middle.femur to 114.6°; its limits are -100° to 100°.",
-            "",
         ),
     ],
 )
-def test_motions_that_no_robot_can_make_are_told(tmp_path, change, what, hint):  # J1, J4, J5
+def test_motions_that_no_robot_can_make_are_told(tmp_path, change, what):  # J1, J4, J5
     time, q = table()
     change(time, q)
     error = refusal(lambda: load_trajectory(write(tmp_path / "a.csv", time, q), ROBOT))
-    assert error.what.startswith(what)
-    assert error.hint == hint
+    assert f"{error.what} {error.hint}".startswith(what)
     assert error.where == "a.csv"
 
 

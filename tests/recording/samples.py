@@ -1,6 +1,10 @@
 """Channels of any numbers, one of each kind."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
+import pytest
 
 from phasmid.recording import CHANNELS
 
@@ -18,3 +22,17 @@ def everything(samples):
         numbers = rng.standard_normal((samples, *(SIZES[dim] for dim in channel.dims[1:])))
         arrays[name] = numbers > 0 if channel.kind == "bool" else numbers
     return arrays
+
+
+@contextmanager
+def files_of_at_most(size: int) -> Iterator[None]:
+    """No file of this process can grow beyond a size [bytes]."""
+    resource, signal = pytest.importorskip("resource"), pytest.importorskip("signal")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, handler)

@@ -1,12 +1,12 @@
 """A log of a run: what was appended can be read, wherever it was cut, whatever was damaged."""
 
-import contextlib
 import errno
 import functools
 import os
 import re
 import stat
 import warnings
+from contextlib import ExitStack, suppress
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from phasmid.recording import (
     log,
     new_recording,
 )
-from recording.samples import ODD, everything
+from recording.samples import ODD, everything, files_of_at_most
 
 CUT = {"ending": "CUT", "ending_reason": "The run was cut off."}
 DONE = {"ending": "COMPLETED", "ending_reason": "The walk was completed."}
@@ -171,30 +171,20 @@ def test_an_older_log_is_replaced_only_by_force(tmp_path):
     assert load_recording(path).sizes["time"] == 2
 
 
-def fill_until_full(path, time, arrays, resource, hard):
+def fill_until_full(path, time, arrays):
     """Append ten frames, with room for seven and a half."""
-    with RecordingLog(path, arrays, CUT, time=time) as log:
+    with RecordingLog(path, arrays, CUT, time=time) as log, ExitStack() as stack:
         for start in range(0, 60, 6):
             part = slice(start, start + 6)
             log.append(time[part], {name: a[part] for name, a in arrays.items()})
             if start == 36:
-                limit = path.stat().st_size + 1000
-                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
+                stack.enter_context(files_of_at_most(path.stat().st_size + 1000))
 
 
 def test_a_full_disk_keeps_what_was_saved_and_says_how_much(tmp_path):  # C6
-    resource = pytest.importorskip("resource")
-    signal = pytest.importorskip("signal")
-    path, arrays = tmp_path / "walk.mcap", everything(60)
-    time = np.arange(60.0)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        with pytest.raises(OutputError) as caught:
-            fill_until_full(path, time, arrays, resource, hard)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        signal.signal(signal.SIGXFSZ, handler)
+    path = tmp_path / "walk.mcap"
+    with pytest.raises(OutputError) as caught:
+        fill_until_full(path, np.arange(60.0), everything(60))
     assert caught.value.what == (
         f"cannot write {path}: file too large; 41 s of 59 s were saved and can be read."
     )
@@ -282,7 +272,7 @@ def test_damaged_logs_are_refused_or_read_and_nothing_else(tmp_path_factory, dat
     path.write_bytes(content[:cut] + extra)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DamagedRecording)
-        with contextlib.suppress(PhasmidError):
+        with suppress(PhasmidError):
             assert 0 < load_recording(path).sizes["time"] <= 6
 
 

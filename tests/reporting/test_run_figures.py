@@ -382,15 +382,6 @@ def test_a_figure_says_which_channel_is_lacking_and_how_to_get_it(walk, name, dr
     assert hint in refused.value.hint
 
 
-def test_robots_with_other_numbers_of_legs_have_all_figures(walk, eight_legs):
-    robot, scenario = eight_legs
-    recording = walk(duration=2.0, interval=0.05, robot=robot, scenario=scenario)
-    for name in CATALOGUE:
-        if CATALOGUE[name].several and not name.startswith("servo-"):
-            assert "leg 8" in words(plot(recording, name, legs=[8])) or name in WHOLE
-    assert len(plot(recording, "servo-envelope").axes) == 3
-
-
 def test_told_is_drawn_over_true_in_degrees(short_walk):
     told = sense(load_scenario("paper"), short_walk)
     assert "sensors" not in figures(short_walk)

@@ -178,14 +178,6 @@ def test_each_mark_can_be_put_out(browser, page, mark):
         assert wrong == []
 
 
-def test_without_scripts_the_still_picture_is_there(browser, page):
-    with opened(browser, page, scripts=False) as (window, _):
-        assert window.locator("img.still").is_visible()
-        assert not window.locator("#play").is_visible()
-        assert window.locator("#summary").is_visible()
-        assert window.locator("text=The replay needs scripts").is_visible()
-
-
 def test_on_paper_there_are_no_controls(browser, page):
     with opened(browser, page) as (window, _):
         window.wait_for_selector("html.plays")

@@ -130,42 +130,34 @@ def named(name: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("text", "what", "hint"),
+    ("text", "what"),
     [
         (
             with_leg_line("femur_mm = -82"),
             "leg right_front: femur is -82 mm; it must be finite and greater than 0.",
-            "",
         ),
         (
             with_leg_line("femur_mm = nan"),
             "leg right_front: femur is nan; it must be a finite number.",
-            "",
         ),
         (
             with_leg_line("femur_mm = inf"),
             "leg right_front: femur is inf; it must be a finite number.",
-            "",
         ),
         (
             with_leg_line("femur_m = 82"),
-            "leg right_front: femur is 82 m; lengths above 2 m are refused.",
-            "femur_mm = 82",
+            "leg right_front: femur is 82 m; lengths above 2 m are refused. femur_mm = 82",
         ),
-        (IN_QUOTES, 'leg.femur is "82"; it must be a number.', ""),
-        (
-            swapped("femur_mm = 82", "femur_mm = true"),
-            "leg.femur is true; it must be a number.",
-            "",
-        ),
+        (IN_QUOTES, 'leg.femur is "82"; it must be a number.'),
+        (swapped("femur_mm = 82", "femur_mm = true"), "leg.femur is true; it must be a number."),
         (
             swapped(
                 "xx = 8633.6, yy = 9496.5, zz = 9496.5",
                 "xx = 0.0086336, yy = 0.0094965, zz = 0.0094965",
             ).replace("xy = -0.04, xz = 0.04, yz = 0 }", "xy = 0 }", 1),
             "link coxa: inertia 9.5e-12 kg m^2 gives a gyration radius of 0.021 mm for a 52 mm "
-            "link; it must lie between 1 and 78 mm.",
-            "check the unit: inertia_g_mm2 or inertia_kg_m2",
+            "link; it must lie between 1 and 78 mm."
+            " check the unit: inertia_g_mm2 or inertia_kg_m2",
         ),
         (
             swapped(
@@ -174,7 +166,6 @@ def named(name: str) -> str:
             ),
             "link tibia: principal moments 0.0001, 0.0001, 0.0003 kg m^2 cannot belong to a rigid "
             "body; the largest may not exceed the sum of the others.",
-            "",
         ),
         (
             swapped(
@@ -183,76 +174,68 @@ def named(name: str) -> str:
                 "inertia_g_mm2 = [[19819.5, -1.9, 0], [2.4, 127028.3, 0], [0, 0, 120839.4]]",
             ),
             "link femur: inertia is not symmetric; I_xy is -1.9 and I_yx is 2.4 g mm^2.",
-            "",
         ),
         (
             swapped("mass_g = 73.685", "mass_g = 0"),
             "link tibia: mass is 0 kg; it must be greater than 0.",
-            "",
         ),
         (
             PAPER.replace("[legs.left_rear]\nmount_mm = [-124.8, 61.64, 0]\nyaw_deg = 135\n", ""),
-            "robot: 5 legs given; a hexapod has 6. Missing: left_rear.",
-            "leg_count = 5, if it is no hexapod",
+            "robot: 5 legs given; a hexapod has 6. Missing: left_rear."
+            " leg_count = 5, if it is no hexapod",
         ),
         (
             PAPER.replace("mount_mm = [0, -103.4, 0]", "mount_mm = [124.8, -61.64, 0]"),
             "legs right_front and right_middle share the hip position (0.1248, -0.06164, 0) m.",
-            "",
         ),
         (
             with_leg_line("joint_limits.tibia = [-75, 60]"),
             "joint right_front.tibia: its limits reach 75 rad, 11.9 turns; "
-            "they must be within two turns.",
-            "tibia_deg = [-75, 60], if these are degrees",
+            "they must be within two turns."
+            " tibia_deg = [-75, 60], if these are degrees",
         ),
         (
             with_leg_line("joint_limits.tibia_deg = [60, -60]"),
-            "joint right_front.tibia: lower limit 60° is above upper limit -60°.",
-            "swap them",
+            "joint right_front.tibia: lower limit 60° is above upper limit -60°. swap them",
         ),
         (
             with_leg_line("home_deg = [0, 110, -110]", "left_rear"),
             "joint left_rear.femur: home 110° is outside [-100°, 100°].",
-            "",
         ),
         (
             with_leg_line("neutral_foot_mm = [-150, 0, -100]"),
             "leg right_front: neutral foot lies -150 mm along its hip's x axis; "
-            "it must stand at least 1 mm out.",
-            "turn the leg's yaw, which is the direction in which it points",
+            "it must stand at least 1 mm out."
+            " turn the leg's yaw, which is the direction in which it points",
         ),
         (
             with_leg_line("femurr_mm = 82"),
-            'unknown key "femurr_mm" in legs.right_front.',
-            '"femur_mm"',
+            'unknown key "femurr_mm" in legs.right_front. "femur_mm"',
         ),
         (
             with_leg_line(TWICE),
             f"my.toml line {with_leg_line(TWICE).splitlines().index('femur_mm = 83') + 1}: "
             'key "femur_mm" is given twice.',
-            "",
         ),
         (
             with_leg_line("femur_mm = 82\nfemur_cm = 8.2"),
             'key "femur" is given twice, as "femur_cm" and in another unit.',
-            "",
         ),
         (
             swapped("com_mm = [75.816, -1.747, -21.392]", "com_m = [3.0, 0, 0]"),
-            "link tibia: centre of mass lies 3 m from a 0.14 m link.",
-            "check the unit: com_mm or com_m",
+            "link tibia: centre of mass lies 3 m from a 0.14 m link."
+            " check the unit: com_mm or com_m",
         ),
-        (swapped(SERVO, "servo = {}"), "servo.name is missing.", "name = ..."),
-        (swapped(SERVO, 'servo = "AX-12"'), 'no servo called "AX-12".', '"AX-12A"'),
-        (swapped(SERVO, "servo = 3"), "servo is 3; it must be a table.", ""),
-        (named(" a"), "the name ' a' must not begin or end with a blank.", ""),
-        (named("a "), "the name 'a ' must not begin or end with a blank.", ""),
+        (swapped(SERVO, "servo = {}"), "servo.name is missing. name = ..."),
+        (swapped(SERVO, 'servo = "AX-12"'), 'no servo called "AX-12". "AX-12A"'),
+        (swapped(SERVO, "servo = 3"), "servo is 3; it must be a table."),
+        (named(" a"), "the name ' a' must not begin or end with a blank."),
+        (named("a "), "the name 'a ' must not begin or end with a blank."),
     ],
 )
-def test_an_impossible_robot_is_told_why(tmp_path, text, what, hint):
+def test_an_impossible_robot_is_told_why(tmp_path, text, what):
     error = said(tmp_path, text)
-    assert (error.what, error.hint) == (what, hint)
+    assert f"{error.what} {error.hint}".strip() == what
     assert "my.toml" in f"{error.where} {error.what}"
     assert error.exit_status == 2
 
