@@ -31,7 +31,6 @@ NAMES = ("right front", "right middle", "right rear", "left rear", "left middle"
 DRAWN = [name for name in CATALOGUE if name not in ("walk", "fig13", "fig14", "fig15", "fig16")]
 """Figures that are none of a drawing of their own, or of another with fewer legs."""
 
-WHOLE = ("support-margin", "power")
 SERVO = {"servo_duty": 0.5, "servo_current": 0.4, "servo_temperature": 30.0}
 
 
