@@ -9,6 +9,7 @@ import pytest
 
 from general_robot import general_robot
 from phasmid import dynamics, kinematics
+from phasmid.control import EngineSettings
 from phasmid.control.feed_forward import feed_forward
 from phasmid.control.feed_forward.feed_forward import FeedForward
 from phasmid.control.feed_forward.settings import FeedForwardSettings
@@ -199,3 +200,5 @@ def test_settings_that_cannot_be_are_refused() -> None:
         FeedForwardSettings(friction=-1.0)
     with pytest.raises(InvalidInput, match="it must be one without limits of its own: friction"):
         FeedForwardSettings(force_model="friction-cone")
+    with pytest.raises(InvalidInput, match='dynamics is "yes"; it must be feed-forward or none'):
+        EngineSettings(dynamics="yes")

@@ -274,3 +274,11 @@ def test_torques_pass_and_one_that_is_not_finite_is_the_last_that_was():
     held = safe.update(Observation(4 * DT, HOME, orientation=tilted(60)), AHEAD)
     assert safe.monitor.mode is Mode.HOLD
     assert held.torque is torque
+
+
+def test_a_gap_in_what_sensors_tell_stops_the_robot():
+    monitor = SafetyMonitor(ROBOT)
+    monitor.reset(Observation(0.0, HOME))
+    monitor.check(Observation(0.3, HOME), AHEAD)
+    assert monitor.mode is Mode.SLOW
+    assert monitor.events == [(0.3, "no observation for 0.3 s: the robot stops.")]

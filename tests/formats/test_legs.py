@@ -260,6 +260,16 @@ def test_a_trunk_whose_y_is_up_is_turned_and_told() -> None:
     ]
 
 
+def test_small_misalignments_are_set_right_and_told() -> None:
+    """A tibia axis 0.005° off: at 131 mm its foot is 131 mm · 8.7e-5 = 0.011 mm elsewhere."""
+    imported = robot_from_tree(turned_joint("right_rear_tibia", 0.005))
+    assert imported.robot is not None
+    assert (
+        "leg 3: tibia axis was turned by 0.005° to fit the leg's plane, which moves the foot by "
+        "0.011 mm at most."
+    ) in said(imported, Severity.NOTE)
+
+
 def test_feet_near_the_legs_plane_are_moved_into_it_and_others_are_lateral_offsets() -> None:
     X = pose(p=(MK4.legs[0].tibia.length, 0, 0.003))
     imported = robot_from_tree(with_joint(TREE, "right_front_foot_joint", X_parent_child=X))

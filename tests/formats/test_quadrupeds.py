@@ -6,7 +6,6 @@ at hand.
 
 from __future__ import annotations
 
-import math
 import sys
 from pathlib import Path
 
@@ -88,19 +87,6 @@ def imported(file: Path) -> Imported:
     found = import_robot(file)
     assert found.robot is not None, found.error
     return found
-
-
-def test_the_thighs_offset_is_that_of_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "small.urdf"
-    path.write_text(urdf("small"), encoding="utf-8")
-    robot = imported(path).robot
-    assert robot is not None
-    for leg in robot.legs:
-        # The hip's axis meets the thigh's, and the leg's x is down: its left is the robot's.
-        np.testing.assert_allclose(leg.lengths, [0.0, 0.2, 0.2], atol=1e-15)
-        assert abs(leg.coxa.lateral_offset) == pytest.approx(0.08, abs=1e-15)
-        neutral = leg.X_body_hip[:3, :3] @ leg.neutral_foot
-        assert neutral[1] == pytest.approx(math.copysign(0.08, leg.mount_position[1]), abs=1e-12)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Pinocchio has no wheels for Windows")

@@ -52,21 +52,19 @@ def imported(folder: Path) -> Robot:
     return robot
 
 
-def test_parts_keep_their_names_and_places_in_the_hierarchy(
+def test_parts_keep_their_colours_and_volumes(
     assembly: Assembly, drawing: tuple[DrawnPart, ...]
 ) -> None:
-    expected = {
-        f"{link.replace('.', '/')}/{placed.name}"
-        for link, parts in assembly.links.items()
-        for placed in parts
-    }
-    assert {part.path for part in drawing} == expected
+    solids = {placed.name: placed.solid for placed in assembly.links["right_front.tibia"]}
     for part in drawing:
         link, _, name = part.path.rpartition("/")
-        placed = next(p for p in assembly.links[link.replace("/", ".")] if p.name == name)
-        X = assembly.poses[link.replace("/", ".")] @ placed.X_link_part
-        # A STEP file of this kernel holds 15 digits of millimetres.
-        assert np.abs(part.X_drawing_part - X).max() < 1e-12
+        if link != "right_front/tibia":
+            continue
+        assert part.look is not None
+        # The file holds colours in single precision.
+        assert part.look.color == pytest.approx(solids[name].material.color, abs=1e-6)
+        # Volumes are integrals over the same faces, to the kernel's tolerance of 1e-6.
+        assert 1e9 * part.volume == pytest.approx(solids[name].shape.volume, rel=1e-5)
 
 
 def test_the_round_trip_keeps_geometry_within_a_micrometre(imported: Robot) -> None:
@@ -254,3 +252,16 @@ def test_a_file_that_takes_too_long_is_given_up(
     monkeypatch.setattr(drawings, "LONGEST", 0.05)
     with pytest.raises(InvalidInput, match=r"takes longer than 0\.05 s"):
         read_drawing(folder / "robot.step")
+
+
+def test_an_axis_may_be_given_by_a_point_and_a_direction(
+    folder: Path, drawing: tuple[DrawnPart, ...]
+) -> None:
+    text = own_text(folder)
+    x, y, z = 1000 * ROBOT.legs[0].mount_position
+    named = 'axis_of = "body/right_front_servo"\n'
+    assert named in text
+    text = text.replace(named, f"point_mm = [{x}, {y}, {z + 10}]\n")
+    robot = robot_from_tree(tree(folder, drawing, text), ImportOptions(servo="AX-12A")).robot
+    assert robot is not None
+    assert robot.legs[0].X_body_hip == pytest.approx(ROBOT.legs[0].X_body_hip, abs=1e-6)

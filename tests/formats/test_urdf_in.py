@@ -39,6 +39,7 @@ LEG = """<robot name="r">
 
 MORE = """<joint name="{name}" type="fixed"><parent link="base"/><child link="tibia_3"/></joint>
 </robot>"""
+LONG = f'link name="{"a" * 201}"'
 LIMITS, RADIANS = "joint coxa_1: limits", "rad; URDF angles are radians."
 BOX, RANGE = '<box size="0.1 0.2 0.3"/>', 'lower="-1" upper="1.5"'
 
@@ -88,7 +89,7 @@ def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
     blue = '<material name="blue"><color rgba="0 0 1 0.5"/></material></robot>'
     tree = read(text.replace("</robot>", blue), tmp_path)
     assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
-    shown = f'<link name="base"><visual><geometry>{BOX}</geometry>{blue}'
+    shown = f'<link name="base"><visual><geometry><sphere radius="0.1"/></geometry>{blue}'
     shown = shown.replace("</robot>", "</visual></link>")
     tree = read(text.replace('<link name="base"/>', shown), tmp_path)
     assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
@@ -136,6 +137,10 @@ def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> N
     (folder / "meshes" / "a.stl").write_bytes(binary_stl(CORNERS[FACES]))
     tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(packages={"x": str(folder)}))
     assert len(tree.links["tibia_3"].parts[0].faces) == 4
+    nowhere = ImportOptions(packages={"x": "nonexistent"})
+    error = refused(tmp_path, BOX, mesh, nowhere)
+    assert error.what == "no such folder: nonexistent."
+    assert error.where.endswith("option --package x")
 
 
 @pytest.mark.parametrize("by_name", [True, False])
@@ -191,6 +196,14 @@ def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(
     assert (tree.joints[0].lower, tree.joints[0].upper) == (lower, upper)
     told = ["joint coxa_1: limits beyond 1000 rad were taken for none."]
     assert [f.what for f in tree.findings] == told * bool(np.isinf([lower, upper]).any())
+
+
+def test_a_revolute_joint_without_limits_may_move_without_end(tmp_path: Path) -> None:
+    tree = read(LEG.replace(f"<limit {RANGE}", "<mimic"), tmp_path)
+    assert tree.joints[0].lower == -np.inf
+    assert tree.findings[0].what == (
+        "no <limit>, which revolute joints must have; it may move without end."
+    )
 
 
 def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
@@ -306,6 +319,12 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
         ('damping="0.1"', 'damping="-1"', "joint coxa_1: damping is -1; it must be 0 or more.", 20),
         ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
         ('link name="base"', "link", "<link> has no name.", 2),
+        (
+            'link name="base"',
+            LONG,
+            f'name "{"a" * 200}…" must be 200 printable characters or less.',
+            2,
+        ),
     ],
 )
 def test_what_cannot_be_used_is_told_with_its_line(

@@ -89,6 +89,8 @@ def test_the_unsound_description_is_refused_with_each_fault_by_name(unsound: Tre
         for text in impossible
     )
     assert any("body.STL" in text for text in suspect)
+    shown = "shows its collision shape, as no visual one was read."
+    assert any(shown in finding.what for finding in imported.findings)
     assert (
         "legs 1, 2, 3 and 3 more: coxa, femur and tibia all have 24.36 g and the same inertia; "
         "unlike parts must have masses of their own."

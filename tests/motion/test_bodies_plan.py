@@ -86,27 +86,23 @@ def test_the_longest_stride_of_a_tilted_robot_is_the_edge_of_its_reach():
 @pytest.mark.parametrize(
     ("changes", "what"),
     [
-        pytest.param(
+        (
             {"robot": ODD["tilted"], "stance_law": "coxa-only"},
             "leg right_front cannot stand by its coxa alone: that axis leans by 21.5°, and would "
             "lift the foot or press it into the ground.",
-            id="coxa-only-tilted",
         ),
-        pytest.param(
+        (
             {"robot": "quadruped", "gait": "crawl", "stance_law": "coxa-only"},
             'gait "crawl" sways the body, which a stance by the coxae alone cannot.',
-            id="coxa-only-sway",
         ),
-        pytest.param(
+        (
             {"robot": ODD["tilted"], "step_length_mm": 400},
             "stride of 400 mm puts right_rear at 0.341 m from its coxa axis; it reaches 0.273 m. "
             "Longest stride here: 236 mm.",
-            id="far-tilted",
         ),
-        pytest.param(
+        (
             {"robot": "quadruped", "gait": {"name": "crawl", "sway": 0.0}},
             "at phase 0.75 the centre of mass is 2.2 mm outside the support polygon.",
-            id="crawl-without-sway",
         ),
     ],
 )

@@ -134,56 +134,48 @@ def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, ga
 @pytest.mark.parametrize(
     ("changes", "what"),
     [
-        pytest.param(
+        (
             {"step_length_mm": 400},
             "stride of 400 mm puts right_front at 0.324 m; it reaches 0.250 m. "
             "Longest stride here: 230 mm.",
-            id="G5",
         ),
-        pytest.param(
+        (
             {"step_turn_deg": 150, "step_length": 0},
             "stride of 150° puts right_front at 0.387 m; it reaches 0.263 m. "
             "Longest stride here: 60.5°.",
-            id="G5-turn",
         ),
-        pytest.param(
+        (
             {"step_length": 0, "step_sideways_mm": 192},
             None,
-            id="G5-limit",
         ),
-        pytest.param(
+        (
             {"stance_law": "coxa-only", **STRIDES["sideways"]},
             "leg right_middle cannot make this stride with its coxa alone: "
             "its foot moves 90° off the commanded direction.",
-            id="coxa-only",
         ),
-        pytest.param(
+        (
             {"body_height_mm": 300},
             "stride of 40 mm puts right_front 0.300 m below its hip; it reaches less deep. "
             "No stride is possible from this stance and step height; change step_height, "
             "stance_radius or body_height.",
-            id="G5-height",
         ),
-        pytest.param(
+        (
             {"period": 0.05},
             "joint right_front.femur would turn at 60.3 rad/s; the servo AX-12A allows 6.18 rad/s. "
             "Shortest period: 0.49 s.",
-            id="G9",
         ),
         # No load: R i + k w = V and k i (1 - c1) = c0 + b w; 44.0 rpm at 9 V by docs/servos.md is
         # 4.605 rad/s, and 0.5 s * 6.03 / 4.605 rounds up to 0.66 s.
-        pytest.param(
+        (
             {"period": 0.5, "drive": "servo", "voltage": 9},
             "joint right_front.femur would turn at 6.03 rad/s; the servo AX-12A allows 4.61 rad/s "
             "at 9 V. Shortest period: 0.66 s.",
-            id="G9-supply",
         ),
         # Below R c0/(k (1 - c1)) friction holds the rotor.
-        pytest.param(
+        (
             {"drive": "servo", "voltage": 0.05},
             "joint right_front.femur would turn at 1.51 rad/s; the servo AX-12A allows 0 rad/s "
             "at 0.05 V.",
-            id="G9-held",
         ),
     ],
 )

@@ -5,10 +5,8 @@ import pytest
 
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.motion import Course, LevelCourse, plan
-from phasmid.motion.footholds import choose_footholds
 from phasmid.motion.swing import CLEARANCE
 from phasmid.scenario import load_scenario
-from phasmid.terrain import Ground, Steps
 from terrains import TERRAINS
 
 PAPER = load_scenario("paper").replace(step_length_mm=80, duration=6.0)
@@ -107,21 +105,6 @@ def test_no_foot_stands_in_a_gap_or_on_ice():
     assert walk.course.moved > 0
 
 
-def test_of_places_equally_near_a_foot_takes_the_one_ahead_then_the_one_further_out():
-    # A ditch of 18 mm with the nominal place in its middle: 20 mm to either side is good.
-    ditch = Ground(Steps.gap(-0.009, width=0.018, depth=0.1), 0.7)
-    across = Ground(ditch.shape, 0.7, yaw=np.pi / 2)
-    nominal, out = np.zeros((1, 1, 2)), np.array([[[0.0, 1.0]]])
-    for ground, ahead, place in (
-        (ditch, [1.0, 0.0], [0.02, 0.0]),
-        (ditch, [-1.0, 0.0], [-0.02, 0.0]),
-        (across, [1.0, 0.0], [0.0, 0.02]),
-    ):
-        found = choose_footholds(ground, PAPER.footing, nominal, np.array([[ahead]]), out)
-        assert found.moved.all()
-        assert np.abs(found.place[0, 0, :2] - place).max() < 1e-12
-
-
 def test_a_foot_moves_no_farther_than_the_search_radius():
     _, walk = walk_over("ice", search_radius_mm=60)
     level = plan(PAPER)
@@ -175,44 +158,37 @@ def test_a_walk_over_terrain_serves_no_other_terrain():
 @pytest.mark.parametrize(
     ("changes", "what"),
     [
-        pytest.param(
+        (
             {"terrain": "gap", "gap_width_mm": 120},
             "on this gap terrain at 1.00 s right_front finds no foothold within 40 mm of "
             "(0.351, -0.168) m.",
-            id="gap",
         ),
-        pytest.param(
+        (
             {"terrain": "slope", "slope_deg": 31},
             "on this slope terrain at the start right_middle finds no foothold within 40 mm of "
             "(-0.120, -0.253) m.",
-            id="steep",
         ),
-        pytest.param(
+        (
             # A load slides where friction is below tan 25° = 0.466.
             {"terrain": "slope", "slope_deg": 25, "friction": 0.3},
             "on this slope terrain every foot would slide: friction is 0.3 at the most, and the "
             "slope takes 0.47.",
-            id="slippery",
         ),
-        pytest.param(
+        (
             {"terrain": "stairs", "stance_law": "coxa-only", "step_length_mm": 40},
             "on this stairs terrain feet cannot slide as the stance law coxa-only has them.",
-            id="coxa-only",
         ),
-        pytest.param(
+        (
             {"terrain": "step", "rise_mm": 110, "step_height_mm": 40, "period": 6, "duration": 30},
             "the stride of 80 mm",
-            id="high",
         ),
-        pytest.param(
+        (
             {"terrain": "stairs", "period": 1.0},
             "the servo AX-12A allows 6.18 rad/s. Shortest period: ",
-            id="fast",
         ),
-        pytest.param(
+        (
             {"terrain": "steps", "edge_x_mm": [330, 340], "edge_z_mm": [30, 0], "step_height": 0.0},
             "would strike the ground in its swing, or wait for too much of it.",
-            id="low",
         ),
     ],
 )

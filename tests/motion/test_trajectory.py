@@ -39,7 +39,7 @@ def refusal(work):
 def test_a_table_of_text_is_read_to_the_last_bit(tmp_path):
     # repr of a float is read back to the same float.
     time, q = table()
-    read = load_trajectory(write(tmp_path / "walk.csv", time, q), ROBOT)
+    read = load_trajectory(write(tmp_path / "walk.csv", time, q), "phantomx-paper")
     assert np.array_equal(read.time, time)
     assert np.array_equal(read.q.reshape(-1, 18), q)
 
@@ -203,6 +203,13 @@ def test_damaged_files_are_refused_or_read_and_nothing_else(tmp_path):
             with contextlib.suppress(PhasmidError):
                 read += isinstance(load_trajectory(path, ROBOT), JointTrajectory)
     assert 0 < read < 400
+
+
+def test_what_is_no_known_file_is_refused(tmp_path):
+    (tmp_path / "table.xlsx").write_bytes(b"x")
+    assert "is no trajectory that can be read" in (
+        refusal(lambda: load_trajectory(tmp_path / "table.xlsx", ROBOT)).what
+    )
 
 
 def test_a_header_that_claims_more_than_the_file_holds_asks_for_no_memory(tmp_path):

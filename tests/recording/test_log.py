@@ -5,6 +5,7 @@ import functools
 import os
 import re
 import stat
+import threading
 import warnings
 from contextlib import ExitStack, suppress
 
@@ -310,3 +311,18 @@ def test_a_run_whose_log_was_replaced_meanwhile_says_so(tmp_path):
         with pytest.raises(OutputError, match="was replaced by another run"):
             first.finish(DONE)
     assert load_recording(path).attrs["ending"] == DONE["ending"]
+
+
+def test_an_interrupt_as_a_log_appears_leaves_no_thread(tmp_path, monkeypatch):
+    arrays, time = everything(2), np.arange(2.0)
+    start = threading.Thread.start
+
+    def interrupted(thread):
+        start(thread)
+        raise KeyboardInterrupt
+
+    one = RecordingLog(tmp_path / "walk.mcap", arrays, CUT, time=time)
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt), one:
+        one.append(time, arrays)
+    assert not one._syncing.is_alive()

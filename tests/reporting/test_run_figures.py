@@ -393,3 +393,14 @@ def test_told_is_drawn_over_true_in_degrees(short_walk):
     assert np.allclose(true_line.get_ydata(), angle, atol=1e-12)
     angle = np.degrees(last.joint_position_measured.values[:, 0, 1])
     assert np.allclose(told_line.get_ydata(), angle, atol=1e-12)
+
+
+def test_an_analysis_has_figures_of_what_the_model_computes(walk):
+    drop = ("joint_torque", "joint_velocity", "joint_position", "contact", "foot_force")
+    recording = walk(duration=2.0, interval=0.05, drop=drop)
+    assert "by the model" in words(plot(recording, "servo-envelope"))
+    assert "by the model" in words(plot(recording, "power"))
+    assert "of the model" in words(plot(recording, "friction-demand"))
+    assert "recorded contact" not in words(plot(recording, "gait-diagram"))
+    without = walk(duration=2.0, interval=0.05, drop=("body_orientation",))
+    assert "of the body's origin" in words(plot(without, "support-margin"))

@@ -137,6 +137,10 @@ def test_positive_work_and_cost_of_transport(short_walk):
     # One joint drives with 0.5 W for 4 s; the one that brakes gives nothing back.
     assert found["work"] == pytest.approx(2.0, rel=1e-12)
     assert found["cost_of_transport"] == pytest.approx(2.0 / (26 * 0.16), rel=1e-9)
+    # A robot that goes nowhere has none.
+    still = summarise(changed(short_walk, body_position=np.zeros((samples, 3))))["energy"]
+    assert "work" in still
+    assert "cost_of_transport" not in still
 
 
 def test_what_the_recording_lacks_is_absent(walk):
@@ -340,3 +344,9 @@ def test_a_walk_that_ends_just_before_a_switch_is_judged_as_one_that_ends_on_it(
         assert summary["normal_force"]["simulation"]["largest_in_swing"] == 0.0, duration
         assert max(summary["model_against_simulation"]["normal_force"]["rms"]) < 0.1, duration
         assert summary.get("warnings", []) == [], duration
+
+
+def test_too_few_standing_feet_are_warned_of(short_walk):
+    none = np.zeros_like(short_walk["stance"].values)
+    told = summarise(changed(short_walk, stance=none))["warnings"]
+    assert any("fewer than three feet stand" in sentence for sentence in told)

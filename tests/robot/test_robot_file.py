@@ -148,6 +148,8 @@ def named(name: str) -> str:
             with_leg_line("femur_m = 82"),
             "leg right_front: femur is 82 m; lengths above 2 m are refused. femur_mm = 82",
         ),
+        ("legs = 3", "leg and legs must be tables."),
+        ("[legs]\na = 1", "legs.a must be a table."),
         (IN_QUOTES, 'leg.femur is "82"; it must be a number.'),
         (swapped("femur_mm = 82", "femur_mm = true"), "leg.femur is true; it must be a number."),
         (

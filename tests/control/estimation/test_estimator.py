@@ -185,6 +185,8 @@ def test_no_failure_makes_the_correction_jump():
         {},
     ):
         world.walk(4, lambda down, wrong=wrong: wrong)
+    assert "no inertial sensor can be trusted; levelling eases out" in world.events
+    assert world.events[-1] == "the inertial sensor's orientation is used"
     speed = np.diff(np.array(world.track), axis=0) / DT
     assert np.isfinite(speed).all()
     assert np.hypot(speed[:, 3], speed[:, 4]).max() <= s.level_rate * (1 + 1e-9)
