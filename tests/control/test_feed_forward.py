@@ -95,3 +95,21 @@ def test_with_dynamics_joints_go_where_they_are_told_and_feet_do_not_fight(drive
     assert having.slip < 1e-3
     assert having.joint_error < without.joint_error / 2
     assert having.tangential < without.tangential / 2
+
+
+@pytest.mark.parametrize("gait", ["tripod", "wave"])
+def test_the_feet_s_shares_are_those_of_feet_that_stand_and_do_not_jump_while_they_do(gait) -> None:
+    # A quintic from 0 to 1 in 60 ms has the slope 1.875 / 60 ms: 0.16 in 5 ms; a share is limited
+    # to 2 / 60 ms, 0.17. A foot that lifts or lands begins or ends at 0.001 at the most, but for
+    # what the clock rounds to an update: half a slope.
+    engine = LocomotionEngine(ROBOT, gait=gait)
+    before, stood = np.ones(6), np.ones(6, dtype=bool)
+    for _ in updates(engine, 800, Command(velocity=(0.05, 0.0, 0.0))):
+        stands, share = engine.state.leg_phase == 0, engine.feed_forward.state.load_share
+        assert not np.any(share[~stands])
+        # One that stands without a share had hardly any, and enough others carry the robot.
+        assert before[stands & stood & (share == 0)].max(initial=0.0) < 0.01
+        assert np.count_nonzero(share) >= 3
+        jump = np.abs(share - before)[stands & stood]
+        assert jump.max(initial=0.0) <= 2 * 0.005 / 0.06 + 1e-9
+        before, stood = share.copy(), stands.copy()

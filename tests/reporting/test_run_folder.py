@@ -154,3 +154,12 @@ def test_a_run_that_ended_at_once_is_reported_too(tiny, tmp_path, monkeypatch, b
     assert ("walk.png" in shown) == (broken != "NaN at the start")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["run"]["samples"] == recording.sizes["time"]
+
+
+def test_a_link_to_a_run_is_replaced_where_it_points(tiny, tmp_path):
+    real = report(tiny, tmp_path / "real", figures=False)
+    link = tmp_path / "link"
+    link.symlink_to(real)
+    report(tiny, link, force=True, figures=False)
+    assert link.is_symlink()
+    assert "summary.json" in names(real)

@@ -13,6 +13,7 @@ from phasmid.kinematics import yaw_quaternion
 from phasmid.recording import CHANNELS, new_recording
 from phasmid.reporting import Source, print_summary, read_run, summarise
 from phasmid.reporting.numbers import commanded_way
+from phasmid.reporting.steps import SETTLING, away_from_switches
 from phasmid.robot import Robot, load_robot
 
 
@@ -350,3 +351,16 @@ def test_too_few_standing_feet_are_warned_of(short_walk):
     none = np.zeros_like(short_walk["stance"].values)
     told = summarise(changed(short_walk, stance=none))["warnings"]
     assert any("fewer than three feet stand" in sentence for sentence in told)
+
+
+def test_samples_near_a_switch_are_those_of_the_definition():
+    rng = np.random.default_rng(1)
+    time = np.cumsum(rng.choice([0.01, 0.02, 0.005], 400))
+    stance = np.repeat(rng.random((40, 3)) < 0.5, 10, axis=0)
+    found = away_from_switches(time, stance)
+    for leg in range(3):
+        switches = [0, *(k for k in range(1, 400) if stance[k, leg] != stance[k - 1, leg]), 399]
+        for k in range(400):
+            away = all(abs(time[k] - time[switch]) >= SETTLING - 1e-9 for switch in switches)
+            assert found[k, leg] == away
+    assert 0.05 < found.mean() < 0.95

@@ -1,10 +1,12 @@
 """A run's page is one file that needs no network, and nothing in a user's file runs in it."""
 
 import base64
+import csv
 import gzip
 import hashlib
 import json
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -158,6 +160,22 @@ def test_json_in_the_page_cannot_end_its_script():
     text = json_block(value)
     assert not set("<>&\u2028\u2029") & set(text)
     assert json.loads(text) == value
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-2+3", "@SUM(A1)", "a;=1+1", 'a",=1+1,"'])
+def test_formulas_in_headings_of_the_table_are_quoted(walk, name):
+    robot = load_robot("phantomx-paper")
+    robot = replace(robot, legs=(replace(robot.legs[0], name=name), *robot.legs[1:]))
+    recording = walk(duration=1.0, interval=0.01, robot=robot)
+    table, rate = data_table(recording, read_run(recording).robot.leg_names)
+    heading, first, *_ = table.decode().splitlines()
+    # A heading is CHANNEL.LEG.JOINT, so that a leg's name never begins a cell; none is bare.
+    cells = next(csv.reader([heading]))
+    assert all(re.match(r"[^=+\-@\s]", cell) for cell in cells)
+    # And cut at any comma or quote, as if there were no quotes.
+    assert not [cell for cell in re.split('[,"]', heading) if cell.startswith(tuple("=+-@\t"))]
+    assert len(first.split(",")) == len(cells)
+    assert rate == pytest.approx(50.0)
 
 
 def test_the_table_tells_the_recordings_numbers_to_six_digits(page, walk):

@@ -50,9 +50,8 @@ def on_plane(a, b, c, places=HEXAPOD):
 
 def test_a_plane_through_all_feet_is_met_exactly():
     """z = c + a x + b y; each update takes at least three quarters off what is missing."""
-    plane = plane_through(
-        on_plane(0.3, -0.2, 0.05), np.ones(6, dtype=bool), updates=60, at=(0.1, 0.2)
-    )
+    feet = on_plane(0.3, -0.2, 0.05, HEXAPOD + [0.07, 0.04])
+    plane = plane_through(feet, np.ones(6, dtype=bool), updates=60, at=(0.1, 0.2))
     np.testing.assert_allclose(plane[1:3], [0.3, -0.2], atol=1e-12)
     np.testing.assert_allclose(plane[0], 0.05 + 0.3 * 0.1 - 0.2 * 0.2, atol=1e-12)
 
@@ -91,3 +90,12 @@ def test_the_slope_changes_no_faster_than_it_may():
         on_plane(0.4, 0.3, 0.0), np.ones(6, dtype=bool), updates=4, begin=flat, rate=0.5
     )
     np.testing.assert_allclose(np.hypot(*plane[1:3]), 4 * 0.5 * DT, rtol=1e-9)
+
+
+def test_two_lags_take_the_corners_out():
+    """After a step from 0 to 1: 1 - (1 + t/T) exp(-t/T), by steps of dt to within dt/T."""
+    fit = Fit(begin=(0.0,) * 5, rate=1.0)
+    for _ in range(40):
+        fit.update(on_plane(0.0, 0.0, 1.0), np.ones(6, dtype=bool))
+    height = fit.state.ground_plane.height
+    np.testing.assert_allclose(height, 1 - (1 + 2) * math.exp(-2), atol=DT / 0.1)
