@@ -103,6 +103,10 @@ def test_a_foot_s_force_goes_to_nothing_with_its_share(name):
     ("make", "what"),
     [
         (lambda: Contacts(FEET, np.full(4, 1.5)), "share is 1.5; a foot's share must be between"),
+        (lambda: Contacts(FEET, np.ones(4), friction=-0.1), "friction is -0.1; it must be 0 or"),
+        (lambda: Contacts(FEET, np.ones(4), np.zeros(3)), "a normal is (0, 0, 0); it must point"),
+        (lambda: WeightedMinimumNorm(0.0), "tangential_weight is 0; it must be between 1e-06"),
+        (lambda: force_model("friction-come"), 'no force model is called "friction-come".'),
         (lambda: share_load(Contacts(FEET, np.ones(4)), np.zeros(5)), "wrench has shape (5,)"),
         (
             lambda: share_load(Contacts(FEET, np.ones(4)), np.ones(6), "minimum-torque"),

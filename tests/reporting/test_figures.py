@@ -120,6 +120,13 @@ def test_figures_without_their_channel_are_left_out(walk):
         plot(recording, "joint-torque", legs=(7,))
 
 
+def test_more_legs_give_more_files_of_a_kind(walk, eight_legs):
+    robot, scenario = eight_legs
+    found = figures(walk(duration=2.0, interval=0.05, robot=robot, scenario=scenario))
+    assert set(found) == PAPER | {"fig12b", "fig12c", "fig14b", "fig16b"}
+    assert "legs 7 and 8" in words(found["fig14b"])
+
+
 def test_thinning_keeps_every_spike_and_both_ends():
     rng = np.random.default_rng(0)
     time = np.arange(10_007) * 1e-3

@@ -22,7 +22,6 @@ from phasmid.reporting.webpage.document import data_table
 from phasmid.reporting.webpage.packing import FORMS, LARGEST, json_block
 from phasmid.reporting.webpage.replay import MOST_BYTES, frames, replay
 from phasmid.robot import load_robot
-from phasmid.scenario import load_scenario
 
 VOID = {"meta", "link", "img", "input", "br"}
 LOADING = ("src", "href", "srcset", "poster", "data", "action", "background")
@@ -190,15 +189,9 @@ def test_the_table_tells_the_recordings_numbers_to_six_digits(page, walk):
     assert numbers[:, names.index("body_position.x [m]")] == pytest.approx(x, rel=5e-6, abs=1e-12)
 
 
-@pytest.mark.parametrize("preset", ["phantomx-paper", "octopod"])
-def test_frames_decode_to_the_recordings_poses(walk, preset):
-    scenario = load_scenario("paper")
-    robot = load_robot(preset)
-    if len(robot.legs) != 6:
-        offsets = tuple(0.5 * (leg % 2) for leg in range(len(robot.legs)))
-        scenario = scenario.replace(
-            gait={"name": "alternating", "duty_factor": 0.5, "offsets": offsets}
-        )
+@pytest.mark.parametrize("legs", [6, 8])
+def test_frames_decode_to_the_recordings_poses(walk, eight_legs, legs):
+    robot, scenario = eight_legs if legs == 8 else (None, None)
     recording = walk(duration=2.0, interval=0.01, robot=robot, scenario=scenario)
     source = read_run(recording)
     scene = replay(source)

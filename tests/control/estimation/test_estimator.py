@@ -12,6 +12,7 @@ from phasmid.control.estimation.state import AttitudeSource
 from phasmid.control.memory import MEMORY
 from phasmid.control.types import STATE, LegPhase
 from phasmid.dynamics import leg_torque
+from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
     hip_from_body,
     joint_angles,
@@ -191,3 +192,18 @@ def test_no_failure_makes_the_correction_jump():
     assert np.isfinite(speed).all()
     assert np.hypot(speed[:, 3], speed[:, 4]).max() <= s.level_rate * (1 + 1e-9)
     assert np.hypot(speed[:, 0], speed[:, 1]).max() <= s.shift_rate * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"force_on": 0.1}, "force_off is 0.16; it must be at most force_on, 0.1."),
+        ({"level": 1.5}, "level is 1.5; it must be 1 or less."),
+        ({"shift": float("nan")}, "shift is nan; it must be a finite number, 0 or more."),
+        ({"motion_lag": 0.7}, "motion_lag is 0.7 s; it must be at most 127 update periods, 0.635"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(settings, said):
+    with pytest.raises(InvalidInput) as error:
+        GroundEstimator(ROBOT, EstimatorSettings(**settings), DT, np.zeros(1, MEMORY))
+    assert error.value.what.startswith(said)

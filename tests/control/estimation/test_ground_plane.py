@@ -50,7 +50,7 @@ def on_plane(a, b, c, places=HEXAPOD):
 
 def test_a_plane_through_all_feet_is_met_exactly():
     """z = c + a x + b y; each update takes at least three quarters off what is missing."""
-    feet = on_plane(0.3, -0.2, 0.05, HEXAPOD + [0.07, 0.04])
+    feet = on_plane(0.3, -0.2, 0.05, np.add(HEXAPOD, [0.07, 0.04]))
     plane = plane_through(feet, np.ones(6, dtype=bool), updates=60, at=(0.1, 0.2))
     np.testing.assert_allclose(plane[1:3], [0.3, -0.2], atol=1e-12)
     np.testing.assert_allclose(plane[0], 0.05 + 0.3 * 0.1 - 0.2 * 0.2, atol=1e-12)
