@@ -2,18 +2,14 @@
 
 from dataclasses import replace
 
-import numba
 import numpy as np
 import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
-from phasmid.control.leg_phases import land_here
-from phasmid.control.types import LegPhase
-from phasmid.control.update import advance_engine
 from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, load_gait
-from phasmid.kinematics import neutral_feet
+from phasmid.kinematics import joint_angles, neutral_feet
 from phasmid.robot import load_robot, preset_names
 
 DIRECTIONS = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (1, -1, 0), (0, 0, 1), (1, 0, -4)]
@@ -30,12 +26,10 @@ def engine_of(name):
 
 
 def home(robot):
-    from phasmid.kinematics import joint_angles
-
     return joint_angles(robot.arrays, robot.arrays.neutral_foot)
 
 
-def check(seen, engine):
+def check(seen):
     """Check what holds at every update, for any command."""
     limits = seen.robot.arrays.joint_limits
     assert np.isfinite(seen.q).all()
@@ -46,7 +40,6 @@ def check(seen, engine):
     assert (seen.q <= limits[..., 1]).all()
     assert seen.margin.min() > 0
     assert "held all" not in " ".join(sentence for _, sentence in seen.events)
-    assert engine is not None
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -57,11 +50,32 @@ def test_any_sequence_of_commands_keeps_feet_joints_and_balance(name, seed):
     commands = random_commands(engine.robot, rng, 12.0)
     commands.append((12.0, Command(gait=commands[-1][1].gait)))
     seen = drive(engine, commands, 20.0)
-    check(seen, engine)
+    check(seen)
     assert engine.is_standing
     # At rest the feet are at their neutral places, but for what need not be stepped (0.5 mm).
     away = seen.feet_in_body[-1] - neutral_feet(engine.robot)
     assert np.abs(away).max() < 6e-4
+
+
+# Without the reference governor a leg cannot follow, or never comes to rest: poses that change
+# during a swing (3, 36), turns during swings that can hardly rise (5, 38), and stance feet that
+# are left behind (25).
+@pytest.mark.parametrize("seed", [3, 5, 25, 36, 38, 155, 160, 482, 832])
+def test_commands_are_followed_without_an_abrupt_stop_with_sensing_and_torque(seed):
+    if "whole" not in ENGINES:
+        ENGINES["whole"] = LocomotionEngine(load_robot("phantomx-ax"))
+    engine = ENGINES["whole"]
+    commands = random_commands(engine.robot, np.random.default_rng(seed), 22.0)
+    commands.append((22.0, Command(gait=commands[-1][1].gait)))
+    engine._start()
+    seen = drive(engine, commands, 30.0)
+    check(seen)
+    assert engine.is_standing
+    assert "braked" not in " ".join(sentence for _, sentence in seen.events)
+    # The path's velocity is a mean of a reference that changes by the acceleration at most.
+    feet = np.array([1.0, 1.0, engine.model.radius])
+    change = np.linalg.norm(np.diff(seen.velocity, axis=0) * feet, axis=1)
+    assert change.max() <= engine.settings.acceleration * seen.dt * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -78,7 +92,7 @@ def test_a_steady_walk_has_the_feasible_velocity(name):
             swing = 2 / 3 if gait == "crawl" else 0.5
             period = swing / load_gait(gait, len(engine.robot.legs)).swing_fraction
             seen = drive(engine, [(0.0, Command(velocity=velocity, gait=gait))], 9 * period)
-            check(seen, engine)
+            check(seen)
             begin = 7 * len(seen.path) // 9
             second = seen.path[begin:]
             mean = seen.velocity[begin:].mean(axis=0)
@@ -100,23 +114,6 @@ def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():
     assert any("scaled" in sentence for _, sentence in engine.events)
 
 
-def test_what_slows_a_robot_while_its_gait_changes_is_named():
-    engine = engine_of("phantomx-paper")
-    slow, quick = load_gait("wave"), load_gait("tripod")
-    most = 0.9 * engine.largest_velocity((1, 0, 0), gait=quick).velocity[0]
-    slower = 0.9 * engine.largest_velocity((1, 0, 0), gait=slow).velocity[0]
-    assert most > 1.2 * slower
-    commands = [
-        (0.0, Command(velocity=(slower, 0, 0), gait=slow)),
-        (4.0, Command(velocity=(most, 0, 0), gait=quick)),
-    ]
-    drive(engine, commands, 4.5)
-    # The new gait could do it; what it walks in until then cannot.
-    (told,) = [sentence for _, sentence in engine.events if "scaled" in sentence]
-    reason = told.partition(": ")[2]
-    assert reason.startswith(("leg ", "the ")), told
-
-
 def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
     # Of a path with bounded jerk j the second difference changes by j dt³ at most from one update
     # to the next: with half the step, an eighth (here less than a quarter, for round numbers).
@@ -129,19 +126,9 @@ def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
             (3.1, Command()),
         ]
         seen = drive(engine, commands, 6.0)
-        check(seen, engine)
+        check(seen)
         changes.append(np.abs(np.diff(seen.feet_in_body, n=3, axis=0)).max())
     assert changes[1] < changes[0] / 4
-
-
-def test_a_foot_lands_at_rest():
-    engine = engine_of("phantomx-ax")
-    seen = drive(engine, [(0.0, Command(velocity=(0.15, 0.0, 0.0)))], 4.0)
-    lands = seen.stance[1:] & ~seen.stance[:-1]
-    moved = np.linalg.norm(np.diff(seen.feet, axis=0), axis=-1)[lands]
-    # Over the last step h of a rest-to-rest quintic of length d and time T a foot moves by
-    # 10 d (h/T)³, and its lift by 64 H (h/T)³: h/T is 1/100, d 0.15 m, H 0.03 m.
-    assert moved.max() < 2 * (10 * 0.15 + 64 * 0.03) * (seen.dt / 0.5) ** 3
 
 
 def test_a_mirrored_command_gives_a_mirrored_walk():
@@ -152,17 +139,6 @@ def test_a_mirrored_command_gives_a_mirrored_walk():
         command = Command(velocity=(0.05, 0.03 * sign, 0.1 * sign))
         ends.append(drive(engine, [(0.0, command)], 5.0).path[-1])
     np.testing.assert_allclose(ends[0] * [1, -1, -1], ends[1], atol=1e-9)
-
-
-@pytest.mark.parametrize("gait", ["tripod", "ripple", "wave"])
-def test_well_beyond_the_largest_velocity_something_binds(gait):
-    engine = engine_of("phantomx-ax")
-    for direction in DIRECTIONS[:4]:
-        limit = engine.largest_velocity(direction, gait=gait)
-        asked = tuple(1.15 * v for v in limit.velocity)
-        engine._gaits.write(engine._next_reference, gait, None, frozenset())
-        engine._next_reference.step_height = engine.settings.step_height
-        assert engine._scale(engine._next_reference, np.array(asked))[0] < 0.9
 
 
 def test_a_robot_walks_on_five_legs_and_on_six_again():
@@ -176,96 +152,12 @@ def test_a_robot_walks_on_five_legs_and_on_six_again():
         (15.0, Command()),
     ]
     seen = drive(engine, commands, 20.0)
-    check(seen, engine)
+    check(seen)
     k = round(9.0 / seen.dt)
     assert not seen.stance[round(6.0 / seen.dt) : k, 1].any()
     way = seen.path[k, 0] - seen.path[round(6.0 / seen.dt), 0]
     assert way > 0.05
     assert engine.is_standing
-
-
-def test_contact_in_the_second_half_of_a_swing_ends_it_there():
-    engine = engine_of("phantomx-ax")
-    command = Command(velocity=(0.1, 0.0, 0.0))
-    drive(engine, [(0.0, command)], 2.0)
-    while (
-        not 0.7 < engine.state.swing_elapsed[0] / max(engine.state.swing_duration[0], 1e-9) < 0.75
-    ):
-        engine.update(Observation(0.0, engine.state.q), command)
-    height = float(engine.state.foot[0, 2])
-    engine.reference.contact[0] = 1
-    drive(engine, [(0.0, command)], 0.03)
-    assert engine.state.leg_phase[0] == 0
-    assert 0 < height - engine.state.foot[0, 2] < 0.006
-    engine.reference.contact[0] = -1
-
-
-def test_a_standing_robot_does_not_step_for_small_changes_of_the_ground():
-    engine = engine_of("phantomx-ax")
-    drive(engine, [(0.0, Command())], 0.1)
-    assert engine.is_standing
-    # As after a correction of the estimated slope.
-    engine.state.foot[:, 0] += 2e-3
-    seen = drive(engine, [(0.0, Command())], 0.5)
-    assert seen.stance.all()
-    assert engine.is_standing
-    engine.state.foot[:, 0] += 3e-3
-    seen = drive(engine, [(0.0, Command())], 4.0)
-    assert not seen.stance.all()
-    assert engine.is_standing
-    assert np.abs(seen.feet_in_body[-1] - neutral_feet(engine.robot))[:, :2].max() < 6e-4
-
-
-@numba.njit
-def step(memory, dt):
-    return advance_engine(memory[0].states, memory[0].references, memory[0].model, dt)
-
-
-def stopped_twice(touch, retreat=0.0):
-    """Return the phases of swinging feet after one and two updates at which nothing can move."""
-    engine = core_engine(load_robot("phantomx-ax"))
-    engine._start()
-    drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    swinging = np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)
-    assert len(swinging) == 3
-    if retreat:
-        # A foot that draws back has no lift.
-        engine.state.manoeuvre[swinging], engine.state.swing_height[swinging] = retreat, 0.0
-    # A stance leg that cannot move.
-    stays = int(np.flatnonzero(engine.state.leg_phase == LegPhase.STANCE)[0])
-    limits = engine.model.limits[stays].copy()
-    phases = []
-    for _ in range(2):
-        engine.model.limits[stays] = limits + 9.0
-        engine.reference.contact[swinging] = touch
-        q = engine.state.q.copy()
-        assert step(engine.memory, 0.005) == 3
-        np.testing.assert_array_equal(engine.state.q, q)
-        phases.append(engine.state.leg_phase[swinging].tolist())
-    engine.model.limits[stays] = limits
-    return phases
-
-
-def test_a_blocked_foot_goes_straight_then_stands_or_probes_down():
-    for touch, then in ((1, LegPhase.STANCE), (0, LegPhase.PROBING), (-1, LegPhase.PROBING)):
-        assert stopped_twice(touch) == [[LegPhase.SWING] * 3, [then] * 3]
-    # So does one that draws back.
-    assert stopped_twice(1, retreat=1.0) == [[LegPhase.SWING] * 3, [LegPhase.STANCE] * 3]
-
-
-@numba.njit
-def land(memory, leg):
-    land_here(memory[0].states[0], memory[0].model, memory[0].references[0], leg)
-
-
-@pytest.mark.parametrize(("touch", "least", "most"), [(-1, -1e-9, 1e-9), (0, -0.06, -0.02)])
-def test_without_contact_sensing_a_foot_lands_on_the_estimated_ground(touch, least, most):
-    engine = core_engine(load_robot("phantomx-ax"))
-    drive(engine, [(0.0, Command(velocity=(0.08, 0.0, 0.0)))], 1.1)
-    leg = int(np.flatnonzero(engine.state.leg_phase == LegPhase.SWING)[0])
-    engine.reference.contact[leg] = touch
-    land(engine.memory, leg)
-    assert least <= engine.state.touchdown[leg, 2] <= most
 
 
 def test_a_robot_with_more_legs_than_a_record_has_is_refused():

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import phasmid
 from phasmid.control import Command, EngineSettings, LocomotionEngine, Observation
-from phasmid.control.feed_forward import feed_forward
 from phasmid.control.feed_forward.settings import FeedForwardSettings
-from phasmid.errors import InvalidInput
 from phasmid.reporting.tracking import Tracking, track
 
 ROBOT = phasmid.load_robot("phantomx-paper")
@@ -41,41 +37,9 @@ def test_a_standing_robot_s_torques_hold_its_weight() -> None:
     np.testing.assert_allclose(last.torque, expected, rtol=0, atol=1e-9)
 
 
-def test_without_dynamics_no_torque_is_told() -> None:
-    engine = LocomotionEngine(ROBOT, dynamics="none")
-    *_, last = updates(engine, 3, Command(velocity=(0.1, 0.0, 0.0)))
-    assert last.torque is None
-
-
-@pytest.mark.parametrize("gait", ["tripod", "wave"])
-def test_the_feet_s_shares_are_those_of_feet_that_stand_and_do_not_jump_while_they_do(gait) -> None:
-    # A quintic from 0 to 1 in 60 ms has the slope 1.875 / 60 ms: 0.16 in 5 ms; a share is limited
-    # to 2 / 60 ms, 0.17. A foot that lifts or lands begins or ends at 0.001 at the most, but for
-    # what the clock rounds to an update: half a slope.
-    engine = LocomotionEngine(ROBOT, gait=gait)
-    before, stood = np.ones(6), np.ones(6, dtype=bool)
-    for _ in updates(engine, 800, Command(velocity=(0.05, 0.0, 0.0))):
-        stands, share = engine.state.leg_phase == 0, engine.feed_forward.state.load_share
-        assert not np.any(share[~stands])
-        # One that stands without a share had hardly any, and enough others carry the robot.
-        assert before[stands & stood & (share == 0)].max(initial=0.0) < 0.01
-        assert np.count_nonzero(share) >= 3
-        jump = np.abs(share - before)[stands & stood]
-        assert jump.max(initial=0.0) <= 2 * 0.005 / 0.06 + 1e-9
-        before, stood = share.copy(), stands.copy()
-
-
-def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull(monkeypatch) -> None:
+def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull() -> None:
     # On waves of 20 mm lifts wait, and the cheapest forces of feet with a thousandth of their share
-    # often pull. To have none takes no programme, and nothing of what the feet give in all: the
-    # load, to 1e-9 of it.
-    solved, limit_forces = [], feed_forward.limit_forces
-
-    def noted(state, robot):
-        solved.append(state)
-        return limit_forces(state, robot)
-
-    monkeypatch.setattr(feed_forward, "limit_forces", noted)
+    # often pull. To have none takes nothing of what the feet give in all: the load, to 1e-9 of it.
     engine = LocomotionEngine(phasmid.load_robot("phantomx-ax"))
     loads, state, free = engine.feed_forward.state, engine.state, 0
     needs, force = loads.required, loads.foot_force
@@ -93,7 +57,6 @@ def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull(monkeypatch
         wrench = np.concatenate([force.sum(axis=0), np.cross(needs.foot, force).sum(axis=0)])
         np.testing.assert_allclose(wrench, needs.wrench, rtol=0, atol=1e-9 * needs.wrench[2])
     assert free > 50
-    assert len(solved) < 25
 
 
 def test_too_little_friction_slows_the_robot_down_and_is_told() -> None:
@@ -107,13 +70,6 @@ def test_too_little_friction_slows_the_robot_down_and_is_told() -> None:
     list(updates(engine, 200, command))
     assert any("the feet need a friction of 0.36 of 0.30" in said for _, said in engine.events)
     assert engine.feed_forward.velocity_scale < 0.2
-
-
-def test_a_robot_too_heavy_for_its_servos_says_so_before_it_walks() -> None:
-    heavy = replace(ROBOT, body=replace(ROBOT.body, mass=20.0))
-    engine = LocomotionEngine(heavy)
-    list(updates(engine, 2, Command(velocity=(0.05, 0.0, 0.0))))
-    assert any("N·m of 1.5" in said for _, said in engine.events)
 
 
 def driven(drive: str, dynamics: str) -> Tracking:
@@ -141,7 +97,19 @@ def test_with_dynamics_joints_go_where_they_are_told_and_feet_do_not_fight(drive
     assert having.tangential < without.tangential / 2
 
 
-def test_a_kind_of_dynamics_that_there_is_not_is_refused() -> None:
-    with pytest.raises(InvalidInput) as caught:
-        EngineSettings(dynamics="yes")
-    assert caught.value.what == 'dynamics is "yes"; it must be feed-forward or none.'
+@pytest.mark.parametrize("gait", ["tripod", "wave"])
+def test_the_feet_s_shares_are_those_of_feet_that_stand_and_do_not_jump_while_they_do(gait) -> None:
+    # A quintic from 0 to 1 in 60 ms has the slope 1.875 / 60 ms: 0.16 in 5 ms; a share is limited
+    # to 2 / 60 ms, 0.17. A foot that lifts or lands begins or ends at 0.001 at the most, but for
+    # what the clock rounds to an update: half a slope.
+    engine = LocomotionEngine(ROBOT, gait=gait)
+    before, stood = np.ones(6), np.ones(6, dtype=bool)
+    for _ in updates(engine, 800, Command(velocity=(0.05, 0.0, 0.0))):
+        stands, share = engine.state.leg_phase == 0, engine.feed_forward.state.load_share
+        assert not np.any(share[~stands])
+        # One that stands without a share had hardly any, and enough others carry the robot.
+        assert before[stands & stood & (share == 0)].max(initial=0.0) < 0.01
+        assert np.count_nonzero(share) >= 3
+        jump = np.abs(share - before)[stands & stood]
+        assert jump.max(initial=0.0) <= 2 * 0.005 / 0.06 + 1e-9
+        before, stood = share.copy(), stands.copy()

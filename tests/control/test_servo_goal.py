@@ -56,30 +56,6 @@ def _output(servo, error: float) -> float:
     return float(np.clip(duty, -servo.torque_limit, servo.torque_limit))
 
 
-def sag(load: float, *, fed: bool) -> float:
-    """How far a servo at rest at its target gives way when it is loaded [ticks]."""
-    bench, target = Bench(AX), 100 * AX.resolution
-    bench.put(target)
-    bench.run(0.1, target)
-    # Put on within a second: all at once it falls before it is held, by no more than stall torque.
-    for k in range(1000):
-        bench.load = load * k / 1000
-        bench.step(goal(AX, target, 0.0, bench.load) if fed else target)
-    bench.run(3.0, goal(AX, target, 0.0, load) if fed else target)
-    return (target - float(bench.angle[0])) / AX.resolution
-
-
-def test_a_loaded_servo_stays_where_it_shall_be() -> None:
-    # The law alone needs an error before it gives anything. A load of 1.2 N m is held once
-    # push (1 + c1) + c0 = 1.2, hence push = 0.8 of 2.93 N m, 0.27 of full output: the margin of 1
-    # tick and 32 (0.27 - 0.03) ticks, 8.8, less half a tick of rounding, and half the play of 1.7
-    # ticks. Its law inverted gives 1.2 N m at the target itself, where friction holds the rotor at
-    # once: what is left is at most half the play, 0.9 ticks, and the twist of the gears, 1.2 N m
-    # by 60 N m/rad, 3.9 ticks.
-    assert sag(1.2, fed=False) > 8
-    assert abs(sag(1.2, fed=True)) < 4.8
-
-
 @pytest.mark.parametrize("robot", ["phantomx-ax", "phantomx-mk4"])
 def test_a_servo_that_is_fed_forward_follows_a_fast_swing(robot) -> None:
     # A joint swings at 2 Hz with up to 4 rad/s, two thirds of what its servo can. The law sees

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, friction_statistics
 
 
@@ -51,13 +50,3 @@ def test_the_summary_counts_standing_feet_only():
     assert summary["demand"] == pytest.approx(expected)
     assert summary["margin"] == pytest.approx({"mean": 5, "min": 4, "max": 6, "p5": 4, "p95": 6})
     assert summary["normal_force"]["mean"] == pytest.approx(25)
-
-
-def test_no_standing_foot_has_no_summary():
-    contacts = Contacts(feet(4), np.zeros(4))
-    assert friction_statistics(contacts, np.zeros((4, 3))).summary() == {}
-
-
-def test_forces_of_other_feet_are_refused():
-    with pytest.raises(InvalidInput, match=r"force has shape \(3, 3\); it must be \(4, 3\)"):
-        friction_statistics(Contacts(feet(4), np.ones(4)), np.zeros((3, 3)))

@@ -27,53 +27,47 @@ def refused(share, wrench, model="friction-cone", *, limit=np.inf, friction=0.7,
     [
         # The wrench is a weight at x = y = 2/26 m. The diagonal x + y = 0 through the other two
         # feet is the lever's axis, right_rear at x + y = -0.4: N = -26 * (4/26) / 0.4 = -10 N.
-        pytest.param(
+        (
             {"share": THREE, "wrench": [0, 0, 26, 2, -2, 0]},
             "with right_front, right_rear and left_rear standing, foot right_rear would have to "
             "pull with 10 N, and the ground only pushes.",
             "the centre of mass further inside the standing feet, or more of them",
-            id="pull",
         ),
         # 20 N sideways, 0.7 * 26 = 18.2 N of them held; one foot may lack all 1.8 N or two 0.9 N.
-        pytest.param(
+        (
             {"share": [1.0, 1, 1, 1], "wrench": [20, 0, 26, 0, 0, 0]},
             "with right_front, right_rear, left_rear and left_front standing, feet right_front "
             "and left_front would slip; friction of 0.7 falls short by 0.9 and 0.9 N.",
             "more friction, a flatter ground, or a slower motion",
-            id="friction",
         ),
         # 26 / 4 = 6.5 N on each foot: 0.65 N·m.
-        pytest.param(
+        (
             {"share": ALL, "wrench": WEIGHT, "limit": np.array([9.0, 0.5, 9.0])},
             "with right_front, right_rear, left_rear and left_front standing, joints "
             "right_front.femur, right_rear.femur, left_rear.femur and left_front.femur would need "
             "0.65, 0.65, 0.65 and 0.65 N·m; the limit is 0.5 N·m.",
             "stronger servos, a lighter robot, or more standing feet",
-            id="torque",
         ),
         # Feet at (0.2, -0.2) and (-0.2, 0.2) give the weight and no moment about the line between
         # them, along which (1, -1, 0) N·m lies: all of its sqrt(2) N·m is missing.
-        pytest.param(
+        (
             {"share": [1.0, 0, 1, 0], "wrench": [0, 0, 26, 1, -1, 0], "time": np.array(0.25)},
             "at 0.25 s: feet right_front and left_rear alone cannot give the load; "
             "1.41 N·m of it would be missing.",
             "three standing feet or more, not on one line",
-            id="two-feet",
         ),
         # Through foot 3 at (-0.2, 0.2) the weight gives the moments (5.2, 5.2, 0) N·m.
-        pytest.param(
+        (
             {"share": [0.0, 0, 1, 0], "wrench": [0, 0, 26, 5.2, 8.2, 0]},
             "foot left_rear alone cannot give the load; 3 N·m of it would be missing.",
             "three standing feet or more, not on one line",
-            id="one-foot",
         ),
-        pytest.param(
+        (
             {"share": ALL, "wrench": WEIGHT, "model": FrictionCone(least_normal=7.0)},
             "with right_front, right_rear, left_rear and left_front standing, feet right_front, "
             "right_rear, left_rear and left_front would carry 0.5, 0.5, 0.5 and 0.5 N less than "
             "their least normal force.",
             "the centre of mass further inside the standing feet, or more of them",
-            id="least-normal",
         ),
     ],
 )

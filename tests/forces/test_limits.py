@@ -72,16 +72,6 @@ def test_the_largest_load_is_the_smallest_possible(standing):
         assert least * (1 - 1e-6) < ours[i] < least * (1 + 2e-5)
 
 
-def test_four_feet_under_a_centred_weight_carry_a_quarter_each():
-    # A rectangle loaded off its centre by d along x: N = W/4 (1 +- d / half length) is the least
-    # norm and, with four feet and three equations, every solution adds +-s in a checkerboard; the
-    # largest is least where the two heavier ones are equal, so s = 0.
-    feet = np.array([[0.2, -0.1, 0], [-0.2, -0.1, 0], [-0.2, 0.1, 0], [0.2, 0.1, 0.0]])
-    wrench = np.array([0, 0, 24.0, 0, -24 * 0.05, 0])
-    force = share_load(Contacts(feet, np.ones(4)), wrench, "smallest-largest-load")
-    assert force[:, 2] == pytest.approx([7.5, 4.5, 4.5, 7.5], abs=1e-9)
-
-
 def test_five_feet_differ_between_least_norm_and_smallest_largest_load():
     # Feet at the corners of a square and amid one side, loaded at the centre. Moments: with the
     # fifth foot at (0, 1) and corners (+-1, +-1): N3 + N4 + N5 = N1 + N2 = W/2 by symmetry about
@@ -202,33 +192,25 @@ def _off_their_tips(contacts, force):
     return np.flatnonzero(((normal > 1e-6) | ~contacts.stance).all(axis=1))
 
 
-@pytest.mark.parametrize("seed", [1000, 1002, 1007])
-def test_no_multipliers_are_wanting_at_the_optimum_within_the_cones(seed):
-    # Row 22 of the physics charter: 1e-9 N. Sample 179 of seed 1002 reaches its cone in the last
-    # programme only.
-    contacts, wrench, joints, _ = random_load(500, 6, 6, seed=seed, full=True)
-    force = share_load(contacts, wrench, "friction-cone")
-    H, c = cost_matrices(MinimumNorm(), contacts, joints)
-    plain = _off_their_tips(contacts, force)
-    assert len(plain) > 400
-    far = [_distance_from_the_optimum(contacts, force, i, H, c, joints) for i in plain]
-    assert max(far) < 1e-9
-    # And the minimum norm alone is no optimum within the cones: it leaves them.
-    least = share_load(contacts, wrench, "minimum-norm")
-    assert np.abs(force - least).max() > 0.1
-
-
 @pytest.mark.parametrize("torques", ["free", "limited"])
-@pytest.mark.parametrize("cost", COSTS, ids=str)
-def test_nor_with_any_other_cost_or_with_torque_limits(cost, torques):
-    # The same. A lever of 1 mm leaves some forces a cost of 1e-6 F² only: there y, right to 1e-11
-    # of some 10 N, is multiplied by 1000 to be a force.
-    contacts, wrench, joints, truth = random_load(150, 6, 5, seed=1)
+@pytest.mark.parametrize(
+    ("cost", "count", "standing", "seed"),
+    [
+        # Sample 179 of seed 1002 reaches its cone in the last programme only.
+        *((MinimumNorm(), 500, 6, seed) for seed in (1000, 1002, 1007)),
+        *((cost, 150, 5, 1) for cost in COSTS),
+    ],
+    ids=str,
+)
+def test_no_multipliers_are_wanting_at_the_optimum(cost, count, standing, seed, torques):
+    # Row 22 of the physics charter: 1e-9 N. A lever of 1 mm leaves some forces a cost of 1e-6 F²
+    # only: there y, right to 1e-11 of some 10 N, is multiplied by 1000 to be a force.
+    contacts, wrench, joints, truth = random_load(count, 6, standing, seed=seed, full=count > 150)
     joints = limited(joints, truth) if torques == "limited" else joints
     force = share_load(contacts, wrench, FrictionCone(cost), joints=joints)
     H, c = cost_matrices(cost, contacts, joints)
     plain = _off_their_tips(contacts, force)
-    assert len(plain) > 120
+    assert len(plain) > 0.8 * count
     far = [_distance_from_the_optimum(contacts, force, i, H, c, joints) for i in plain]
     assert max(far) < (1e-7 if cost == MinimumTorque(1e-3) else 1e-9)
     # Some sample is at its limits: without them it would be elsewhere.

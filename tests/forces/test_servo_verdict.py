@@ -116,15 +116,6 @@ def test_heat_and_hot_air_limit_servos_whose_torque_is_continuous():
     assert any("The air of 90 °C" in line for line in hot.lines)
 
 
-def test_a_robot_that_topples_may_be_too_heavy_as_well():
-    """Standing on all feet counts where the gait's stances are not stable."""
-    leaning = replace(PAPER, body=replace(PAPER.body, com=np.array([0.24, 0.0, 0.0])))
-    heavy = servo_verdict(with_payload(leaning, 30.0), TRIPOD)
-    assert heavy.holding is Holding.DOES_NOT_HOLD
-    assert not heavy.is_possible
-    assert heavy.torque > heavy.stall_torque
-
-
 def test_a_robot_that_topples_is_named_before_its_servos():
     leaning = replace(PAPER, body=replace(PAPER.body, com=np.array([0.24, 0.0, 0.0])))
     verdict = servo_verdict(leaning, TRIPOD)
@@ -135,6 +126,11 @@ def test_a_robot_that_topples_is_named_before_its_servos():
         f"Where the robot is stable, {verdict.joint} needs {verdict.torque:.3g} N·m, "
         f"{100 * verdict.torque / 1.5:.0f} % of stall.",
     )
+    # Standing on all feet counts where the gait's stances are not stable.
+    heavy = servo_verdict(with_payload(leaning, 30.0), TRIPOD)
+    assert heavy.holding is Holding.DOES_NOT_HOLD
+    assert not heavy.is_possible
+    assert heavy.torque > heavy.stall_torque
 
 
 def test_heat_is_a_range_that_holds_the_steady_warming_by_hand():

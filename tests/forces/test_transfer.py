@@ -25,16 +25,6 @@ def test_the_share_is_half_at_each_event_and_whole_outside_the_windows(gait):
         assert at(land - 0.02) == pytest.approx(0.16308, abs=1e-12)
 
 
-@pytest.mark.parametrize("gait", HEXAPOD_GAITS.values(), ids=list(HEXAPOD_GAITS))
-def test_the_share_has_no_jump(gait):
-    # Largest slope 15/8 per window: over steps of h at most 15/8 h / window.
-    h, window = 1e-4, 0.1
-    share = load_share(gait, np.arange(0, 4, h), period=2.0, window=window)
-    assert np.abs(np.diff(share, axis=0)).max() < 15 / 8 * h / window * (1 + 1e-9)
-    assert share.min() == 0
-    assert share.max() == 1
-
-
 @pytest.mark.parametrize("window", [0.2, -0.1, float("nan")])
 def test_a_window_that_the_gait_has_no_room_for_is_refused(window):
     with pytest.raises(InvalidInput) as caught:

@@ -31,7 +31,7 @@ from phasmid.robot import Robot, load_robot, preset_names
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
-TIBIA = "left_front_tibia_link"
+TIBIA, FEMUR = "left_front_tibia_link", "left_rear_femur"
 SHAPE = block((0, -0.01, -0.01), (0.1, 0.01, 0.01))
 """A bar of 100 x 20 x 20 mm, 40 cm³."""
 
@@ -63,10 +63,6 @@ def test_the_judge_has_nothing_against_the_presets(preset: str) -> None:
     assert {finding.severity for finding in judge_robot(robot)} <= {Severity.NOTE}
 
 
-def test_the_judge_has_nothing_against_a_bar() -> None:
-    assert not told(BAR)
-
-
 @pytest.mark.parametrize(
     ("inertial", "severity", "what"),
     [
@@ -75,12 +71,6 @@ def test_the_judge_has_nothing_against_a_bar() -> None:
             "impossible",
             "inertia 0.087 kg m² with 100 g gives a gyration radius of 933 mm to a 100 mm body; it "
             "must be between 2 mm and 150 mm; the inertia times 0.001 would give 29.5 mm.",
-        ),
-        (
-            of(0.1, (0.05, 0, 0), (6.7, 87, 87)),
-            "impossible",
-            "inertia 87 kg m² with 100 g gives a gyration radius of 29 500 mm to a 100 mm body; it "
-            "must be between 2 mm and 150 mm; the inertia times 0.000001 would give 29.5 mm.",
         ),
         (
             of(0.1, (0.05, 0, 0), (1e-6, 8.7e-5, 9.7e-5)),
@@ -92,12 +82,6 @@ def test_the_judge_has_nothing_against_a_bar() -> None:
             of(0.1, (0.05, 0, 0), (-1e-6, 8.7e-5, 8.7e-5)),
             "impossible",
             "principal moments -1e-06, 8.7e-05, 8.7e-05 kg m² must all be greater than 0.",
-        ),
-        (
-            of(0.1, (0.05, 0, 0), [[8e-5, 5e-5, 0], [5e-5, 8e-5, 0], [0, 0, 8e-5]]),
-            "impossible",
-            "principal moments 3e-05, 8e-05, 0.00013 kg m² belong to no body; the largest may not "
-            "exceed the sum of the others.",
         ),
         (
             of(-0.1, (0, 0, 0), (1, 1, 1)),
@@ -132,115 +116,93 @@ def test_the_judge_has_nothing_against_a_bar() -> None:
             "its matter is at most 52 mm from its centre of mass.",
         ),
     ],
-    ids=[
-        "unit-of-inertia",
-        "unit-of-both",
-        "triangle",
-        "negative-moment",
-        "product",
-        "negative-mass",
-        "inertia-alone",
-        "unit-of-centre",
-        "centre-outside",
-        "density",
-        "wide-inertia",
-    ],
 )
 def test_an_impossible_body_is_named_by_the_number(
     inertial: Inertial, severity: str, what: str
 ) -> None:
     assert told(inertial) == [(severity, what)]
+    assert not told(BAR)
 
 
-def test_links_that_share_one_mass_and_inertia_are_copies() -> None:
-    tree = TREE
-    for joint in ("coxa", "femur", "tibia"):
-        tree = with_link(tree, f"left_front_{joint}_link", inertial=BAR)
-        tree = with_link(tree, f"right_front_{joint}_link", inertial=BAR)
-    assert [(f.subject, f.what) for f in faults(tree)] == [
+COPIES = TREE
+for part in ("coxa", "femur", "tibia"):
+    COPIES = with_link(COPIES, f"left_front_{part}_link", inertial=BAR)
+    COPIES = with_link(COPIES, f"right_front_{part}_link", inertial=BAR)
+
+IN_GRAMS = scaled_masses(TREE, 1e3, inertias=False)
+"""N4: masses in grams, inertias in kg m²."""
+
+
+def unlike_pair() -> Tree:
+    m = TREE.links[TIBIA].inertial
+    assert m is not None
+    return with_link(TREE, TIBIA, inertial=Inertial(1.2 * m.mass, m.com, 1.2 * m.inertia))
+
+
+@pytest.mark.parametrize(
+    ("tree", "subject", "what"),
+    [
         (
+            COPIES,
             "legs 1, 6",
             "coxa, femur and tibia all have 100 g and the same inertia; unlike parts must have "
             "masses of their own.",
-        )
-    ]
-
-
-def test_a_pair_of_legs_weighs_the_same() -> None:
-    m = TREE.links[TIBIA].inertial
-    assert m is not None
-    tree = with_link(TREE, TIBIA, inertial=Inertial(1.2 * m.mass, m.com, 1.2 * m.inertia))
-    assert [(f.subject, f.what) for f in faults(tree)] == [
+        ),
         (
+            unlike_pair(),
             "leg 1",
             "its tibia has 171.8 g, and that of leg 6, across the body, 206.2 g; a pair should "
             "weigh the same.",
-        )
-    ]
-
-
-def in_grams() -> Tree:
-    """N4: masses in grams, inertias in kg m²."""
-    return scaled_masses(TREE, 1e3, inertias=False)
-
-
-def test_masses_in_grams_are_one_finding_and_not_one_of_every_link() -> None:
-    assert [f.what for f in faults(in_grams())] == [
-        "weighs 3 216 kg in all, and its inertias are those of 3.216 kg; masses must be in "
-        "kilograms, and these look like grams."
-    ]
+        ),
+        (
+            IN_GRAMS,
+            "robot",
+            "weighs 3 216 kg in all, and its inertias are those of 3.216 kg; masses must be in "
+            "kilograms, and these look like grams.",
+        ),
+        (
+            with_joint(TREE, FEMUR, lower=0.0, upper=0.0),
+            f"joint {FEMUR}",
+            "its limits are [0°, 0°]; the upper must be larger.",
+        ),
+        (
+            with_joint(TREE, FEMUR, lower=-75.0, upper=75.0),
+            f"joint {FEMUR}",
+            "its limits reach 75 rad; a leg's joint turns by one turn at most."
+            " 1.309, if these are degrees",
+        ),
+        (
+            with_joints(TREE, lambda j: replace(j, effort=0.0)),
+            "joints",
+            "its effort is 0; it must be finite and greater than 0.",
+        ),
+    ],
+)
+def test_what_no_description_can_be_is_one_finding(tree: Tree, subject: str, what: str) -> None:
+    (found,) = faults(tree)
+    assert found.subject.startswith(subject)
+    assert f"{found.what} {found.hint}".startswith(what)
 
 
 def test_masses_in_grams_are_judged_as_a_person_weighed_them() -> None:
     """N4: the links' inertias are in the proportion of their masses, 3.2 kg to 3.216 kg."""
-    imported = robot_from_tree(in_grams(), ImportOptions(total_mass=3.2))
+    imported = robot_from_tree(IN_GRAMS, ImportOptions(total_mass=3.2))
     subjects = [f.subject for f in imported.findings if f.severity is not Severity.NOTE]
     assert not [subject for subject in subjects if subject.startswith(("link", "robot:"))]
     assert imported.facts is not None
     assert imported.facts.mass == pytest.approx(3.2, rel=1e-12)
 
 
-def test_limits_and_strengths_of_joints_are_possible() -> None:
-    name = "left_rear_femur"
-    assert [f.what for f in faults(with_joint(TREE, name, lower=0.0, upper=0.0))] == [
-        "its limits are [0°, 0°]; the upper must be larger."
-    ]
-    (found,) = faults(with_joint(TREE, name, lower=-75.0, upper=75.0))
-    assert found.severity is Severity.IMPOSSIBLE
-    assert found.what == ("its limits reach 75 rad; a leg's joint turns by one turn at most.")
-    assert found.hint == "1.309, if these are degrees"
-    assert [f.what for f in faults(with_joints(TREE, lambda j: replace(j, effort=0.0)))] == [
-        "its effort is 0; it must be finite and greater than 0."
-    ]
-
-
-def test_a_servo_far_too_strong_or_fast_is_taken_for_a_placeholder() -> None:
-    """Times of the weight at a leg's length: 1000 N·m over 31.6 N times 0.246 m."""
-    servo = replace(MK4.servo, stall_torque=1000.0, no_load_speed=100.0)
-    found = judge_robot(replace(MK4, servo=servo))
-    assert [f.severity.value for f in found] == ["suspect", "suspect"]
-    assert found[0].what == (
-        "effort 1000 N·m would lift 129 such robots at a leg's length; the limit is 10."
-    )
-
-
 def test_a_robot_must_stand_over_its_feet() -> None:
+    """A robot that topples on feet that phasmid assumed is not impossible."""
     for aside, severity in ((0.08, "suspect"), (1.5, "impossible")):
         body = replace(
             MK4.body, com=np.array([0, aside, 0]), size=np.full(3, 2.0), inertia=np.eye(3) * 0.1
         )
         found = [f for f in judge_robot(replace(MK4, body=body)) if f.subject == "robot"]
         assert [f.severity.value for f in found] == [severity]
-
-
-def test_a_robot_that_topples_on_feet_that_phasmid_assumed_is_not_impossible() -> None:
-    body = replace(
-        MK4.body, com=np.array([1.5, 0, 0]), size=np.full(3, 2.0), inertia=np.eye(3) * 0.1
-    )
-    robot = replace(MK4, body=body)
-    for assumed, severity in ((True, Severity.SUSPECT), (False, Severity.IMPOSSIBLE)):
-        (found,) = [f for f in judge_standing(robot, assumed=assumed) if "topples" in f.what]
-        assert found.severity is severity
+    (found,) = judge_standing(replace(MK4, body=body), assumed=True)
+    assert found.severity is Severity.SUSPECT
 
 
 def test_a_light_link_that_is_fixed_makes_no_robot_impossible() -> None:
@@ -284,51 +246,67 @@ def test_density_is_not_judged_where_a_mesh_of_the_link_is_missing(tmp_path, kin
         assert any("kg/m³" in found.what for found in judge(tree)) is not missing
 
 
-def leg_changed(**fields: object) -> Robot:
-    """The Mark IV with another left rear leg."""
-    legs = [replace(leg, **fields) if leg.name == "left_rear" else leg for leg in MK4.legs]  # type: ignore[arg-type]
-    return replace(MK4, legs=tuple(legs))
+def changed(legs: tuple[str, ...] = ("left_rear",), **fields: object) -> Robot:
+    """The Mark IV with some other legs."""
+    made = [replace(leg, **fields) if leg.name in legs else leg for leg in MK4.legs]  # type: ignore[arg-type]
+    return replace(MK4, legs=tuple(made))
 
 
-def suspected(robot: Robot) -> list[tuple[str, str]]:
-    """What is suspect about a robot's legs, said alike of a robot and of its description."""
-    said = [f for f in judge_robot(robot) if f.severity is Severity.SUSPECT]
-    read = robot_from_tree(tree_of(robot)).findings
-    assert {f.what for f in said} <= {f.what for f in read}
-    return [(f.subject, f.what) for f in said]
+def with_range(row: int, low: float, high: float) -> dict[str, object]:
+    limits = MK4.legs[0].joint_limits.copy()
+    limits[row] = np.radians([low, high])
+    return {"joint_limits": limits}
 
 
-def test_a_leg_that_points_across_the_body_is_told() -> None:
-    assert suspected(leg_changed(mount_yaw=math.radians(-135))) == [
+REAR = MK4.leg("left_rear")
+
+
+@pytest.mark.parametrize(
+    ("robot", "subject", "what"),
+    [
         (
+            changed(mount_yaw=math.radians(-135)),
             "leg left_rear",
             "points across the body: its hip is on the left and its yaw is -135°.",
-        )
-    ]
-
-
-def test_sides_that_do_not_mirror_each_other_are_told() -> None:
-    leg = MK4.leg("left_rear")
-    longer = replace(leg.tibia, length=leg.tibia.length + 0.02)
-    place = leg.mount_position + np.array([0.01, 0, 0])
-    yaw = leg.mount_yaw - math.radians(10)
-    assert suspected(leg_changed(tibia=longer, mount_position=place, mount_yaw=yaw)) == [
+        ),
         (
+            changed(
+                tibia=replace(REAR.tibia, length=REAR.tibia.length + 0.02),
+                mount_position=REAR.mount_position + np.array([0.01, 0, 0]),
+                mount_yaw=REAR.mount_yaw - math.radians(10),
+            ),
             "leg right_rear",
             "is not the mirror image of leg left_rear: the hips' places differ by 10 mm; their "
             "directions differ by 10°; its tibia is 130.9 mm long and that one's 150.9 mm.",
-        )
-    ]
-
-
-def test_joints_stand_within_their_limits() -> None:
-    leg = MK4.legs[0]
-    limits = leg.joint_limits.copy()
-    limits[2] = [-1.0, 0.0]
-    legs = (replace(leg, joint_limits=limits), *MK4.legs[1:])
-    (found,) = [f for f in judge_robot(replace(MK4, legs=legs)) if "joint" in f.subject]
-    assert found.subject == "joint right_front.tibia"
-    assert found.what.endswith("°, outside its limits [-57.3°, 0°].")
+        ),
+        (
+            changed(("right_front",), **with_range(2, -60, 0)),
+            "joint right_front.tibia",
+            "stands at",
+        ),
+        # N11: coxa_deg = [-1.3, 1.3] with radians for degrees.
+        (
+            changed(MK4.leg_names, **with_range(0, -1.3, 1.3)),
+            "joints",
+            "turns by 2.6° in all, [-1.3°, 1.3°].",
+        ),
+        # Times of the weight at a leg's length: 1000 N·m over 31.6 N times 0.246 m.
+        (
+            replace(MK4, servo=replace(MK4.servo, stall_torque=1000.0)),
+            "servo",
+            "effort 1000 N·m would lift 129 such robots at a leg's length; the limit is 10.",
+        ),
+        (
+            replace(MK4, servo=replace(MK4.servo, no_load_speed=100.0)),
+            "servo",
+            "speed is 100 rad/s; the limit is",
+        ),
+    ],
+)
+def test_what_is_suspect_of_a_robot_is_told(robot: Robot, subject: str, what: str) -> None:
+    found = [f for f in judge_robot(robot) if f.what.startswith(what)]
+    assert [f.subject.startswith(subject) for f in found] == [True], judge_robot(robot)
+    assert found[0].severity is not Severity.NOTE
 
 
 def test_a_tree_without_legs_is_judged_all_the_same() -> None:
@@ -337,16 +315,3 @@ def test_a_tree_without_legs_is_judged_all_the_same() -> None:
         "bar has 0 chains of three hinges that leave bar; a walking robot here has 4 legs or more.",
         "mass is -1 kg; it must be greater than 0.",
     ]
-
-
-def test_radians_for_degrees_in_joint_limits_are_suspect() -> None:
-    """N11: coxa_deg = [-1.3, 1.3] is 2.6° in all."""
-    legs = []
-    for leg in MK4.legs:
-        limits = leg.joint_limits.copy()
-        limits[0] = np.radians([-1.3, 1.3])
-        legs.append(replace(leg, joint_limits=limits))
-    (found,) = [f for f in judge_robot(replace(MK4, legs=tuple(legs))) if "turns" in f.what]
-    assert found.severity is Severity.SUSPECT
-    assert found.subject.endswith(" and 3 more")
-    assert found.what == "turns by 2.6° in all, [-1.3°, 1.3°]."

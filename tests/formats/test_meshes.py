@@ -59,15 +59,6 @@ def test_every_format_gives_the_same_triangles_with_corners_made_one(
     assert all(triangle in rotated for triangle in triangles(mesh))
 
 
-def test_a_file_is_read_once_however_many_links_show_it(tmp_path: Path) -> None:
-    files = MeshFiles()
-    path = saved(tmp_path, "a.stl", FORMATS["a.stl"])
-    (first,) = files.meshes(path)
-    path.unlink()
-    (second,) = files.meshes(path)
-    assert second is first
-
-
 @pytest.mark.parametrize("scale", [(-1, 1, 1), (-1, -1, -1), (-1, -1, 1), (2, 3, 4)])
 def test_a_mirrored_mesh_keeps_its_outside_out(scale: tuple[float, ...], tmp_path: Path) -> None:
     """Its volume, the sum of det(corners) / 6 over the faces, stays positive."""
@@ -75,16 +66,6 @@ def test_a_mirrored_mesh_keeps_its_outside_out(scale: tuple[float, ...], tmp_pat
     volume = np.linalg.det(mesh.vertices[mesh.faces]).sum() / 6
     expected = 0.125 * 0.25 * 0.5 / 6 * abs(np.prod(scale))
     assert volume == pytest.approx(expected, rel=1e-14)
-
-
-def test_i9_a_mesh_in_millimetres_is_named_and_read_when_told(tmp_path: Path) -> None:
-    path = saved(tmp_path, "tibia.stl", binary_stl(280 * CORNERS[FACES]))
-    with pytest.raises(InvalidInput) as error:
-        MeshFiles().meshes(path)
-    assert error.value.what == "mesh tibia.stl spans 140 m."
-    assert error.value.hint == "--mesh-unit mm"
-    (mesh,) = MeshFiles("mm").meshes(path)
-    assert mesh.span == pytest.approx(0.14, rel=1e-15)
 
 
 def test_the_unit_takes_the_place_of_an_even_scale_and_mirrors_stay(tmp_path: Path) -> None:
@@ -148,17 +129,6 @@ def test_all_faces_of_a_model_together_have_a_limit(
     monkeypatch.setattr(meshes, "MOST_MESHES", 1)
     with pytest.raises(InvalidInput, match="more than 1 meshes; such models are refused"):
         MeshFiles().count((meshes.box((1, 1, 1)),) * 2)
-
-
-def test_files_have_their_largest_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(meshes, "LARGEST_FILE", 200)
-    monkeypatch.setattr(meshes, "LARGEST_OTHER", 100)
-    assert said(tmp_path, "a.stl", FORMATS["a.stl"]).endswith(
-        "a.stl holds more than 200 bytes; such files are refused."
-    )
-    assert said(tmp_path, "a.obj", FORMATS["a.obj"]).endswith(
-        "a.obj holds more than 100 bytes; such files are refused."
-    )
 
 
 @pytest.mark.parametrize(

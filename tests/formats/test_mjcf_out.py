@@ -9,17 +9,14 @@ import numpy as np
 import pytest
 import trimesh
 
+from formats.trees import ROBOTS, files_of
 from general_robot import general_robot
-from phasmid import dynamics
-from phasmid.dynamics import BodyMotion
 from phasmid.errors import InvalidRobot
 from phasmid.formats import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.tree import neutral_angles
 from phasmid.kinematics import quaternion_rotation
-from phasmid.robot import Appearance, Part, Robot, load_robot, preset_names
-
-ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}
+from phasmid.robot import Appearance, Part, Robot, preset_names
 
 
 def a_box(size: float, name: str = "", color: tuple[float, ...] = (1.0, 0.5, 0.25, 1.0)) -> Part:
@@ -36,34 +33,9 @@ def dressed(robot: Robot) -> Robot:
 
 
 def compiled(robot: Robot) -> mujoco.MjModel:
-    files = mjcf_files(tree_of(robot), "robot", home=neutral_angles(robot), servo=robot.servo)
+    files = files_of(robot, ".xml")
     text = files.pop("robot.xml").decode()
     return mujoco.MjModel.from_xml_string(text, files)
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_the_compiled_mass_matrix_is_the_robots(name: str) -> None:
-    """M of MuJoCo less its rotors = E^T M E, where w = R w' takes its speeds to world axes."""
-    robot = ROBOTS[name]
-    model = compiled(robot)
-    data = mujoco.MjData(model)
-    rng = np.random.default_rng(7)
-    count = len(robot.legs)
-    for _ in range(10):
-        position, quaternion = rng.normal(size=3), rng.normal(size=4)
-        quaternion /= np.linalg.norm(quaternion)
-        q = rng.uniform(-np.pi, np.pi, (count, 3))
-        data.qpos = np.concatenate([position, quaternion, q.ravel()])
-        mujoco.mj_forward(model, data)
-        M = np.zeros((model.nv, model.nv))
-        mujoco.mj_fullM(model, data, M)
-        M -= np.diag(model.dof_armature)
-        R = quaternion_rotation(quaternion)
-        E = np.eye(model.nv)
-        E[3:6, 3:6] = R
-        ours = dynamics.mass_matrix(robot, BodyMotion.at_rest(position, R), q)
-        # Sums of some 20 terms of order 5 kg m² and less, rounded at 1e-16 of each.
-        np.testing.assert_allclose(M, E.T @ ours @ E, rtol=0, atol=1e-13)
 
 
 def test_an_inertia_far_below_the_engines_own_threshold_keeps_its_axes() -> None:
@@ -160,22 +132,6 @@ def test_meshes_are_seen_and_felt_by_nobody_and_written_once() -> None:
     (geom,) = np.flatnonzero(seen & (model.geom_bodyid == body))
     np.testing.assert_allclose(model.geom_rgba[geom], [0, 0, 1, 0.5])
     assert model.body_mass.sum() == pytest.approx(robot.mass, rel=1e-12)
-
-
-def test_effort_range_and_friction_are_the_joints() -> None:
-    robot = ROBOTS["phantomx-ax"]
-    model = compiled(robot)
-    for i, joint in enumerate(j for j in tree_of(robot).joints if j.kind == "revolute"):
-        hinge, actuator = model.joint(joint.name), model.actuator(joint.name)
-        assert actuator.id == i
-        np.testing.assert_array_equal(hinge.range, [joint.lower, joint.upper])
-        np.testing.assert_array_equal(actuator.forcerange, [-joint.effort, joint.effort])
-        assert actuator.gainprm[0] == robot.servo.stiffness
-        assert actuator.biasprm[2] == -robot.servo.damping
-        dof = int(model.jnt_dofadr[hinge.id])
-        assert model.dof_armature[dof] == joint.armature
-        assert model.dof_frictionloss[dof] == joint.friction
-        assert model.dof_damping[dof] == joint.damping
 
 
 def test_what_mjcf_cannot_hold_is_refused() -> None:

@@ -6,7 +6,6 @@ at hand.
 
 from __future__ import annotations
 
-import math
 import sys
 from pathlib import Path
 
@@ -90,19 +89,6 @@ def imported(file: Path) -> Imported:
     return found
 
 
-def test_the_thighs_offset_is_that_of_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "small.urdf"
-    path.write_text(urdf("small"), encoding="utf-8")
-    robot = imported(path).robot
-    assert robot is not None
-    for leg in robot.legs:
-        # The hip's axis meets the thigh's, and the leg's x is down: its left is the robot's.
-        np.testing.assert_allclose(leg.lengths, [0.0, 0.2, 0.2], atol=1e-15)
-        assert abs(leg.coxa.lateral_offset) == pytest.approx(0.08, abs=1e-15)
-        neutral = leg.X_body_hip[:3, :3] @ leg.neutral_foot
-        assert neutral[1] == pytest.approx(math.copysign(0.08, leg.mount_position[1]), abs=1e-12)
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="Pinocchio has no wheels for Windows")
 def test_inverse_dynamics_is_that_of_pinocchio_from_the_same_file(file: Path) -> None:
     """Torques of 40 N·m and less in sums of a hundred terms: 1e-12."""
@@ -155,18 +141,12 @@ def test_inverse_dynamics_is_that_of_pinocchio_from_the_same_file(file: Path) ->
 
 
 @pytest.mark.slow
-def test_it_walks_the_crawl(file: Path) -> None:
-    scenario = load_scenario("paper").replace(
-        robot=imported(file).robot, gait="crawl", duration=6.0
-    )
+def test_it_walks_and_is_driven_in_a_crawl(file: Path) -> None:
+    """By compliant servos, with ground sensing and safety; the start takes 1 s of 8 s."""
+    scenario = load_scenario("paper").replace(robot=load_robot(file), gait="crawl", duration=6.0)
     travel = summarise(simulate(scenario, plan(scenario)))["travel"]
     assert travel["distance"] == pytest.approx(travel["commanded_distance"], rel=0.05)
-
-
-@pytest.mark.slow
-def test_it_is_driven_in_a_crawl(file: Path) -> None:
-    """By compliant servos, with ground sensing and safety; the start takes 1 s of 8 s."""
-    scenario = load_scenario("paper").replace(robot=load_robot(file), gait="crawl", duration=8.0)
+    scenario = scenario.replace(duration=8.0)
     recording = drive(scenario, commands=Command(velocity=(0.05, 0.0, 0.0)))
     assert recording.attrs["ending"] == "COMPLETED"
     assert np.ptp(recording["body_position"].values[:, 0]) > 0.85 * 0.05 * 8.0

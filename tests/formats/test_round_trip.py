@@ -9,11 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from formats.trees import block
+from formats.trees import ROBOTS, block, files_of, write
 from general_robot import general_robot
-from phasmid.formats import Severity, import_robot, robot_from_tree, save_robot, tree_of
+from phasmid.formats import (
+    ImportOptions,
+    Severity,
+    import_robot,
+    read_urdf,
+    robot_from_tree,
+    save_robot,
+    tree_of,
+)
+from phasmid.formats.mjcf_in import read_mjcf
 from phasmid.kinematics import foot_position
-from phasmid.robot import Appearance, Leg, Robot, load_robot, preset_names
+from phasmid.robot import Appearance, Leg, Part, Robot, load_robot, preset_names
 
 ROUND_OFF = 1e-12
 """A dozen products and sums of numbers up to 4, each rounded to 2e-16 of its size."""
@@ -36,6 +45,55 @@ def differences(a: Any, b: Any, path: str = "") -> list[str]:
         elif not np.allclose(x, y, rtol=0, atol=ROUND_OFF):
             found.append(name)
     return found
+
+
+def sheet(color: tuple[float, ...], name: str) -> Part:
+    """An open mesh of two triangles that do not lie in one plane."""
+    corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0.1, 0.1, 0.03]])
+    return Part(corners, np.array([[0, 1, 2], [1, 3, 2]]), color, name)
+
+
+LOOK = {
+    "body": (sheet((1.0, 0.5, 0.25, 1.0), "lid"), sheet((0.1, 0.2, 0.3, 0.4), "lid")),
+    "tibia": (sheet((0.0, 0.0, 1.0, 1.0), "shin"),),
+}
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".xml"])
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_number_of_a_tree_survives_the_file(name: str, suffix: str, tmp_path: Path) -> None:
+    robot = replace(ROBOTS[name], appearance=Appearance.of(LOOK))
+    ours = tree_of(robot)
+    read = read_urdf if suffix == ".urdf" else read_mjcf
+    theirs = read(write(files_of(robot, suffix), tmp_path), ImportOptions(strict=True))
+    assert (theirs.name, list(theirs.links)) == (robot.name, list(ours.links))
+    assert theirs.findings == ()
+    # Rotations pass through angles or quaternions: some roundings of entries of order one.
+    turned = {"rtol": 0, "atol": 3e-15}
+    # MJCF turns centres of mass and inertias with their frames.
+    kept = {"rtol": 0, "atol": 0 if suffix == ".urdf" else 2e-15}
+    for link in ours.links.values():
+        other = theirs.links[link.name]
+        assert (link.inertial is None) == (other.inertial is None)
+        if link.inertial:
+            assert other.inertial.mass == link.inertial.mass
+            np.testing.assert_allclose(other.inertial.com, link.inertial.com, **kept)
+            # URDF writes six of the nine numbers.
+            mine, their = np.triu(link.inertial.inertia), np.triu(other.inertial.inertia)
+            np.testing.assert_allclose(their, mine, **kept)
+        for mine, their in zip(link.parts, other.parts, strict=True):
+            assert (mine.name, mine.color) == (their.name, their.color)
+            # Single precision, of corners and of the engine's frame about their middle.
+            a, b = mine.vertices[mine.faces], their.vertices[their.faces]
+            np.testing.assert_allclose(b, a, rtol=0, atol=1e-7)
+    same = ["name", "kind", "parent", "child"]
+    numbers = ["lower", "upper", "effort", "damping", "friction", "armature"]
+    numbers += ["velocity"] * (suffix == ".urdf")
+    for joint, other in zip(ours.joints, theirs.joints, strict=True):
+        for field in same if joint.kind == "fixed" else same + numbers:
+            assert getattr(joint, field) == getattr(other, field), field
+        np.testing.assert_allclose(other.X_parent_child, joint.X_parent_child, **turned)
+        np.testing.assert_array_equal(other.axis, joint.axis)
 
 
 @pytest.mark.parametrize("suffix", [".urdf", ".xml"])

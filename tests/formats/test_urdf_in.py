@@ -12,44 +12,6 @@ from formats.tetrahedron import CORNERS, FACES, binary_stl
 from phasmid.errors import PhasmidError
 from phasmid.formats import ImportOptions, Severity, Tree, read_urdf
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-HUMA = DATA / "phantomx_description" / "urdf" / "phantomx.urdf"
-INTERBOTIX = DATA / "interbotix_xshexapod_descriptions" / "urdf" / "pxmark4.urdf"
-
-needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the example robots are not at hand")
-
-
-@needs_data
-def test_the_humarobotics_phantomx_is_read_and_its_lost_mesh_named() -> None:
-    tree = read_urdf(HUMA)
-    assert (len(tree.links), len(tree.joints)) == (26, 25)
-    assert tree.root.name == "base_link"
-    assert sum(joint.kind == "revolute" for joint in tree.joints) == 18
-    lost, shown, ignored = tree.findings
-    assert lost.severity is Severity.SUSPECT
-    assert lost.where == "phantomx.urdf, line 24"
-    assert lost.what == (
-        'mesh "package://phantomx_description/meshes/body.STL" is not there; it was left out.'
-    )
-    assert shown.what == "shows its collision shape, as no visual one was read."
-    assert ignored.what == "26 <gazebo>, 18 <transmission> were ignored."
-
-
-@needs_data
-def test_the_interbotix_phantomx_is_read_with_its_meshes_in_metres() -> None:
-    tree = read_urdf(INTERBOTIX)
-    assert (len(tree.links), len(tree.joints)) == (26, 25)
-    joint = next(j for j in tree.joints if j.name == "right_front_coxa")
-    assert (joint.effort, joint.friction) == (3.0, 0.5)
-    assert joint.upper == 0.9599310885968813
-    np.testing.assert_array_equal(joint.X_parent_child[:3, 3], [0.125, -0.065, 0])
-    (trunk,) = tree.root.parts
-    # The trunk of a PhantomX is about 260 mm long.
-    assert 0.2 < float(np.ptp(trunk.vertices, axis=0).max()) < 0.3
-    (ignored,) = tree.findings
-    assert ignored.what == "1 <texture>, 18 <transmission> were ignored."
-
-
 LEG = """<robot name="r">
   <link name="base"/>
   <link name="tibia_3">
@@ -73,6 +35,13 @@ LEG = """<robot name="r">
   </joint>
 </robot>
 """
+
+
+MORE = """<joint name="{name}" type="fixed"><parent link="base"/><child link="tibia_3"/></joint>
+</robot>"""
+LONG = f'link name="{"a" * 201}"'
+LIMITS, RADIANS = "joint coxa_1: limits", "rad; URDF angles are radians."
+BOX, RANGE = '<box size="0.1 0.2 0.3"/>', 'lower="-1" upper="1.5"'
 
 
 def read(text: str, folder: Path, options: ImportOptions | None = None) -> Tree:
@@ -118,23 +87,16 @@ def test_an_axis_is_x_where_none_is_given_and_has_length_one(tmp_path: Path) -> 
 def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
     text = LEG.replace('name="red"><color rgba="1 0 0 1"/></material>', 'name="blue"/>')
     blue = '<material name="blue"><color rgba="0 0 1 0.5"/></material></robot>'
-    for tree in (
-        read(text.replace("</robot>", blue), tmp_path),
-        read(
-            text.replace(
-                '<link name="base"/>',
-                '<link name="base"><visual><geometry><sphere radius="0.1"/></geometry>'
-                '<material name="blue"><color rgba="0 0 1 0.5"/></material></visual></link>',
-            ),
-            tmp_path,
-        ),
-    ):
-        assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
+    tree = read(text.replace("</robot>", blue), tmp_path)
+    assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
+    shown = f'<link name="base"><visual><geometry><sphere radius="0.1"/></geometry>{blue}'
+    shown = shown.replace("</robot>", "</visual></link>")
+    tree = read(text.replace('<link name="base"/>', shown), tmp_path)
+    assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
     assert read(text, tmp_path).links["tibia_3"].parts[0].color == (0.5, 0.5, 0.5, 1)
 
 
 def test_i3_nothing_outside_the_model_folder_is_read(tmp_path: Path) -> None:
-    box = '<box size="0.1 0.2 0.3"/>'
     for name in (
         "../../etc/passwd",
         "/etc/passwd",
@@ -146,35 +108,39 @@ def test_i3_nothing_outside_the_model_folder_is_read(tmp_path: Path) -> None:
         "~/a.stl",
         "a" * 5000,
     ):
-        error = refused(tmp_path, box, f'<mesh filename="{name}"/>')
+        error = refused(tmp_path, BOX, f'<mesh filename="{name}"/>')
         shown = name if len(name) < 200 else f"{'a' * 200}…"
         assert error.what == f'mesh "{shown}" lies outside the model folder.'
         assert error.where == "robot.urdf, line 11"
     inside = ImportOptions(packages={"x": str(tmp_path)})
-    error = refused(tmp_path, box, '<mesh filename="package://x/../../etc/passwd"/>', inside)
+    error = refused(tmp_path, BOX, '<mesh filename="package://x/../../etc/passwd"/>', inside)
     assert error.what == 'mesh "../../etc/passwd" lies outside the model folder.'
-    error = refused(tmp_path, box, '<mesh filename="package:///etc/passwd"/>')
+    error = refused(tmp_path, BOX, '<mesh filename="package:///etc/passwd"/>')
     assert error.what == 'mesh "package:///etc/passwd" lies outside the model folder.'
 
 
 @pytest.mark.skipif(os.name == "nt", reason="making a link needs rights there")
 def test_i3_links_are_not_followed(tmp_path: Path) -> None:
     (tmp_path / "away").symlink_to("/etc")
-    error = refused(tmp_path, '<box size="0.1 0.2 0.3"/>', '<mesh filename="away/passwd"/>')
+    error = refused(tmp_path, BOX, '<mesh filename="away/passwd"/>')
     assert error.what == 'mesh "away/passwd" leads over a link, which is not followed.'
 
 
 def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> None:
-    box, mesh = '<box size="0.1 0.2 0.3"/>', '<mesh filename="package://x/meshes/a.stl"/>'
-    error = refused(tmp_path, box, mesh)
+    mesh = '<mesh filename="package://x/meshes/a.stl"/>'
+    error = refused(tmp_path, BOX, mesh)
     assert str(error) == (
         'package "x" is unknown.\n  in   robot.urdf, line 11\n  try  --package x=PATH'
     )
     folder = tmp_path / "some" / "where"
     (folder / "meshes").mkdir(parents=True)
     (folder / "meshes" / "a.stl").write_bytes(binary_stl(CORNERS[FACES]))
-    tree = read(LEG.replace(box, mesh), tmp_path, ImportOptions(packages={"x": str(folder)}))
+    tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(packages={"x": str(folder)}))
     assert len(tree.links["tibia_3"].parts[0].faces) == 4
+    nowhere = ImportOptions(packages={"x": "nonexistent"})
+    error = refused(tmp_path, BOX, mesh, nowhere)
+    assert error.what == "no such folder: nonexistent."
+    assert error.where.endswith("option --package x")
 
 
 @pytest.mark.parametrize("by_name", [True, False])
@@ -186,7 +152,7 @@ def test_a_package_around_the_file_is_found_by_itself(by_name: bool, tmp_path: P
     if not by_name:
         (folder / "package.xml").write_text("<package><name> x </name></package>")
     for name in ("package://x/meshes/a.stl", "../meshes/a.stl"):
-        text = LEG.replace('<box size="0.1 0.2 0.3"/>', f'<mesh filename="{name}"/>')
+        text = LEG.replace(BOX, f'<mesh filename="{name}"/>')
         assert len(read(text, folder / "urdf").links["tibia_3"].parts[0].faces) == 4
 
 
@@ -196,8 +162,7 @@ def test_i3_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path: P
     folder.mkdir(parents=True)
     (tmp_path / "home" / "bob").mkdir()
     (tmp_path / "home" / "bob" / "secret.stl").write_bytes(binary_stl(CORNERS[FACES]))
-    box = '<box size="0.1 0.2 0.3"/>'
-    error = refused(folder, box, '<mesh filename="package://home/bob/secret.stl"/>')
+    error = refused(folder, BOX, '<mesh filename="package://home/bob/secret.stl"/>')
     assert str(error) == (
         'package "home" is unknown.\n  in   robot.urdf, line 11\n  try  --package home=PATH'
     )
@@ -206,7 +171,7 @@ def test_i3_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path: P
 def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
     two = '<mesh filename="a.dae"/></geometry></visual><visual><geometry><mesh filename="b.stl"/>'
     (tmp_path / "a.dae").write_text("<COLLADA/>")
-    tree = read(LEG.replace('<box size="0.1 0.2 0.3"/>', two), tmp_path)
+    tree = read(LEG.replace(BOX, two), tmp_path)
     dae, lost = tree.findings
     assert dae.what == "mesh a.dae was left out: COLLADA files are not read."
     assert dae.hint == "convert it to STL, OBJ, PLY or GLB"
@@ -215,47 +180,26 @@ def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("limits", "shown", "hint"),
+    ("limits", "lower", "upper"),
     [
-        ('lower="-90" upper="90"', "-90 to 90", "-1.5708 and 1.5708"),
-        ('lower="-30" upper="120"', "-30 to 120", "-0.5236 and 2.0944"),
+        ("-6.2832 6.2832", -6.2832, 6.2832),
+        ("-1e16 1e16", -np.inf, np.inf),
+        ("-2000 0.5", -np.inf, 0.5),
+        ("-0.25 1e9", -0.25, np.inf),
     ],
 )
-def test_i8_limits_in_degrees_are_refused(
-    limits: str, shown: str, hint: str, tmp_path: Path
+def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(
+    limits: str, lower: float, upper: float, tmp_path: Path
 ) -> None:
-    error = refused(tmp_path, 'lower="-1" upper="1.5"', limits)
-    assert error.what == f"joint coxa_1: limits {shown} rad; URDF angles are radians."
-    assert (error.where, error.hint) == ("robot.urdf, line 19", hint)
+    low, high = limits.split()
+    tree = read(LEG.replace(RANGE, f'lower="{low}" upper="{high}"'), tmp_path)
+    assert (tree.joints[0].lower, tree.joints[0].upper) == (lower, upper)
+    told = ["joint coxa_1: limits beyond 1000 rad were taken for none."]
+    assert [f.what for f in tree.findings] == told * bool(np.isinf([lower, upper]).any())
 
 
-@pytest.mark.parametrize(
-    ("rpy", "hint"),
-    [("0 0 -45", "0 0 -0.7854"), ("90 0 45", "1.5708 0 0.7854")],
-)
-def test_i8_angles_of_an_origin_in_degrees_are_named(tmp_path: Path, rpy: str, hint: str) -> None:
-    error = refused(tmp_path, 'rpy="0 0 1.5707963267948966"', f'rpy="{rpy}"')
-    assert error.what == (f"<origin>: rpy {rpy} rad is more than a turn; URDF angles are radians.")
-    assert (error.where, error.hint) == (
-        "robot.urdf, line 5",
-        f'rpy="{hint}", if these are degrees',
-    )
-
-
-def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> None:
-    old = 'lower="-1" upper="1.5"'
-    (joint,) = read(LEG.replace(old, 'lower="-6.2832" upper="6.2832"'), tmp_path).joints
-    assert joint.upper == 6.2832
-    tree = read(LEG.replace(old, 'lower="-1e16" upper="1e16"'), tmp_path)
-    assert tree.joints[0].upper == np.inf
-    assert tree.findings[0].what == ("joint coxa_1: limits beyond 1000 rad were taken for none.")
-    tree = read(LEG.replace(old, 'lower="-2000" upper="0.5"'), tmp_path)
-    assert (tree.joints[0].lower, tree.joints[0].upper) == (-np.inf, 0.5)
-    assert tree.findings[0].what == ("joint coxa_1: limits beyond 1000 rad were taken for none.")
-    tree = read(LEG.replace(old, 'lower="-0.25" upper="1e9"'), tmp_path)
-    assert (tree.joints[0].lower, tree.joints[0].upper) == (-0.25, np.inf)
-    assert tree.findings[0].what == ("joint coxa_1: limits beyond 1000 rad were taken for none.")
-    tree = read(LEG.replace(f"<limit {old}", "<mimic"), tmp_path)
+def test_a_revolute_joint_without_limits_may_move_without_end(tmp_path: Path) -> None:
+    tree = read(LEG.replace(f"<limit {RANGE}", "<mimic"), tmp_path)
     assert tree.joints[0].lower == -np.inf
     assert tree.findings[0].what == (
         "no <limit>, which revolute joints must have; it may move without end."
@@ -264,12 +208,12 @@ def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(tmp_path: Path) -> 
 
 def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
     (tmp_path / "tibia.stl").write_bytes(binary_stl(280 * CORNERS[FACES]))
-    box, mesh = '<box size="0.1 0.2 0.3"/>', '<mesh filename="tibia.stl"/>'
-    error = refused(tmp_path, box, mesh)
+    mesh = '<mesh filename="tibia.stl"/>'
+    error = refused(tmp_path, BOX, mesh)
     assert str(error) == (
         "mesh tibia.stl spans 140 m.\n  in   robot.urdf, line 11\n  try  --mesh-unit mm"
     )
-    tree = read(LEG.replace(box, mesh), tmp_path, ImportOptions(mesh_unit="mm"))
+    tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(mesh_unit="mm"))
     longest = float(np.ptp(tree.links["tibia_3"].parts[0].vertices, axis=0).max())
     # The part lies 1 m up, where a number has steps of 2.2e-16.
     assert longest == pytest.approx(0.14, abs=4e-16)
@@ -288,19 +232,51 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
     assert found.what == "1 <a> was ignored."
 
 
-def test_xacro_is_not_expanded(tmp_path: Path) -> None:
-    error = refused(tmp_path, "</robot>", '<xacro:leg name="a"/></robot>')
-    assert error.what == "robot.urdf line 22: <xacro:leg> is not expanded."
-    assert error.hint == "run xacro first: xacro robot.urdf.xacro > robot.urdf"
-    error = refused(tmp_path, 'value="0.5"', 'value="${m}"')
-    assert error.what == '<mass>: value is "${m}"; it must be a number.'
-    assert error.hint == "expand the file with xacro first"
-
-
 @pytest.mark.parametrize(
     ("old", "new", "what", "line"),
     [
         ('value="0.5"', 'value="nan"', '<mass>: value is "nan"; it must be a finite number.', 6),
+        ('value="0.5"', 'value="${m}"', '<mass>: value is "${m}"; it must be a number.', 6),
+        ('"0.1 0 0"', '"0.1 0 1_0"', '<origin>: xyz is "0.1 0 1_0"; it must be 3 numbers.', 5),
+        (
+            '"0.1 0 0"',
+            '"0.1 0 1e300"',
+            '<origin>: xyz is "0.1 0 1e300"; numbers above 1e+06 are refused.',
+            5,
+        ),
+        (RANGE, 'lower="-90" upper="90"', f"{LIMITS} -90 to 90 {RADIANS}", 19),
+        (RANGE, 'lower="-30" upper="120"', f"{LIMITS} -30 to 120 {RADIANS}", 19),
+        (
+            'rpy="0 0 1.5707963267948966"',
+            'rpy="0 0 -45"',
+            "<origin>: rpy 0 0 -45 rad is more than a turn; URDF angles are radians.",
+            5,
+        ),
+        (
+            'child link="tibia_3"',
+            'child link="base"',
+            "link base hangs on a ring of joints that is not tied to the root link.",
+            0,
+        ),
+        (
+            "</robot>",
+            '<link name="spare"/></robot>',
+            "robot.urdf has 2 root links (base, spare); exactly 1 is needed.",
+            0,
+        ),
+        (
+            "</robot>",
+            MORE.format(name="j5"),
+            "link tibia_3 has two parents (joints coxa_1, j5).",
+            0,
+        ),
+        ("</robot>", MORE.format(name="coxa_1"), "two joints are called coxa_1.", 0),
+        (
+            "</robot>",
+            '<xacro:leg name="a"/></robot>',
+            "robot.urdf line 22: <xacro:leg> is not expanded.",
+            0,
+        ),
         ('value="0.5"', "", "<mass> has no value.", 6),
         ('ixx="1e-3"', 'ixx="1e400"', '<inertia>: ixx is "1e400"; it must be a finite number.', 7),
         ('ixx="1e-3" ', "", "<inertia> has no ixx.", 7),
@@ -308,7 +284,7 @@ def test_xacro_is_not_expanded(tmp_path: Path) -> None:
         ('"0.1 0.2 0.3"', '"0.1 0 0.3"', "<box>: size must be greater than 0 and at most 5 m.", 11),
         ('"1 0 0 1"', '"2 0 0 1"', "<color>: rgba must be four numbers from 0 to 1.", 12),
         (
-            '<box size="0.1 0.2 0.3"/>',
+            BOX,
             '<mesh filename="a.stl" scale="1 0 1"/>',
             "<mesh>: a scale of 0 leaves nothing.",
             11,
@@ -343,6 +319,12 @@ def test_xacro_is_not_expanded(tmp_path: Path) -> None:
         ('damping="0.1"', 'damping="-1"', "joint coxa_1: damping is -1; it must be 0 or more.", 20),
         ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
         ('link name="base"', "link", "<link> has no name.", 2),
+        (
+            'link name="base"',
+            LONG,
+            f'name "{"a" * 200}…" must be 200 printable characters or less.',
+            2,
+        ),
     ],
 )
 def test_what_cannot_be_used_is_told_with_its_line(
@@ -350,15 +332,21 @@ def test_what_cannot_be_used_is_told_with_its_line(
 ) -> None:
     error = refused(tmp_path, old, new)
     assert error.what == what
-    assert error.where == f"robot.urdf, line {line}"
+    assert not line or error.where == f"robot.urdf, line {line}"
 
 
-def test_a_package_in_no_folder_is_refused(tmp_path: Path) -> None:
-    error = refused(
-        tmp_path,
-        '<box size="0.1 0.2 0.3"/>',
-        '<mesh filename="package://my_bot/b.stl"/>',
-        ImportOptions(packages={"my_bot": "nonexistent"}),
-    )
-    assert error.what == "no such folder: nonexistent."
-    assert error.where.endswith("option --package my_bot")
+@pytest.mark.parametrize(
+    ("old", "new", "hint"),
+    [
+        (RANGE, 'lower="-30" upper="120"', "-0.5236 and 2.0944"),
+        (
+            'rpy="0 0 1.5707963267948966"',
+            'rpy="90 0 45"',
+            'rpy="1.5708 0 0.7854", if these are degrees',
+        ),
+        ("</robot>", "<xacro:leg/></robot>", "run xacro first: xacro robot.urdf.xacro > robot"),
+        ('value="0.5"', 'value="${m}"', "expand the file with xacro first"),
+    ],
+)
+def test_what_to_do_about_it_is_told(old: str, new: str, hint: str, tmp_path: Path) -> None:
+    assert refused(tmp_path, old, new).hint.startswith(hint)

@@ -11,58 +11,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from formats.tetrahedron import CORNERS, FACES
-from general_robot import general_robot
+from formats.trees import write
 from phasmid.errors import InvalidInput
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, read_urdf, tree_of
 from phasmid.formats.urdf_out import FOOT_RADIUS, rpy_of, urdf_files
 from phasmid.kinematics import rotation_rpy
-from phasmid.robot import Appearance, Part, Robot, load_robot, preset_names
+from phasmid.robot import Part, load_robot
 
 # Nine products of sines and cosines that are exact to a unit in the last place, and angles of up
 # to pi, themselves rounded by 4.4e-16: some units of 2.2e-16.
 ROTATION = 3e-15
 
 
-def robot_called(name: str) -> Robot:
-    return general_robot() if name == "general" else load_robot(name)
-
-
-def write(files: dict[str, bytes], folder: Path) -> Path:
-    for name, content in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-    return next(folder.glob("*.urdf"))
-
-
 def through_file(tree: Tree, folder: Path) -> Tree:
     return read_urdf(write(urdf_files(tree, "robot"), folder))
-
-
-@pytest.mark.parametrize("name", [*preset_names(), "general"])
-def test_every_number_of_a_robot_survives_the_file(name: str, tmp_path: Path) -> None:
-    tree = tree_of(robot_called(name))
-    back = through_file(tree, tmp_path)
-    assert back.name == tree.name
-    assert list(back.links) == list(tree.links)
-    for link, other in zip(tree.links.values(), back.links.values(), strict=True):
-        assert (link.inertial is None) == (other.inertial is None)
-        if link.inertial is not None and other.inertial is not None:
-            assert link.inertial.mass == other.inertial.mass
-            np.testing.assert_array_equal(link.inertial.com, other.inertial.com)
-            # URDF writes six of the nine numbers.
-            np.testing.assert_array_equal(
-                np.triu(link.inertial.inertia), np.triu(other.inertial.inertia)
-            )
-    names = ("name", "kind", "parent", "child")
-    numbers = ("lower", "upper", "effort", "velocity", "damping", "friction", "armature")
-    for joint, again in zip(tree.joints, back.joints, strict=True):
-        for field in names if joint.kind == "fixed" else names + numbers:
-            assert getattr(joint, field) == getattr(again, field), field
-        np.testing.assert_array_equal(joint.axis, again.axis)
-        np.testing.assert_array_equal(joint.X_parent_child[:3, 3], again.X_parent_child[:3, 3])
-        np.testing.assert_allclose(joint.X_parent_child, again.X_parent_child, atol=ROTATION)
-    assert back.findings == ()
 
 
 @given(
@@ -88,39 +50,6 @@ def test_a_rotation_is_exact_where_roll_and_yaw_are_one(pitch: float, off: float
             @ rotation_rpy(roll, 0, 0)
         )
         np.testing.assert_allclose(rotation_rpy(*rpy_of(R)), R, atol=ROTATION)
-
-
-def test_colours_names_and_meshes_survive_and_like_meshes_are_one_file(tmp_path: Path) -> None:
-    robot = load_robot("phantomx-paper")
-    servo = Part(CORNERS, FACES, (0.1, 0.2, 0.3, 1.0), "servo")
-    shell = Part(2 * CORNERS, FACES, (0.7, 0.2, 0.3, 0.5), "Servo")
-    look = Appearance.of({"body": (servo, shell), "coxa": (servo,), "femur": (servo, servo)})
-    tree = tree_of(replace(robot, appearance=look))
-    files = urdf_files(tree, "robot")
-    assert sorted(files) == [
-        "robot.urdf",
-        "robot_meshes/base_link_Servo_2.stl",
-        "robot_meshes/base_link_servo.stl",
-    ]
-    back = read_urdf(write(files, tmp_path))
-    for link, other in zip(tree.links.values(), back.links.values(), strict=True):
-        assert len(link.parts) == len(other.parts)
-        for part, again in zip(link.parts, other.parts, strict=True):
-            assert (part.name, part.color) == (again.name, again.color)
-            # These corners are sums of powers of two, which single precision keeps.
-            np.testing.assert_array_equal(again.vertices[again.faces], part.vertices[part.faces])
-            assert len(again.vertices) == 4
-
-
-def test_a_mesh_is_kept_in_single_precision(tmp_path: Path) -> None:
-    rng = np.random.default_rng(1)
-    part = Part(rng.uniform(-1, 1, (4, 3)), FACES)
-    tree = Tree("r", {"base": TreeLink("base", parts=(part,))}, ())
-    (again,) = through_file(tree, tmp_path).root.parts
-    # Half a unit in the last of 24 bits of a number below 1.
-    np.testing.assert_allclose(
-        again.vertices[again.faces], part.vertices[part.faces], atol=2.0**-25
-    )
 
 
 def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_path: Path) -> None:

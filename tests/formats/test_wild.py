@@ -38,10 +38,11 @@ def of(imported: Imported, severity: Severity) -> list[str]:
     return [f"{f.subject}: {f.what}" for f in imported.findings if f.severity is severity]
 
 
-def test_the_sound_description_has_no_fault(sound: Imported) -> None:
+def test_the_sound_description_has_no_fault_and_walks(sound: Imported) -> None:
     assert sound.robot is not None
     assert not of(sound, Severity.IMPOSSIBLE)
     assert not of(sound, Severity.SUSPECT)
+    assert travelled(sound.robot) == pytest.approx(0.08, rel=0.1)
 
 
 def test_the_sound_description_is_the_preset_that_was_made_of_it_by_hand(sound: Imported) -> None:
@@ -88,6 +89,8 @@ def test_the_unsound_description_is_refused_with_each_fault_by_name(unsound: Tre
         for text in impossible
     )
     assert any("body.STL" in text for text in suspect)
+    shown = "shows its collision shape, as no visual one was read."
+    assert any(shown in finding.what for finding in imported.findings)
     assert (
         "legs 1, 2, 3 and 3 more: coxa, femur and tibia all have 24.36 g and the same inertia; "
         "unlike parts must have masses of their own."
@@ -104,11 +107,6 @@ def test_with_other_masses_the_unsound_description_walks(unsound: Tree) -> None:
     lengths = imported.robot.arrays.lengths
     np.testing.assert_allclose(lengths[:, :2], [[0.054, np.hypot(0.0645, 0.0145)]] * 6, atol=1e-6)
     assert travelled(imported.robot) == pytest.approx(0.08, rel=0.1)
-
-
-def test_the_sound_description_walks(sound: Imported) -> None:
-    assert sound.robot is not None
-    assert travelled(sound.robot) == pytest.approx(0.08, rel=0.1)
 
 
 def travelled(robot: Robot) -> float:

@@ -9,7 +9,7 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.formats import xml
 from phasmid.formats.urdf_in import read_urdf
-from phasmid.formats.xml import Element, read_xml
+from phasmid.formats.xml import read_xml
 
 
 def refused(text: str | bytes) -> str:
@@ -17,13 +17,6 @@ def refused(text: str | bytes) -> str:
     with pytest.raises(InvalidInput) as error:
         read_xml(raw, "robot.urdf")
     return error.value.what
-
-
-def test_elements_keep_order_attributes_and_lines() -> None:
-    root = read_xml(b'<a x="1">\n <b y="2"/>\n <c> t </c>\n <b/>\n</a>', "robot.urdf")
-    assert [(e.tag, e.line) for e in root.walk()] == [("a", 1), ("b", 2), ("c", 3), ("b", 4)]
-    assert root.all("b")[0].attributes == {"y": "2"}
-    assert root.all("b")[1].where == "robot.urdf, line 4"
 
 
 def test_i1_entities_are_not_accepted() -> None:
@@ -100,44 +93,3 @@ def test_only_files_of_a_size_are_read(tmp_path: Path, monkeypatch: pytest.Monke
     ):
         with pytest.raises(InvalidInput, match=said):
             read_urdf(tmp_path / name)
-
-
-@pytest.mark.parametrize(
-    ("written", "said"),
-    [
-        ("1 2", "it must be 3 numbers"),
-        ("1 2 x", "it must be 3 numbers"),
-        ("1 2 1_0", "it must be 3 numbers"),
-        ("1 2 ٣", "it must be 3 numbers"),
-        ("1 2 nan", "it must be finite numbers"),
-        ("1 2 1e400", "it must be finite numbers"),
-        ("1 2 1e300", "numbers above 1e+06 are refused"),
-        ("${x} 0 0", "it must be 3 numbers"),
-    ],
-)
-def test_numbers_are_finite_in_range_and_as_many_as_they_must_be(written: str, said: str) -> None:
-    element = Element("origin", {"xyz": written}, "robot.urdf", 12)
-    with pytest.raises(InvalidInput) as error:
-        element.numbers("xyz", 3)
-    assert error.value.what == f'<origin>: xyz is "{written}"; {said}.'
-    assert error.value.where == "robot.urdf, line 12"
-    assert bool(error.value.hint) == ("$" in written)
-
-
-def test_an_absent_number_has_its_default_or_a_sentence() -> None:
-    element = Element("link", {"name": "tibia"}, "robot.urdf", 12)
-    assert element.number("mass", 2.0) == 2.0
-    with pytest.raises(InvalidInput, match='<link name="tibia"> has no mass'):
-        element.number("mass")
-    with pytest.raises(InvalidInput, match='<link name="tibia"> has no <inertial>'):
-        element.need("inertial")
-
-
-@pytest.mark.parametrize("name", ["", "a\nb", "a\x1b[31m", "a" * 201])
-def test_names_are_printable_and_not_endless(name: str) -> None:
-    element = Element("link", {"name": name}, "robot.urdf", 12)
-    with pytest.raises(InvalidInput) as error:
-        element.need_name()
-    assert str(error.value).isprintable() or "\n  in   robot.urdf, line 12" in str(error.value)
-    assert "\x1b" not in str(error.value)
-    assert len(error.value.what) < 300

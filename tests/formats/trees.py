@@ -4,11 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink
-from phasmid.robot import Part
+from general_robot import general_robot
+from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, mjcf_files, tree_of, urdf_files
+from phasmid.formats.tree import neutral_angles
+from phasmid.robot import Part, Robot, load_robot, preset_names
+
+ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}
+
+
+def write(files: Mapping[str, bytes], folder: Path) -> Path:
+    """Write files into a folder; return the first one's path."""
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return folder / next(iter(files))
+
+
+def files_of(robot: Robot, suffix: str) -> dict[str, bytes]:
+    """A robot's files, the first of which is ``robot.urdf`` or ``robot.xml``."""
+    if suffix == ".urdf":
+        files = urdf_files(tree_of(robot), "robot")
+    else:
+        home = neutral_angles(robot)
+        files = mjcf_files(tree_of(robot), "robot", home=home, servo=robot.servo)
+    main = f"robot{suffix}"
+    return {main: files.pop(main), **files}
 
 
 def pose(R: np.ndarray | None = None, p: tuple[float, float, float] | np.ndarray = (0, 0, 0)):

@@ -28,16 +28,6 @@ def test_velocity_and_acceleration_are_the_derivatives_of_the_path(curve, path):
     assert np.abs((after.velocity - before.velocity) / (2 * h) - here.acceleration).max() < 2e-6
 
 
-@pytest.mark.parametrize("curve", ["quintic", "cubic-spline"])
-def test_a_lift_is_smooth_over_its_top(curve):
-    # Both halves meet with one position and velocity; the spline also with one acceleration,
-    # which makes it the clamped spline through lift-off, apex and touchdown.
-    below, above = lift(curve, np.array(0.5 - 1e-12)), lift(curve, np.array(0.5 + 1e-12))
-    for a, b in zip(below, above, strict=True):
-        assert float(a) == pytest.approx(float(b), abs=1e-9)
-    assert float(lift(curve, np.array(0.5)).position) == 1.0
-
-
 def test_the_spline_is_scipys_clamped_cubic_or_its_hand_made_system():
     # The natural equations of a clamped cubic spline through 0, 1, 0 at 0, 1/2, 1 have zero slope
     # at the apex by symmetry, so each half is 3 u^2 - 2 u^3 of its own parameter.

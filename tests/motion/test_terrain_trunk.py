@@ -6,7 +6,6 @@ import pytest
 from phasmid.gait import support_margin
 from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.motion import plan
-from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root
 from phasmid.scenario import load_scenario
 from terrains import TERRAINS
 
@@ -58,16 +57,6 @@ def test_joints_are_continuous_to_the_acceleration(name, timing):
     assert np.abs(after.qdd - before.qdd).max() < 1e-3
 
 
-@pytest.mark.parametrize("name", ["stairs", "step", "waves"])
-def test_joint_velocities_and_accelerations_are_derivatives_of_the_angles(name):
-    # As on level ground: third derivatives below 2e4 rad/s^3, h = 2e-5 s.
-    walk, h = plan(PAPER.replace(**TERRAINS[name], **ARC, period=3.0)), 2e-5
-    time = (np.arange(300) + 0.37) * 5.9 / 300
-    before, here, after = (walk.sample(time + k * h) for k in (-1, 0, 1))
-    assert np.abs((after.q - before.q) / (2 * h) - here.qd).max() < 2e-6
-    assert np.abs((after.qd - before.qd) / (2 * h) - here.qdd).max() < 2e-5
-
-
 @pytest.mark.parametrize("timing", ["rest-to-rest", "constant-speed"])
 @pytest.mark.parametrize("name", ["slope-up", "slope-down", "slope-sideways"])
 @pytest.mark.parametrize("way", [{}, ARC], ids=["straight", "arc"])
@@ -105,32 +94,3 @@ def test_the_support_margin_is_that_of_feet_and_centre_of_mass_on_the_map(name):
     com += walk.trunk.position
     on_map = support_margin(walk.foot_position[..., :2], walk.stance, com[:, :2])
     assert np.abs(walk.support_margin - on_map).max() < 1e-12
-
-
-def test_the_rules_of_differentiation_are_those_of_a_complex_step():
-    # f(x + ih) = f + ih f': exact to round-off for the first derivative.
-    h = 1e-30
-    x, dx, ddx = 0.7, -0.4, 0.3
-    path = Path(*(np.array([v]) for v in (x, dx, ddx)))
-    other = path * path - path
-
-    def check(found, f):
-        # The first derivative by a complex step in time; the second by one of the first.
-        assert float(found.position[0]) == pytest.approx(f(complex(x)).real, abs=1e-15)
-        assert float(found.velocity[0]) == pytest.approx(
-            (f(complex(x, h * dx))).imag / h, abs=1e-15
-        )
-        e = 1e-4
-        bend = (f(x + e) - 2 * f(x) + f(x - e)).real / e**2
-        slope = f(complex(x, h)).imag / h
-        # Central second difference: e^2/12 times a fourth derivative below 50.
-        expected = slope * ddx + bend * dx**2
-        assert float(found.acceleration[0]) == pytest.approx(expected, abs=1e-6)
-
-    check(arctan(path), np.arctan)
-    check(root(path), np.sqrt)
-    check(inverse(path), lambda z: 1 / z)
-    check(other, lambda z: z * z - z)
-    c, s = cos_and_sin(path)
-    check(c, np.cos)
-    check(s, np.sin)

@@ -1,6 +1,5 @@
 """A log of a run: what was appended can be read, wherever it was cut, whatever was damaged."""
 
-import contextlib
 import errno
 import functools
 import os
@@ -8,6 +7,7 @@ import re
 import stat
 import threading
 import warnings
+from contextlib import ExitStack, suppress
 
 import numpy as np
 import pytest
@@ -23,19 +23,10 @@ from phasmid.recording import (
     log,
     new_recording,
 )
+from recording.samples import ODD, everything, files_of_at_most
 
-SIZES = {"leg": 6, "joint": 3, "axis": 3, "quaternion": 4, "way": 3}
 CUT = {"ending": "CUT", "ending_reason": "The run was cut off."}
 DONE = {"ending": "COMPLETED", "ending_reason": "The walk was completed."}
-
-
-def everything(samples):
-    rng = np.random.default_rng(samples)
-    arrays = {}
-    for name, channel in CHANNELS.items():
-        numbers = rng.standard_normal((samples, *(SIZES[dim] for dim in channel.dims[1:])))
-        arrays[name] = numbers > 0 if channel.kind == "bool" else numbers
-    return arrays
 
 
 def write(path, samples=20, frame=5, *, finish=True, channels=None, **attributes):
@@ -52,8 +43,7 @@ def write(path, samples=20, frame=5, *, finish=True, channels=None, **attributes
 
 def test_a_log_keeps_every_bit_and_says_how_it_ended(tmp_path):
     channels = everything(20)
-    # Signed zero, the smallest number and what is no number must come back as they are.
-    channels["body_position"][:5, 0] = [-0.0, 5e-324, np.nan, -np.inf, 1 + 2**-52]
+    channels["body_position"][:5, 0] = ODD
     written = write(tmp_path / "walk.mcap", channels=channels, scenario="é", time_step=0.5, seed=7)
     read = load_recording(tmp_path / "walk.mcap")
     assert read.identical(written)
@@ -72,43 +62,33 @@ def chunks(content):
     return found
 
 
-def test_a_truncated_log_is_read_up_to_its_last_whole_sample(tmp_path):  # J6
+@pytest.mark.parametrize(
+    ("damage", "count", "said"),
+    [
+        # Chunks: attributes, 20 samples, attributes; the cut is in sample 15.
+        (lambda content, place: content[: place + 100], 15, "cut off"),  # J6
+        (lambda content, place: flipped(content, place + 1000), 15, "damaged"),  # J7
+        (lambda content, place: content, 20, "cut off"),
+    ],
+)
+def test_a_log_is_read_up_to_its_last_whole_sample(tmp_path, damage, count, said):
     path = tmp_path / "walk.mcap"
-    written = write(path)
-    # Chunks: attributes, 20 samples, attributes; the cut is in sample 15.
-    content = path.read_bytes()
-    content = content[: chunks(content)[16] + 100]
+    written = write(path, finish=count < 20)
+    content = damage(path.read_bytes(), chunks(path.read_bytes())[16])
     path.write_bytes(content)
     with pytest.warns(DamagedRecording) as caught:
         read = load_recording(path)
-    said = "walk.mcap is cut off: 15 of 20 samples were read; the original is untouched."
+    said = f"walk.mcap is {said}: {count} of 20 samples were read; the original is untouched."
     assert str(caught[0].message) == said
-    assert not caught[0].message.wrong
-    assert read.drop_attrs().identical(written.isel(time=slice(0, 15)).drop_attrs())
+    assert caught[0].message.wrong == ("damaged" in said)
+    assert read.drop_attrs().identical(written.isel(time=slice(0, count)).drop_attrs())
     assert read.attrs["ending"] == "CUT"
     assert read.attrs["ending_reason"] == f"The run was cut off: {said}"
     assert path.read_bytes() == content
 
 
-def test_a_log_without_its_end_is_read_whole_and_reported_as_cut_off(tmp_path):
-    write(tmp_path / "walk.mcap", finish=False)
-    with pytest.warns(DamagedRecording, match="walk.mcap is cut off: 20 of 20 samples"):
-        assert load_recording(tmp_path / "walk.mcap").sizes["time"] == 20
-
-
-def test_a_flipped_bit_ends_the_reading_before_it(tmp_path):  # J7
-    path = tmp_path / "walk.mcap"
-    write(path)
-    content = bytearray(path.read_bytes())
-    content[chunks(content)[16] + 1000] ^= 16
-    path.write_bytes(content)
-    with pytest.warns(DamagedRecording) as caught:
-        read = load_recording(path)
-    assert str(caught[0].message) == (
-        "walk.mcap is damaged: 15 of 20 samples were read; the original is untouched."
-    )
-    assert caught[0].message.wrong
-    assert read.sizes["time"] == 15
+def flipped(content, place):
+    return content[:place] + bytes([content[place] ^ 1 << place % 8]) + content[place + 1 :]
 
 
 def test_no_flipped_bit_changes_a_number_unnoticed(tmp_path):
@@ -118,9 +98,7 @@ def test_no_flipped_bit_changes_a_number_unnoticed(tmp_path):
     whole = write(path, 4, 2, channels=position)
     content = path.read_bytes()
     for place in range(len(content)):
-        damaged = bytearray(content)
-        damaged[place] ^= 1 << place % 8
-        path.write_bytes(damaged)
+        path.write_bytes(flipped(content, place))
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:
@@ -194,30 +172,20 @@ def test_an_older_log_is_replaced_only_by_force(tmp_path):
     assert load_recording(path).sizes["time"] == 2
 
 
-def fill_until_full(path, time, arrays, resource, hard):
+def fill_until_full(path, time, arrays):
     """Append ten frames, with room for seven and a half."""
-    with RecordingLog(path, arrays, CUT, time=time) as log:
+    with RecordingLog(path, arrays, CUT, time=time) as log, ExitStack() as stack:
         for start in range(0, 60, 6):
             part = slice(start, start + 6)
             log.append(time[part], {name: a[part] for name, a in arrays.items()})
             if start == 36:
-                limit = path.stat().st_size + 1000
-                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
+                stack.enter_context(files_of_at_most(path.stat().st_size + 1000))
 
 
 def test_a_full_disk_keeps_what_was_saved_and_says_how_much(tmp_path):  # C6
-    resource = pytest.importorskip("resource")
-    signal = pytest.importorskip("signal")
-    path, arrays = tmp_path / "walk.mcap", everything(60)
-    time = np.arange(60.0)
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    try:
-        with pytest.raises(OutputError) as caught:
-            fill_until_full(path, time, arrays, resource, hard)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        signal.signal(signal.SIGXFSZ, handler)
+    path = tmp_path / "walk.mcap"
+    with pytest.raises(OutputError) as caught:
+        fill_until_full(path, np.arange(60.0), everything(60))
     assert caught.value.what == (
         f"cannot write {path}: file too large; 41 s of 59 s were saved and can be read."
     )
@@ -305,7 +273,7 @@ def test_damaged_logs_are_refused_or_read_and_nothing_else(tmp_path_factory, dat
     path.write_bytes(content[:cut] + extra)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DamagedRecording)
-        with contextlib.suppress(PhasmidError):
+        with suppress(PhasmidError):
             assert 0 < load_recording(path).sizes["time"] <= 6
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -136,15 +135,6 @@ def short_walk() -> Any:
 
 @pytest.fixture(scope="session")
 def eight_legs() -> tuple[Robot, Scenario]:
-    """A robot of eight of the paper's legs in a row on each side, and a walk for it."""
-    paper = load_robot("phantomx-paper")
-    legs = []
-    for number in range(8):
-        side = -1 if number < 4 else 1
-        place = np.array([0.15 - 0.1 * (number % 4), side * 0.1, 0.0])
-        like = {"mount_position": place, "mount_yaw": side * np.pi / 2}
-        legs.append(replace(paper.legs[1], name=f"leg_{number + 1}", **like))
-    scenario = load_scenario("paper").replace(
-        gait={"name": "tetrapod", "duty_factor": 0.5, "offsets": (0, 0.5) * 4}
-    )
-    return replace(paper, name="spider", legs=tuple(legs)), scenario
+    """A robot of eight legs, and a walk for it."""
+    gait = {"name": "tetrapod", "duty_factor": 0.5, "offsets": (0, 0.5) * 4}
+    return load_robot("octopod"), load_scenario("paper").replace(gait=gait)

@@ -70,46 +70,37 @@ def test_force_replaces_an_older_run_or_an_empty_folder(tiny, tmp_path):
     assert names(tmp_path) == {"walk"}
 
 
-@pytest.mark.parametrize("own", [set(), {"summary.json"}])
-def test_force_never_removes_what_is_not_a_runs(tiny, tmp_path, own):
-    folder = tmp_path / "thesis"
-    folder.mkdir()
-    for name in {"thesis.tex", *own}:
-        (folder / name).write_text("mine", encoding="utf-8")
-    with pytest.raises(InvalidInput, match=r"holds.*nothing was written"):
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        (["thesis.tex"], "holds"),
+        (["thesis.tex", "summary.json"], "holds"),
+        (["run", "figures/mine.svg"], "walk also holds .*, which is no part of a run"),
+        (["run", "body.glb"], "walk also holds .*, which is no part of a run"),
+        (["run", "figures/notes/a.txt"], "walk also holds .*, which is no part of a run"),
+        ([], "is not a folder"),
+    ],
+)
+def test_force_never_removes_what_is_not_a_runs(tiny, tmp_path, files, said):
+    folder = tmp_path / "walk"
+    if files[:1] == ["run"]:
+        report(tiny, folder, figures=False)
+    own = [folder / name for name in files if name != "run"] or [folder]
+    for path in own:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("mine", encoding="utf-8")
+    with pytest.raises(InvalidInput, match=said):
         report(tiny, folder, force=True, figures=False)
-    assert (folder / "thesis.tex").read_text(encoding="utf-8") == "mine"
-    assert names(tmp_path) == {"thesis"}
-
-
-@pytest.mark.parametrize("name", ["figures/mine.svg", "body.glb", "figures/notes/a.txt"])
-def test_force_keeps_a_file_of_the_user_inside_a_runs_folder(tiny, tmp_path, name):
-    folder = report(tiny, tmp_path / "walk", figures=False)
-    (folder / name).parent.mkdir(parents=True, exist_ok=True)
-    (folder / name).write_text("mine", encoding="utf-8")
-    with pytest.raises(InvalidInput, match=r"walk also holds .*, which is no part of a run"):
-        report(tiny, folder, force=True, figures=False)
-    assert (folder / name).read_text(encoding="utf-8") == "mine"
+    assert {path.read_text(encoding="utf-8") for path in own} == {"mine"}
     assert names(tmp_path) == {"walk"}
 
 
-def test_force_does_not_replace_a_file(tiny, tmp_path):
-    path = tmp_path / "walk"
-    path.write_text("mine", encoding="utf-8")
-    with pytest.raises(InvalidInput, match="is not a folder; nothing was written"):
-        report(tiny, path, force=True, figures=False)
-    assert path.read_text(encoding="utf-8") == "mine"
-
-
-def test_a_folder_below_a_file_cannot_be_made(tiny, tmp_path):
+def test_a_folder_that_cannot_be_made_is_found_before_the_run(tiny, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("mine", encoding="utf-8")
     for call in (check_folder, lambda folder: report(tiny, folder)):
         with pytest.raises(OutputError, match="cannot write") as caught:
             call(tmp_path / "file" / "walk")
         assert caught.value.exit_status == 1
-
-
-def test_a_folder_that_is_not_writable_is_found_before_the_run(tmp_path, monkeypatch):
     monkeypatch.setattr("os.access", lambda path, mode: False)
     with pytest.raises(OutputError, match=r"cannot write .*walk: .* is not writable"):
         check_folder(tmp_path / "walk")
@@ -147,21 +138,6 @@ def test_a_failing_rename_puts_the_old_run_back(tiny, tmp_path, monkeypatch):
     assert load_recording(folder / "recording.nc").identical(tiny)
 
 
-def test_a_recording_without_its_robot_leaves_no_folder(tiny, tmp_path):
-    with pytest.raises(InvalidInput, match="has no robot"):
-        report(tiny.assign_attrs(robot=""), tmp_path / "walk")
-    assert names(tmp_path) == set()
-
-
-def test_a_link_to_a_run_is_replaced_where_it_points(tiny, tmp_path):
-    real = report(tiny, tmp_path / "real", figures=False)
-    link = tmp_path / "link"
-    link.symlink_to(real)
-    report(tiny, link, force=True, figures=False)
-    assert link.is_symlink()
-    assert "summary.json" in names(real)
-
-
 @pytest.mark.parametrize("broken", ["one sample", "NaN at the end", "NaN at the start"])
 def test_a_run_that_ended_at_once_is_reported_too(tiny, tmp_path, monkeypatch, broken):
     monkeypatch.setattr("phasmid.reporting.drawing.DPI", 60)
@@ -178,3 +154,12 @@ def test_a_run_that_ended_at_once_is_reported_too(tiny, tmp_path, monkeypatch, b
     assert ("walk.png" in shown) == (broken != "NaN at the start")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["run"]["samples"] == recording.sizes["time"]
+
+
+def test_a_link_to_a_run_is_replaced_where_it_points(tiny, tmp_path):
+    real = report(tiny, tmp_path / "real", figures=False)
+    link = tmp_path / "link"
+    link.symlink_to(real)
+    report(tiny, link, force=True, figures=False)
+    assert link.is_symlink()
+    assert "summary.json" in names(real)

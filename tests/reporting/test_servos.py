@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from phasmid.recording import new_recording
-from phasmid.reporting import figures, print_summary, summarise
+from phasmid.reporting import print_summary, summarise
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 
@@ -96,26 +96,3 @@ def test_the_printed_summary_has_a_line_on_load_and_one_on_heat(loaded):
     # Rises of 6 and 117.5 K, half of them and twice as much.
     heat = "28 to 37 °C at most (right middle femur), 84 to 260 °C if this went on; limit 70 °C"
     assert f"Heat, estimated {heat}" in text
-
-
-def test_a_recording_without_servos_says_nothing_of_them(short_walk):
-    assert "servos" not in summarise(short_walk)
-    assert not any(name.startswith("servo") for name in figures(short_walk))
-
-
-def test_each_channel_of_the_servos_has_its_figure(loaded):
-    found = figures(loaded)
-    for name, unit in [
-        ("servo-duty", "output [%]"),
-        ("servo-current", "current [A]"),
-        ("servo-temperature", "temperature [°C]"),
-    ]:
-        axes = found[name].axes
-        assert len(axes) == 6
-        assert axes[0].get_ylabel() == unit
-    # The right middle femur's line, in per cent.
-    line = found["servo-duty"].axes[1].lines[1]
-    assert min(line.get_ydata()) == pytest.approx(-100.0)
-    # One line per joint has nothing beside it that could be told apart.
-    (legend,) = found["servo-duty"].legends
-    assert [text.get_text() for text in legend.get_texts()] == ["coxa", "femur", "tibia"]

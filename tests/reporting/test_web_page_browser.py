@@ -178,26 +178,6 @@ def test_each_mark_can_be_put_out(browser, page, mark):
         assert wrong == []
 
 
-def test_the_data_are_saved_as_a_table(browser, page):
-    with opened(browser, page) as (window, wrong):
-        with window.expect_download() as told:
-            window.locator("#csv").click()
-        saved = told.value
-        assert saved.suggested_filename == "data.csv"
-        lines = saved.path().read_text(encoding="utf-8").splitlines()
-        assert lines[0].startswith('"time [s]","joint_position_target.right_front.coxa [rad]"')
-        assert len(lines) == 1 + 201
-        assert wrong == []
-
-
-def test_without_scripts_the_still_picture_is_there(browser, page):
-    with opened(browser, page, scripts=False) as (window, _):
-        assert window.locator("img.still").is_visible()
-        assert not window.locator("#play").is_visible()
-        assert window.locator("#summary").is_visible()
-        assert window.locator("text=The replay needs scripts").is_visible()
-
-
 def test_on_paper_there_are_no_controls(browser, page):
     with opened(browser, page) as (window, _):
         window.wait_for_selector("html.plays")

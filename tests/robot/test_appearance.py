@@ -26,10 +26,14 @@ TRIANGLE = Part(
 )
 
 
-def test_parts_keep_shape_colour_and_name_in_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "look.glb"
-    path.write_bytes(glb({"body": (TRIANGLE, TRIANGLE), "left_front.coxa": (TRIANGLE,)}))
-    parts = read_glb(path)
+@pytest.fixture
+def look(tmp_path: Path) -> Path:
+    return tmp_path / "look.glb"
+
+
+def test_parts_keep_shape_colour_name_and_pose_in_a_file(look: Path) -> None:
+    look.write_bytes(glb({"body": (TRIANGLE, TRIANGLE), "left_front.coxa": (TRIANGLE,)}))
+    parts = read_glb(look)
     assert set(parts) == {"body", "left_front.coxa"}
     assert [part.name for part in parts["body"]] == ["plate", "plate 1"]
     (part,) = parts["left_front.coxa"]
@@ -38,20 +42,20 @@ def test_parts_keep_shape_colour_and_name_in_a_file(tmp_path: Path) -> None:
     # A colour has 256 steps.
     np.testing.assert_allclose(part.color, TRIANGLE.color, atol=0.5 / 255)
 
+    def shown_again(told: dict[str, Any]) -> None:
+        told["nodes"].append({"name": "body/again", "mesh": 0, "translation": [0.1, 0.2, 0.3]})
+        told["scenes"][0]["nodes"].append(len(told["nodes"]) - 1)
+
+    look.write_bytes(told_otherwise(shown_again))
+    again, plate = read_glb(look)["body"]
+    np.testing.assert_allclose(again.vertices - plate.vertices, [[0.1, 0.2, 0.3]] * 3, atol=6e-8)
+
 
 def test_a_leg_without_parts_of_its_own_has_those_of_all_legs() -> None:
     look = Appearance.of({"coxa": (TRIANGLE,), "left_front.femur": (TRIANGLE, TRIANGLE)})
     assert len(look.link("left_front", "coxa")) == 1
     assert len(look.link("left_front", "femur")) == 2
     assert look.link("left_front", "tibia") == look.body == ()
-
-
-@pytest.mark.parametrize("cut", [0, 3, 30, 500, -20])
-def test_a_damaged_file_gets_one_sentence(tmp_path: Path, cut: int) -> None:
-    path = tmp_path / "look.glb"
-    path.write_bytes(glb({"body": (TRIANGLE,)})[:cut])
-    with pytest.raises(InvalidInput, match=r"look\.glb cannot be read as a binary glTF file"):
-        read_glb(path)
 
 
 def told_otherwise(change: Callable[[dict[str, Any]], object]) -> bytes:
@@ -86,82 +90,59 @@ def accessor(**keys: object) -> Callable[[dict[str, Any]], object]:
     return lambda told: told["accessors"][0].update(keys)
 
 
+POINTS = trimesh.Scene({"body/a": trimesh.PointCloud(TRIANGLE.vertices)})
+
+
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("content", "said"),
     [
+        *((glb({"body": (TRIANGLE,)})[:cut], "") for cut in (0, 3, 30, 500, -20)),
+        (told_otherwise(accessor(bufferView=99))[:-4], ""),
+        (told_otherwise(lambda told: told["bufferViews"][0].update(byteLength=9999))[:-4], ""),
         (
-            lambda told: told["accessors"].append(
-                {"componentType": 5126, "count": 40, "type": "VEC3"}
+            told_otherwise(
+                lambda told: told["accessors"].append(
+                    {"componentType": 5126, "count": 40, "type": "VEC3"}
+                )
             ),
-            "an array has no data in the file",
+            ": an array has no data in the file.",
         ),
-        (accessor(count=40_000_000), "an array is larger than the file"),
-        (accessor(count=-3), "an array is larger than the file"),
-        (lambda told: told["buffers"][0].update(uri="/etc/passwd"), "it refers to other files"),
+        (told_otherwise(accessor(count=40_000_000)), ": an array is larger than the file."),
+        (told_otherwise(accessor(count=-3)), ": an array is larger than the file."),
         (
-            lambda told: told.update(images=[{"uri": "https://example.org/a.png"}]),
-            "it refers to other files",
+            told_otherwise(lambda told: told["buffers"][0].update(uri="/etc/passwd")),
+            ": it refers to other files.",
         ),
-        (nodes(4001), "it shows more than 4000 nodes or 5000000 faces"),
-        (nest(64), "its nodes must form trees of at most 64 levels"),
         (
-            lambda told: told["nodes"].extend([{"children": [len(told["nodes"])]}]),
-            "its nodes must form trees of at most 64 levels",
+            told_otherwise(lambda told: told.update(images=[{"uri": "https://example.org/a.png"}])),
+            ": it refers to other files.",
         ),
-        (nodes(2, children=[0]), "its nodes must form trees of at most 64 levels"),
+        (told_otherwise(nodes(4001)), ": it shows more than 4000 nodes or 5000000 faces."),
+        (told_otherwise(nest(64)), ": its nodes must form trees of at most 64 levels."),
+        (
+            told_otherwise(lambda told: told["nodes"].extend([{"children": [len(told["nodes"])]}])),
+            ": its nodes must form trees of at most 64 levels.",
+        ),
+        (
+            told_otherwise(nodes(2, children=[0])),
+            ": its nodes must form trees of at most 64 levels.",
+        ),
+        (POINTS.export(file_type="glb"), ": it holds points or lines without faces"),
     ],
 )
-def test_sizes_are_checked_before_a_file_is_unpacked(
-    tmp_path: Path, change: Callable[[dict[str, Any]], object], said: str
-) -> None:
-    path = tmp_path / "look.glb"
-    path.write_bytes(told_otherwise(change))
+def test_a_damaged_or_lying_file_gets_one_sentence(look: Path, content: bytes, said: str) -> None:
+    look.write_bytes(content)
     with pytest.raises(InvalidInput) as refused:
-        read_glb(path)
-    assert refused.value.what == f"look.glb cannot be read as a binary glTF file: {said}."
+        read_glb(look)
+    assert refused.value.what.startswith(f"look.glb cannot be read as a binary glTF file{said}")
 
 
-@pytest.mark.parametrize(
-    "change", [accessor(bufferView=99), lambda told: told["bufferViews"][0].update(byteLength=9999)]
-)
-def test_arrays_outside_the_file_are_not_read(
-    tmp_path: Path, change: Callable[[dict[str, Any]], object]
-) -> None:
-    path = tmp_path / "look.glb"
-    path.write_bytes(told_otherwise(change)[:-4])
-    with pytest.raises(InvalidInput, match=r"look\.glb cannot be read as a binary glTF file"):
-        read_glb(path)
-
-
-def test_a_mesh_counts_as_often_as_it_is_shown(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "look.glb"
-    path.write_bytes(told_otherwise(nodes(6, mesh=0)))
+def test_a_mesh_counts_as_often_as_it_is_shown(look: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    look.write_bytes(told_otherwise(nodes(6, mesh=0)))
     # The triangle and its 6 copies have 3 corners and 3 indices each: 42 numbers of 4 per face.
     monkeypatch.setattr(glb_files, "MOST_FACES", 10)
     with pytest.raises(InvalidInput, match="more than 4000 nodes or 10 faces"):
-        read_glb(path)
-
-
-def test_a_node_s_pose_and_a_repeated_mesh_are_read(tmp_path: Path) -> None:
-    def change(told: dict[str, Any]) -> None:
-        told["nodes"].append({"name": "body/again", "mesh": 0, "translation": [0.1, 0.2, 0.3]})
-        told["scenes"][0]["nodes"].append(len(told["nodes"]) - 1)
-
-    path = tmp_path / "look.glb"
-    path.write_bytes(told_otherwise(change))
-    again, plate = read_glb(path)["body"]
-    # Single precision of numbers below 1.
-    np.testing.assert_allclose(again.vertices - plate.vertices, [[0.1, 0.2, 0.3]] * 3, atol=6e-8)
-
-
-def test_points_without_triangles_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "look.glb"
-    points = trimesh.PointCloud(TRIANGLE.vertices)
-    path.write_bytes(trimesh.Scene({"body/a": points}).export(file_type="glb"))
-    with pytest.raises(InvalidInput, match="it holds points or lines without faces"):
-        read_glb(path)
+        read_glb(look)
 
 
 @pytest.mark.parametrize(

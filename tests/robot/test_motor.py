@@ -37,15 +37,15 @@ def test_both_points_of_the_data_sheet_are_met_at_once(name):
 
 # The makers' points at other voltages than that of the fit: torque [N m], speed [rpm]. For the
 # AX-12A the maker gives 12 V alone; its row is that point scaled by the voltage.
-OTHER_POINTS = [
-    ("AX-12A", 9.0, 1.125, 44.25),
-    ("XL430-W250", 11.1, 1.4, 57.0),
-    ("MX-28", 11.1, 2.3, 50.0),
-    ("MX-28", 14.8, 3.1, 67.0),
-]
-
-
-@pytest.mark.parametrize(("name", "voltage", "torque", "rpm"), OTHER_POINTS)
+@pytest.mark.parametrize(
+    ("name", "voltage", "torque", "rpm"),
+    [
+        ("AX-12A", 9.0, 1.125, 44.25),
+        ("XL430-W250", 11.1, 1.4, 57.0),
+        ("MX-28", 11.1, 2.3, 50.0),
+        ("MX-28", 14.8, 3.1, 67.0),
+    ],
+)
 def test_the_makers_points_at_other_voltages_are_met_within_3_percent(name, voltage, torque, rpm):
     motor = load_servo(name).motor
     assert motor.stall_torque(voltage) == pytest.approx(torque, rel=0.03)
@@ -61,20 +61,14 @@ def test_the_xl430_at_9_volt_is_weaker_than_any_motor_with_its_other_points():
 
 
 def test_a_servo_of_ones_own_needs_only_what_the_ideal_servo_needs():
-    table = ServoTable.model_validate(
-        {"name": "mine", "stall_torque": 2.0, "no_load_speed": 5.0, "stiffness": 10.0}
-    )
-    servo = Servo(**table.model_dump())
+    own = {"name": "mine", "stall_torque": 2.0, "no_load_speed": 5.0, "stiffness": 10.0}
+    servo = Servo(**ServoTable.model_validate(own).model_dump())
     assert servo.stall_current is None
     with pytest.raises(InvalidInput, match="mine has no stall_current; its own law needs one"):
         _ = servo.motor
-
-
-def test_one_number_stands_for_both_directions_and_a_pair_for_each():
-    own = {"name": "x", "stall_torque": 2.0, "no_load_speed": 5.0, "stiffness": 10.0}
-    assert ServoTable.model_validate(own | {"compliance_margin": 3}).compliance_margin == (3, 3)
-    pair = ServoTable.model_validate(own | {"compliance_slope": [16, 64]})
-    assert pair.compliance_slope == (16, 64)
+    # One number stands for both directions, and a pair for each.
+    both = ServoTable.model_validate(own | {"compliance_margin": 3, "compliance_slope": [16, 64]})
+    assert (both.compliance_margin, both.compliance_slope) == ((3, 3), (16, 64))
 
 
 @pytest.mark.parametrize(("written", "counts"), [(0, 2), (3, 2), (25, 16), (32, 32), (254, 128)])

@@ -27,10 +27,6 @@ def test_a_load_moves_the_trunks_centre_and_adds_to_its_inertia(robot):
     own = 0.8 * ((load @ load) * np.eye(3) - np.outer(load, load))
     assert moments(loaded.body)[1] == pytest.approx(second + own, abs=1e-14)
     assert loaded.legs is robot.legs
-
-
-def test_no_load_changes_nothing():
-    robot = load_robot("phantomx-ax")
     assert with_payload(robot, 0.0) is robot
 
 

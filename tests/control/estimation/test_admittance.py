@@ -71,15 +71,7 @@ def test_a_standing_foot_gives_way_by_the_excess_over_the_stiffness():
     offset = feet.update([9.0, 3.0, 6.0, 6.0], times=2000)
     np.testing.assert_allclose(offset, [3.0 / 2000, -3.0 / 2000, 0.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(feet.feet["offset_velocity"], 0.0, atol=1e-12)
-
-
-def test_an_offset_is_bounded_and_a_swinging_foot_returns():
-    feet = Feet(0.0)
-    for _ in range(2000):
-        assert np.abs(feet.update(1e6)).max() <= 0.01
-    assert (feet.feet["offset"] == 0.01).all()
+    # By 10 mm at the most; a swinging foot returns, and an unknown force moves none.
+    assert (feet.update(1e6, times=2000) == 0.01).all()
     assert np.abs(feet.update(1e6, standing=False, times=400)).max() < 1e-6
-
-
-def test_an_unknown_force_moves_no_foot():
     np.testing.assert_array_equal(Feet(4.0).update(np.nan), 0.0)

@@ -50,19 +50,10 @@ def on_plane(a, b, c, places=HEXAPOD):
 
 def test_a_plane_through_all_feet_is_met_exactly():
     """z = c + a x + b y; each update takes at least three quarters off what is missing."""
-    plane = plane_through(
-        on_plane(0.3, -0.2, 0.05), np.ones(6, dtype=bool), updates=60, at=(0.1, 0.2)
-    )
+    feet = on_plane(0.3, -0.2, 0.05, np.add(HEXAPOD, [0.07, 0.04]))
+    plane = plane_through(feet, np.ones(6, dtype=bool), updates=60, at=(0.1, 0.2))
     np.testing.assert_allclose(plane[1:3], [0.3, -0.2], atol=1e-12)
     np.testing.assert_allclose(plane[0], 0.05 + 0.3 * 0.1 - 0.2 * 0.2, atol=1e-12)
-
-
-def test_three_feet_are_enough():
-    standing = np.array([True, False, True, False, True, False])
-    feet = on_plane(0.1, 0.2, 0.0)
-    feet[~standing, 2] = 1.0  # A lifted foot is where it likes.
-    plane = plane_through(feet, standing, updates=2000)
-    np.testing.assert_allclose(plane[1:3], [0.1, 0.2], atol=1e-9)
 
 
 def test_feet_on_a_line_leave_the_slope_across_it_as_it_was():
@@ -99,17 +90,6 @@ def test_the_slope_changes_no_faster_than_it_may():
         on_plane(0.4, 0.3, 0.0), np.ones(6, dtype=bool), updates=4, begin=flat, rate=0.5
     )
     np.testing.assert_allclose(np.hypot(*plane[1:3]), 4 * 0.5 * DT, rtol=1e-9)
-
-
-def test_no_foot_on_the_ground_carries_the_plane_on():
-    plane = plane_through(
-        on_plane(0.0, 0.0, 0.0),
-        np.zeros(6, dtype=bool),
-        updates=1,
-        begin=(0.1, 0.2, -0.1, 0.0, 0.0),
-        at=(0.5, 1.0),
-    )
-    np.testing.assert_allclose(plane, [0.1 + 0.2 * 0.5 - 0.1, 0.2, -0.1, 0.5, 1.0])
 
 
 def test_two_lags_take_the_corners_out():

@@ -46,16 +46,6 @@ def test_levelling_takes_away_nine_tenths_of_a_slope():
     assert angle[-20:].max() < 1.0
 
 
-def test_on_level_ground_sensing_changes_nothing_but_contact():
-    """Body height within 1 mm, way within 3 % of the same walk that trusts its plan."""
-    recording, engine = walked({"kind": "flat"}, duration=3.0)
-    blind, _ = walked({"kind": "flat"}, duration=3.0, ground_sensing=False)
-    way, blind_way = (r["body_position"].values[-1, 0] for r in (recording, blind))
-    assert way == pytest.approx(blind_way, rel=0.03)
-    assert np.ptp(recording["body_position"].values[:, 2]) < 1e-3
-    assert not [text for _, text in engine.events if "trusted" in text or "not used" in text]
-
-
 def test_blocks_tilt_a_body_that_senses_them_less_than_half_as_much():
     """Steps of up to 40 mm of which the plan knows nothing."""
     blocks = {"kind": "blocks", "block_height_mm": 40, "block_size_mm": 100, "terrain_start": 0.12}

@@ -72,14 +72,3 @@ def test_odom_turns_upright_and_no_joint_moves():
     roll, pitch = state.pose_filter[3, 3:5]
     assert np.isclose(-np.sin(pitch), state.R_odom_body[2, 0], atol=1e-12)
     assert np.isclose(np.cos(pitch) * np.sin(roll), state.R_odom_body[2, 1], atol=1e-12)
-
-
-def test_an_upright_odom_stays():
-    """Up is z: nothing turns."""
-    engine = walking_engine()
-    state = engine.state
-    before = engine.memory.copy()
-    estimator = new_state()
-    estimator.levelling.up[2] = 1.0
-    align_odometry(state, estimator, new_parameters())
-    assert engine.memory.tobytes() == before.tobytes()

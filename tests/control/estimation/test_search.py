@@ -3,72 +3,15 @@
 import numpy as np
 import pytest
 
+from control.estimation.walker import DT, ROBOT, SPEED, WAYS, Walker
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.foothold_search import CLOSE, FAR, LOOKS, is_free, start_search
+from phasmid.control.foothold_search import FAR, LOOKS
 from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
 
-ROBOT = load_robot("phantomx-mk4")
-NAMES, LEGS = ROBOT.leg_names, len(ROBOT.legs)
-DT, SPEED = 0.005, 0.05
-DEPTH = 0.3
-WAYS = {"ahead": (1, 0), "back": (-1, 0), "left": (0, 1), "right": (0, -1)}
-EVERYWHERE = -10.0, 10.0
-
-
-class Walker:
-    """An engine on level ground with a trench across its way, whose feet feel what they touch."""
-
-    def __init__(
-        self, way="ahead", trench=(0.0, 0.0), *, robot=ROBOT, speed=SPEED, period=1.0, gait=None
-    ):
-        self.engine = LocomotionEngine(
-            robot, ground_sensing=False, dynamics="none", period=period, gait=gait
-        )
-        self.q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
-        self.way, self.trench, self.time = np.array(WAYS[way]), trench, 0.0
-        self.command = Command(velocity=(*(speed * self.way), 0.0))
-        self.told = np.full(len(robot.legs), np.nan)
-
-    def along(self, foot):
-        return foot[..., :2] @ self.way
-
-    def is_over_trench(self, foot):
-        return (self.trench[0] < self.along(foot)) & (self.along(foot) < self.trench[1])
-
-    def step(self):
-        self.time += DT
-        engine, foot = self.engine, self.engine.state.foot
-        ground = np.where(self.is_over_trench(foot), -DEPTH, 0.0)
-        felt = (foot[:, 2] <= ground + 1e-4).astype(float)
-        engine.reference.contact[:] = np.where(np.isnan(self.told), felt, self.told)
-        engine.update(Observation(time=self.time, joint_position=self.q), self.command)
-        return engine.state
-
-    def walk(self, seconds):
-        """What legs do, feet, their speeds, joint angles, margin, search and path each update."""
-        rows = []
-        for _ in range(round(seconds / DT)):
-            s = self.step()
-            speed = np.linalg.norm(s.foot_velocity, axis=1)
-            rows.append(
-                (
-                    s.leg_phase.copy(),
-                    s.foot.copy(),
-                    speed,
-                    s.q.copy(),
-                    s.clock.support_margin,
-                    s.search_stage.copy(),
-                    self.along(s.path),
-                )
-            )
-        return [np.array(column) for column in zip(*rows, strict=True)]
-
-
-def front(walker):
-    return float(walker.along(walker.engine.state.foot).max())
+NAMES, EVERYWHERE = ROBOT.leg_names, (-10.0, 10.0)
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -76,7 +19,7 @@ def front(walker):
 def test_a_gap_is_stepped_over(way, start, width):
     """Every foot comes to stand beyond the gap, none in it, the body over those that stand."""
     walker = Walker(way)
-    begin = front(walker) + start
+    begin = walker.front + start
     walker.trench = begin, begin + width
     leg, foot, speed, q, margin, search, _ = walker.walk(30.0)
     assert (walker.along(foot[-1]) > walker.trench[1]).all()
@@ -102,7 +45,7 @@ def test_a_gap_is_stepped_over(way, start, width):
 def test_a_foot_looks_along_the_way_first_and_then_as_far_behind(way):
     walker = Walker(way)
     # Of all feet only those in front are over it, and find no ground on either side.
-    walker.trench = front(walker) - 0.12, front(walker) + 1.0
+    walker.trench = walker.front - 0.12, walker.front + 1.0
     leg, foot, _, _, _, search, _ = walker.walk(3.5)
     looks = int(np.argmax(search[-1]))
     last = (leg[:-1, looks] == LegPhase.PROBING) & (leg[1:, looks] != LegPhase.PROBING)
@@ -112,43 +55,6 @@ def test_a_foot_looks_along_the_way_first_and_then_as_far_behind(way):
     assert behind - first == pytest.approx(-FAR, abs=1e-9)
 
 
-def test_turning_on_the_spot_a_foot_looks_along_its_own_way():
-    walker = Walker(trench=EVERYWHERE)
-    walker.command = Command(velocity=(0.0, 0.0, 0.3))
-    state = walker.engine.state
-    while not (state.search_stage == 1).any():
-        walker.step()
-    leg = int(np.argmax(state.search_stage == 1))
-    look, first = state.search_goal[leg, :2], state.missed_foothold[leg, :2]
-    to_foot = first - state.path[:2]
-    way = np.array([-to_foot[1], to_foot[0]]) / np.linalg.norm(to_foot)
-    np.testing.assert_allclose(look - first, FAR * way, atol=1e-12)
-
-
-def test_no_foot_looks_close_to_another():
-    """A place that another foot has is left out: the first look is then the one behind."""
-    walker = Walker()
-    state, reference = walker.engine.state, walker.engine.reference
-    reference.velocity[:] = SPEED, 0.0, 0.0
-    x, y = state.foot[0, :2]
-    other = 1
-    state.touchdown[other, :2] = x + FAR, y + 0.99 * CLOSE
-    assert not is_free(state, 0, x + FAR, y)
-    state.touchdown[other, 1] = y + 1.01 * CLOSE
-    assert is_free(state, 0, x + FAR, y)
-    state.touchdown[other, 1] = y
-    assert start_search(state, reference, 0)
-    assert state.search_stage[0] == LOOKS
-    np.testing.assert_allclose(state.search_goal[0, :2], [x - FAR, y], atol=1e-12)
-    # Where feet have both it goes back to where it stood, unless one has that, too.
-    state.search_stage[0], state.touchdown[2, :2] = 0, (x - FAR, y)
-    assert start_search(state, reference, 0)
-    assert state.search_stage[0] == SearchStage.RETURNING
-    np.testing.assert_array_equal(state.search_goal[0], state.last_foothold[0])
-    state.search_stage[0], state.touchdown[3, :2] = 0, (x, y)
-    assert not start_search(state, reference, 0)
-
-
 def test_it_gives_up_until_it_has_found_ground_again():
     walker = Walker(trench=EVERYWHERE)
     leg, _, _, _, _, search, _ = walker.walk(25.0)
@@ -156,7 +62,7 @@ def test_it_gives_up_until_it_has_found_ground_again():
     assert (search[-1] == SearchStage.GAVE_UP).all()
     assert not ((leg == LegPhase.STANCE) & (search > 0) & (search <= LOOKS)).any()
     # Each leg has told both once, and none was stopped.
-    told = [sentence for _, sentence in walker.engine.events]
+    told = walker.said
     for name in NAMES:
         assert told.count(f"leg {name} finds no ground: it looks elsewhere") == 1
         assert told.count(f"leg {name} finds no ground: it stands in the air") == 1
@@ -166,60 +72,15 @@ def test_it_gives_up_until_it_has_found_ground_again():
     assert (search[-1] == 0).all()
 
 
-def test_a_sensor_that_always_says_air_costs_its_looks_and_no_more():
-    """Afterwards its leg walks as one that has never looked: in ten cycles as far, but for the half
-    of a cycle by which their phases may differ."""
-    ways = []
-    for given_up in (False, True):
-        walker = Walker()
-        walker.told[0] = 0.0
-        walker.engine.state.search_stage[0] = SearchStage.GAVE_UP if given_up else 0.0
-        *_, search, path = walker.walk(25.0)
-        assert search[-1, 0] == SearchStage.GAVE_UP
-        ways.append(path[-1] - path[-1 - round(10 / DT)])
-    assert ways[0] == pytest.approx(ways[1], rel=0.05)
-
-
-def test_a_sensor_that_is_no_longer_believed_is_forgotten():
-    walker = Walker()
-    walker.told[0] = 0.0
-    walker.walk(3.0)
-    walker.told[0] = -1.0
-    walker.walk(3.0)
-    *_, search, path = walker.walk(5.0)
-    assert (search == 0).all()
-    assert path[-1] - path[0] == pytest.approx(SPEED * 5.0, rel=0.01)
-
-
-def test_feet_that_feel_nothing_do_not_look():
-    walker = Walker(trench=EVERYWHERE)
-    walker.told[:] = -1.0
-    *_, search, _ = walker.walk(5.0)
-    assert (search == 0).all()
-
-
-@pytest.mark.parametrize("begin", [0.25, 0.27])
-def test_a_robot_that_shall_stand_stands(begin):
-    """Also where a foot's own place is over a hole."""
-    walker = Walker(trench=(begin, begin + 0.09))
-    walker.walk(4.0)
-    walker.command = Command()
-    walker.walk(6.0)
-    assert walker.engine.state.clock.gait_running == 0
-    leg, *_ = walker.walk(1.0)
-    assert (leg == LegPhase.STANCE).all()
-
-
 @pytest.mark.parametrize("width", [0.12, 0.3])
 @pytest.mark.parametrize("later", [0.1, 0.4, 0.8])
 def test_a_robot_that_stops_while_a_foot_looks_stands(width, later):
     """As it rises, swings and comes down."""
     walker = Walker()
-    begin = front(walker) + 0.005
+    begin = walker.front + 0.005
     walker.trench = begin, begin + width
-    state = walker.engine.state
-    while not (state.search_stage == 1).any():
-        walker.step()
+    state = walker.state
+    walker.until(lambda s: s.search_stage == 1)
     walker.walk(later)
     walker.command = Command()
     walker.walk(10.0)
@@ -230,31 +91,14 @@ def test_a_robot_that_stops_while_a_foot_looks_stands(width, later):
 @pytest.mark.parametrize("doing", [LegPhase.SWING, LegPhase.PROBING, Manoeuvre.RISE])
 def test_feet_that_are_caught_stand_where_they_come_down(doing):
     walker = Walker(trench=EVERYWHERE)
-    state = walker.engine.state
-    while not (
-        (state.manoeuvre == Manoeuvre.RISE)
-        if doing == Manoeuvre.RISE
-        else (state.leg_phase == doing)
-    ).any():
-        walker.step()
+    state = walker.state
+    rises = doing == Manoeuvre.RISE
+    walker.until(lambda s: (s.manoeuvre if rises else s.leg_phase) == doing)
     caught = state.leg_phase != LegPhase.STANCE
     walker.engine.catch()
     leg, *_ = walker.walk(1.0)
     first = leg[np.argmax(leg[:, caught] != LegPhase.PROBING, axis=0), np.flatnonzero(caught)]
     assert (first == LegPhase.STANCE).all()
-
-
-def test_a_leg_that_is_lost_looks_no_more():
-    walker = Walker(trench=EVERYWHERE)
-    state = walker.engine.state
-    while not (state.search_stage == 1).any():
-        walker.step()
-    leg = int(np.argmax(state.search_stage == 1))
-    assert state.manoeuvre[leg] == Manoeuvre.RISE
-    walker.command = Command(velocity=(SPEED, 0.0, 0.0), lost_legs=frozenset({leg + 1}))
-    walker.walk(3.0)
-    assert state.leg_phase[leg] == LegPhase.HELD
-    assert state.search_stage[leg] == 0
 
 
 @pytest.mark.parametrize(
@@ -290,62 +134,22 @@ def test_joints_go_on_where_a_foot_begins_to_look(name, period):
 def test_a_robot_stops_at_an_edge(way, start):
     """Where no look finds ground its feet go back, and it rests on them; told so again it stays."""
     walker = Walker(way)
-    walker.trench = front(walker) + start, 10.0
+    walker.trench = walker.front + start, 10.0
     leg, foot, _, q, margin, _, _ = walker.walk(25.0)
-    state = walker.engine.state
+    state = walker.state
     assert state.clock.gait_running == 0
     assert (state.leg_phase == LegPhase.STANCE).all()
     assert not walker.is_over_trench(foot[leg == LegPhase.STANCE]).any()
     assert margin.min() >= 0.0
     most = ROBOT.servo.no_load_speed * DT
     assert np.abs(np.diff(q, axis=0)).max() <= most * (1 + 1e-9)
-    told = [sentence for _, sentence in walker.engine.events]
+    told = walker.said
     assert any(sentence.startswith("goes no farther: leg ") for sentence in told)
     assert (state.search_stage == SearchStage.RETURNED).any()
     assert any(sentence.endswith("it is back where it stood") for sentence in told)
     walker.command = Command(velocity=(*(0.8 * SPEED * walker.way), 0.0))
     *_, path = walker.walk(2.0)
     assert np.ptp(path) < 1e-9
-
-
-def test_a_robot_that_has_stopped_at_an_edge_goes_elsewhere():
-    walker = Walker()
-    walker.trench = front(walker) + 0.03, 10.0
-    walker.walk(25.0)
-    engine, state = walker.engine, walker.engine.state
-    # Along the edge, slowly, since feet look for ground at their steps; and straight back.
-    for velocity, least in (((0.0, SPEED, 0.0), 0.05), ((-SPEED, 0.0, 0.0), 0.5)):
-        walker.command, before = Command(velocity=velocity), state.path[:2].copy()
-        walker.walk(4.0)
-        gone = state.path[:2] - before
-        assert gone @ velocity[:2] / SPEED > least * SPEED * 4.0
-    assert (state.search_stage == 0).all()
-    # Then there is a way ahead again, as far as the edge.
-    walker.command = Command(velocity=(SPEED, 0.0, 0.0))
-    engine.take_events()
-    *_, path = walker.walk(30.0)
-    assert np.ptp(path) > 0.05
-    assert state.clock.gait_running == 0
-    assert any(sentence.startswith("goes no farther") for _, sentence in engine.events)
-
-
-def test_a_foot_goes_back_to_where_it_has_felt_the_ground_last():
-    walker = Walker()
-    walker.walk(3.0)
-    state = walker.engine.state
-    while state.leg_phase[0] != LegPhase.STANCE:
-        walker.step()
-    stood = state.foot[0].copy()
-    while state.leg_phase[0] == LegPhase.STANCE:
-        walker.step()
-    np.testing.assert_allclose(state.last_foothold[0], stood, atol=1e-12)
-    # Of one that feels the air as it lifts that place stays.
-    walker.told[0] = 0.0
-    while state.leg_phase[0] != LegPhase.STANCE:
-        walker.step()
-    while state.leg_phase[0] == LegPhase.STANCE:
-        walker.step()
-    np.testing.assert_allclose(state.last_foothold[0], stood, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -359,9 +163,9 @@ def test_a_foot_goes_back_to_where_it_has_felt_the_ground_last():
 def test_robots_stop_at_an_edge_at_any_speed(name, gait, period, way, speed):
     """Also where a foot that goes back passes under its hip, where joints would jump."""
     walker = Walker(way, robot=load_robot(name), speed=speed, period=period, gait=gait)
-    walker.trench = front(walker) + 0.03, 10.0
+    walker.trench = walker.front + 0.03, 10.0
     leg, foot, _, _, margin, _, _ = walker.walk(30.0)
-    assert walker.engine.state.clock.gait_running == 0
+    assert walker.state.clock.gait_running == 0
     assert not walker.is_over_trench(foot[-1]).any()
     assert (leg[-1] == LegPhase.STANCE).all()
     assert margin.min() >= 0.0
@@ -370,22 +174,10 @@ def test_robots_stop_at_an_edge_at_any_speed(name, gait, period, way, speed):
 def returning():
     """A walker at an edge, of which a foot has begun to go back."""
     walker = Walker()
-    walker.trench = front(walker) + 0.03, 10.0
-    while not (walker.engine.state.search_stage == SearchStage.RETURNING).any():
-        walker.step()
+    walker.trench = walker.front + 0.03, 10.0
+    walker.until(lambda s: s.search_stage == SearchStage.RETURNING)
     walker.engine.take_events()
     return walker
-
-
-def test_a_robot_that_is_told_to_go_back_while_a_foot_does_goes_back():
-    walker = returning()
-    walker.walk(0.05)
-    walker.command = Command(velocity=(-SPEED, 0.0, 0.0))
-    *_, path = walker.walk(8.0)
-    assert path.max() < path[0] + 1e-3
-    assert path[-1] < path[0] - 0.5 * SPEED * 8.0
-    said = [sentence for _, sentence in walker.engine.events]
-    assert not any(sentence.startswith("goes no farther") for sentence in said)
 
 
 @pytest.mark.parametrize("later", [0.05, 0.4])
@@ -394,9 +186,8 @@ def test_a_way_is_closed_although_the_robot_is_told_to_stop_while_a_foot_goes_ba
     walker.walk(later)
     ahead, walker.command = walker.command, Command()
     walker.walk(6.0)
-    assert walker.engine.state.clock.gait_running == 0
+    assert walker.state.clock.gait_running == 0
     walker.command = ahead
     *_, path = walker.walk(2.0)
     assert np.ptp(path) < 1e-9
-    said = [sentence for _, sentence in walker.engine.events]
-    assert any(sentence.startswith("goes no farther") for sentence in said)
+    assert any(sentence.startswith("goes no farther") for sentence in walker.said)

@@ -3,96 +3,60 @@
 import numpy as np
 import pytest
 
-from phasmid.control import Command, Observation
-from phasmid.control.engine import LocomotionEngine
+from control.estimation.walker import DT, Walker
 from phasmid.control.types import LegPhase
-from phasmid.kinematics import joint_angles
-from phasmid.robot import load_robot
-
-ROBOT = load_robot("phantomx-mk4")
-DT = 0.005
-AHEAD = Command(velocity=(0.05, 0.0, 0.0))
 
 
-class Walker:
-    """An engine that is told what its feet feel, without sensors."""
-
-    def __init__(self):
-        self.engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none", period=1.0)
-        self.q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
-        self.time = 0.0
-
-    def step(self):
-        self.time += DT
-        self.engine.update(Observation(time=self.time, joint_position=self.q), AHEAD)
-        return self.engine.state
-
-    def until(self, happens, most=600):
-        for _ in range(most):
-            state = self.step()
-            if happens(state):
-                return state
-        raise AssertionError("it did not happen")
+@pytest.fixture
+def walker():
+    """Its feet feel nothing unless they are told to."""
+    found = Walker()
+    found.told[:] = -1.0
+    return found
 
 
-def test_a_foot_that_met_the_ground_hanging_low_goes_on_down_by_that():
+def test_a_foot_that_met_the_ground_hanging_low_goes_on_down_by_that(walker):
     """Touched at z with a sag s it ends at z - s: what it does beyond is 0.4 of 12 ms of its speed.
 
     That speed is 0.1 m/s here at most.
     """
-    walker, sag = Walker(), 0.006
-    reference = walker.engine.reference
-    state = walker.until(lambda s: (s.leg_phase == LegPhase.SWING).any())
-    leg = int(np.argmax(state.leg_phase == LegPhase.SWING))
-    reference.contact[:] = 0
-    walker.until(lambda s: s.swing_elapsed[leg] > 0.9 * s.swing_duration[leg])
+    sag = 0.006
+    leg = walker.amid_swing(0.0)
+    walker.told[:] = 0.0
+    state = walker.until(lambda s: s.swing_elapsed[leg] > 0.9 * s.swing_duration[leg])
     met = state.foot[leg, 2]
-    reference.contact[leg], reference.foot_sag[leg] = 1, sag
+    walker.told[leg], walker.engine.reference.foot_sag[leg] = 1.0, sag
     walker.until(lambda s: s.leg_phase[leg] == LegPhase.SETTLING)
-    reference.contact[:] = -1
-    state = walker.until(
-        lambda s: (
-            s.leg_phase[leg] == LegPhase.STANCE and s.swing_elapsed[leg] >= s.swing_duration[leg]
-        )
-    )
+    walker.told[:] = -1.0
+    walker.until(lambda s: s.leg_phase[leg] == LegPhase.STANCE)
+    walker.until(lambda s: s.swing_elapsed[leg] >= s.swing_duration[leg])
     assert state.foot[leg, 2] == pytest.approx(met - sag, abs=0.1 * (DT + 0.4 * 0.012))
 
 
-def test_a_standing_foot_that_feels_the_air_goes_down_until_it_feels_the_ground():
+def test_a_standing_foot_that_feels_the_air_goes_down_until_it_feels_the_ground(walker):
     """Not at once: a foot that has landed bounces; and no more than a press further."""
-    walker = Walker()
-    reference = walker.engine.reference
-    walker.until(lambda s: (s.leg_phase == LegPhase.SWING).any())
-    state = walker.engine.state
-    leg = int(np.argmax(state.leg_phase == LegPhase.STANCE))
-    reference.contact[leg] = 0
-    for _ in range(15):
-        walker.step()
-    assert state.foot[leg, 2] == pytest.approx(0.0, abs=1e-9)
-    for _ in range(25):
-        walker.step()
-    low = state.foot[leg, 2]
+    walker.amid_swing(0.0)
+    leg = int(np.argmax(walker.state.leg_phase == LegPhase.STANCE))
+    walker.told[leg] = 0.0
+    walker.walk(15 * DT)
+    assert walker.state.foot[leg, 2] == pytest.approx(0.0, abs=1e-9)
+    walker.walk(25 * DT)
+    low = walker.state.foot[leg, 2]
     assert low < -0.003
-    reference.contact[leg] = 1
-    for _ in range(40):
-        if walker.step().leg_phase[leg] != LegPhase.STANCE:
-            break
-        assert state.foot[leg, 2] > low - 0.0051
+    walker.told[leg] = 1.0
+    phase, foot, *_ = walker.walk(40 * DT)
+    stands = np.cumprod(phase[:, leg] == LegPhase.STANCE).astype(bool)
+    assert foot[stands, leg, 2].min() > low - 0.0051
 
 
-def test_the_body_goes_on_while_a_foot_looks_for_the_ground():
+def test_the_body_goes_on_while_a_foot_looks_for_the_ground(walker):
     """At its speed, to 5 %, for as long as the standing feet reach."""
-    walker = Walker()
-    reference = walker.engine.reference
-    reference.contact[:] = 0
-    state = walker.engine.state
-    walker.until(lambda s: s.velocity_filter[2, 0] > 0.0499)
-    reference.contact[state.leg_phase == LegPhase.STANCE] = 1
-    reference.contact[state.leg_phase == LegPhase.SWING] = 0
-    walker.until(lambda s: (s.leg_phase == LegPhase.PROBING).any())
+    walker.told[:] = 0.0
+    state = walker.until(lambda s: s.velocity_filter[2, 0] > 0.0499)
+    walker.told[:] = np.where(state.leg_phase == LegPhase.STANCE, 1.0, 0.0)
+    walker.until(lambda s: s.leg_phase == LegPhase.PROBING)
     at = state.path[0]
-    for _ in range(20):
-        walker.step()
+    walker.walk(20 * DT)
     assert (state.leg_phase == LegPhase.PROBING).any()
     assert state.path[0] - at == pytest.approx(20 * DT * 0.05, rel=0.05)
 
@@ -102,11 +66,10 @@ def test_a_foot_steps_nearly_as_high_as_its_leg_reaches():
     asked, had = np.linspace(0.05, 0.15, 21), []
     for height in asked:
         walker = Walker()
-        state = walker.engine.state
-        while not (state.leg_phase == LegPhase.SWING).any():
+        while not (swings := walker.state.leg_phase == LegPhase.SWING).any():
             walker.engine.reference.step_height = height
             walker.step()
-        had.append(state.swing_height[state.leg_phase == LegPhase.SWING].min())
+        had.append(walker.state.swing_height[swings].min())
     assert min(had[-5:]) < 0.99 * asked[-5]
     for k in range(1, len(had)):
         assert had[k] >= 0.8 * max(had[: k + 1]) - 1e-9

@@ -11,6 +11,7 @@ from pathlib import Path
 import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
+from formats.wild_model import BESIDE, WHOLE
 from phasmid.formats import import_robot, mjcf_files, tree_of, urdf_files
 from phasmid.formats.meshes import MeshFiles
 from phasmid.robot import Appearance, Part, load_robot, robot_to_toml
@@ -57,8 +58,8 @@ def targets() -> dict[str, Target]:
         "mjcf": Target(
             ".xml",
             import_robot,
-            (modelled.pop("robot.xml"), FOREIGN_MJCF.encode()),
-            {**modelled, "a.stl": binary_stl(CORNERS[FACES]), "defaults.mjcf": DEFAULTS.encode()},
+            (modelled.pop("robot.xml"), WHOLE.encode()),
+            {**modelled, **BESIDE},
         ),
         "stl": Target(
             ".stl",
@@ -117,54 +118,4 @@ FOREIGN = """<?xml version="1.0" encoding="utf-8"?>
   <transmission name="t"><type>simple</type><joint name="hip"/></transmission>
   <gazebo reference="base"><material>Gazebo/Blue</material></gazebo>
 </robot>
-"""
-
-
-FOREIGN_MJCF = """<mujoco model="foreign">
-  <compiler angle="degree" eulerseq="XYZ"/>
-  <include file="defaults.mjcf"/>
-  <asset>
-    <mesh name="plate" file="a.stl" scale="0.01 0.01 -0.01"/>
-    <material name="red" rgba="0.8 0.1 0.1 1"/>
-  </asset>
-  <worldbody>
-    <light pos="0 0 3"/>
-    <geom type="plane" size="1 1 1"/>
-    <frame euler="10 20 30" pos="0 0 0.3">
-      <body name="hull" pos="0 0 0.1" childclass="leg">
-        <freejoint/>
-        <geom class="visual" mesh="plate" material="red"/>
-        <geom type="ellipsoid" size=".1 .08 .05" mass="2"/>
-        <body name="thigh" pos=".1 .05 0" euler="0 30 45">
-          <joint name="hip" pos="0.01 0.02 -0.03" ref="15"/>
-          <geom type="capsule" fromto="0 0 0 .1 0 -.02" size=".015"/>
-          <body pos=".1 0 0" axisangle="1 1 0 60">
-            <inertial pos="0 0 -.06" mass="0.1" fullinertia="2e-4 2e-4 1e-4 1e-5 0 0"/>
-            <joint name="abduct" axis="1 0 0.5" range="-20 20"/>
-            <joint name="knee" pos="-.02 .01 0" axis="0 2 0" frictionloss="0.2"/>
-            <geom type="box" pos="0 0 -.06" size=".01 .01 .06" xyaxes="1 0 0 0 1 0"/>
-            <geom type="mesh" mesh="plate"/>
-            <site name="toe_1" pos="0 0 -.13" zaxis="0 1 0"/>
-          </body>
-        </body>
-        <body name="mast" pos="0 0 .1">
-          <geom type="cylinder" fromto="0 0 0 0 0 .2" size=".01"/>
-        </body>
-      </body>
-    </frame>
-  </worldbody>
-  <actuator>
-    <position class="leg" joint="hip" kp="20" forcerange="-3 4"/>
-    <motor joint="knee" gear="5" ctrlrange="-.5 .5"/>
-    <general joint="abduct" dyntype="integrator" gainprm="2" biastype="affine" biasprm="0 -2 0"/>
-  </actuator>
-  <tendon><fixed name="t"><joint joint="hip" coef="1"/></fixed></tendon>
-</mujoco>
-"""
-
-DEFAULTS = """<mujocoinclude><default>
-  <default class="leg"><joint damping="0.1" armature="0.01" range="-40 50" axis="0 1 0"/>
-    <geom density="800" rgba="0.2 0.3 0.4 1"/></default>
-  <default class="visual"><geom type="mesh" contype="0" conaffinity="0" mass="0"/></default>
-</default></mujocoinclude>
 """

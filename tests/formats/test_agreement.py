@@ -1,4 +1,4 @@
-"""MuJoCo, Pinocchio and yourdfpy find our own equations in the URDF files that we write."""
+"""MuJoCo, Pinocchio and yourdfpy find our own equations in the files that we write."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from formats.tetrahedron import CORNERS, FACES
-from general_robot import general_robot
+from formats.trees import ROBOTS, files_of, write
 from phasmid import dynamics, kinematics
-from phasmid.formats import read_urdf, tree_of
+from phasmid.formats import read_urdf
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.kinematics import leg_frames
-from phasmid.robot import JOINTS, Appearance, Part, Robot, load_robot, preset_names
+from phasmid.robot import JOINTS, Appearance, Part, Robot, load_robot
 
 STATES = 20
 
@@ -52,18 +52,10 @@ class Written:
         return np.swapaxes(E, -1, -2) @ M @ E
 
 
-def write(robot: Robot, folder: Path) -> Path:
-    for name, content in urdf_files(tree_of(robot), "robot").items():
-        path = folder / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_bytes(content)
-    return folder / "robot.urdf"
-
-
-@pytest.fixture(params=[*preset_names(), "general"])
+@pytest.fixture(params=ROBOTS)
 def written(request: pytest.FixtureRequest, tmp_path: Path) -> Written:
-    robot = general_robot() if request.param == "general" else load_robot(request.param)
-    path = write(robot, tmp_path)
+    robot = ROBOTS[request.param]
+    path = write(files_of(robot, ".urdf"), tmp_path)
     rng = np.random.default_rng(8)
     quaternion = rng.normal(size=(STATES, 4))
     quaternion /= np.linalg.norm(quaternion, axis=1, keepdims=True)
@@ -71,15 +63,15 @@ def written(request: pytest.FixtureRequest, tmp_path: Path) -> Written:
     return Written(robot, path, quaternion, rng.normal(size=(STATES, 3)), q)
 
 
-def test_mujoco_reads_the_same_mass_matrix(written: Written) -> None:
-    spec = mujoco.MjSpec.from_file(str(written.path))
-    spec.body("base_link").add_freejoint()
+@pytest.mark.parametrize("suffix", [".urdf", ".xml"])
+def test_mujoco_reads_the_same_mass_matrix(written: Written, suffix: str, tmp_path: Path) -> None:
+    """M less the rotors' own is ours, and limits are those of the legs."""
+    spec = mujoco.MjSpec.from_file(str(write(files_of(written.robot, suffix), tmp_path)))
+    if suffix == ".urdf":
+        spec.body("base_link").add_freejoint()
     model = spec.compile()
     data = mujoco.MjData(model)
-    joints = range(1, model.njnt)
-    assert [model.joint(i).name for i in joints] == written.joint_names
-    # Ball, shape by shape: one collision sphere under each leg.
-    assert int(np.count_nonzero(model.geom_contype)) == len(written.robot.legs)
+    assert [model.joint(i).name for i in range(1, model.njnt)] == written.joint_names
     M = np.empty((STATES, model.nv, model.nv))
     for i in range(STATES):
         data.qpos = np.concatenate(
@@ -87,9 +79,13 @@ def test_mujoco_reads_the_same_mass_matrix(written: Written) -> None:
         )
         mujoco.mj_forward(model, data)
         mujoco.mj_fullM(model, data, M[i])
+        M[i] -= np.diag(model.dof_armature)
     np.testing.assert_allclose(M, written.ours(linear=False), rtol=0, atol=CLOSE)
     limits = np.concatenate([leg.joint_limits for leg in written.robot.legs])
     np.testing.assert_array_equal(model.jnt_range[1:], limits)
+    if suffix == ".urdf":
+        # Ball, shape by shape: one collision sphere under each leg.
+        assert int(np.count_nonzero(model.geom_contype)) == len(written.robot.legs)
 
 
 def test_pinocchio_reads_the_same_mass_matrix(written: Written) -> None:
@@ -127,7 +123,7 @@ def test_mujoco_and_yourdfpy_find_the_meshes(tmp_path: Path) -> None:
     part = Part(0.5 * CORNERS, FACES, name="shell")
     look = Appearance.of({"body": (part,), "coxa": (part,)})
     robot = replace(load_robot("phantomx-paper"), appearance=look)
-    path = write(robot, tmp_path)
+    path = write(files_of(robot, ".urdf"), tmp_path)
     text = path.read_text(encoding="utf-8")
     told = text.replace("<compiler ", '<compiler discardvisual="false" ')
     path.write_text(told, encoding="utf-8")
@@ -171,9 +167,8 @@ def test_a_foreign_file_is_the_same_robot_after_reading_and_writing(
             pytest.skip("the example robots are not at hand")
         path = found[0]
     tree = read_urdf(path)
-    files = urdf_files(tree, "again")
     again = tmp_path / "again.urdf"
-    again.write_bytes(files["again.urdf"])
+    again.write_bytes(urdf_files(tree, "again")["again.urdf"])
     models = [pin.buildModelFromUrdf(str(p), pin.JointModelFreeFlyer()) for p in (path, again)]
     assert list(models[0].names) == list(models[1].names)
     pin.seed(4)
