@@ -319,7 +319,9 @@ def test_a_general_robot_has_the_matrices_of_dynamics():
     rng = np.random.default_rng(5)
     q0, qd0, qdd = rng.uniform(-1, 1, (3, 1, len(robot.legs), 3))
     times = np.array([-1e-5, 0.0, 1e-5])[:, None, None]
-    joints = room.Legs(q0 + qd0 * times + qdd * times**2 / 2, qd0 + qdd * times, qdd + 0 * times)
+    joints = room.Setpoints(
+        q0 + qd0 * times + qdd * times**2 / 2, qd0 + qdd * times, qdd + 0 * times
+    )
     whole = room.mass_distribution(robot, link_frames(robot, joints.q), joints)
     body = dynamics.BodyMotion.at_rest()
     M = dynamics.mass_matrix(robot, body, joints.q)
