@@ -22,7 +22,7 @@ from phasmid.recording import Recording, RecordingLog, load_recording, new_recor
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario
 from phasmid.sensors import sense
-from phasmid.simulation.channels import SampleChannels, ending_attributes, run_attributes
+from phasmid.simulation.channels import ending_attributes, run_attributes, sample_channels
 from phasmid.simulation.drives import check_feed_forward
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
@@ -177,7 +177,7 @@ class WalkExperiment(Experiment):
         """Return the model's channels beside the simulated ones."""
         walk = self.walk
         model = walk.channels(time) if isinstance(walk, JointTrajectory) else self._model.at(time)
-        return {**model, **SampleChannels(run, samples)}
+        return {**model, **sample_channels(run, samples)}
 
 
 def simulate(

@@ -29,9 +29,9 @@ from phasmid.simulation.drives import (
 from phasmid.simulation.loop import (
     Keep,
     Samples,
-    StepLoop,
     collect_engine_warnings,
     empty_samples,
+    make_steps,
     present_sample,
 )
 from phasmid.simulation.model import build_model
@@ -107,6 +107,7 @@ class Run:
         self.ended = False
         self.lies = scenario.simulation.can_lie
         self._warnings: list[str] = []
+        self._step_error = ""
         self._cycle = self._cycle_targets()
         self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._place(walk.sample(np.zeros(1)))
@@ -187,10 +188,6 @@ class Run:
         self.data = mujoco.MjData(self.model)
         self.drive: Drive = _drive(self.scenario, self.model, self.data, self.walk)
         self.foot_ground = FootGround(self.model, self.data, self.robot, self.ground)
-
-    @cached_property
-    def _loop(self) -> StepLoop:
-        return StepLoop(self.model, self.data, self.drive, self.foot_ground, self.buffer)
 
     def _place(self, start: SampledMotion) -> None:
         """Place the robot where the plan starts."""
@@ -337,14 +334,24 @@ class Run:
         last: bool = False,
         interrupted: Sequence[int] = (),
     ) -> int:
-        """Make one step per row of targets; see `StepLoop.advance`."""
-        return self._loop.advance(targets, at=at, last=last, interrupted=interrupted)
+        """Make one step per row of targets into the buffer from row `at` on; see `make_steps`."""
+        made, self._step_error = make_steps(
+            self.model,
+            self.data,
+            self.drive,
+            self.foot_ground,
+            targets,
+            self.buffer[at:],
+            last=last,
+            interrupted=interrupted,
+        )
+        return made
 
     def _error(self) -> str:
         """Return why MuJoCo cannot go on: its error, its first warning, or nothing."""
         if self._warnings and self.data.warning.number.any():
             return f"the engine reports: {self._warnings[0]}"
-        return self._loop.error
+        return self._step_error
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure in the buffer's first samples."""
