@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
 from phasmid.control.feed_forward.servo_goal import SLOW
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput, PhasmidError
@@ -138,37 +137,17 @@ class PrescribedDrive(Drive):
         return (q + (damping * qd + JOINT_IMPEDANCE * qdd) / stiffness).reshape(len(q), -1)
 
 
-@compiled
-def limit_torque(
-    target: np.ndarray,
-    speed: np.ndarray,
-    stall: float,
-    drop: float,
-    goal: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-) -> None:
-    """Write goals [rad] and torque limits [N·m] of J actuators at the joints' speeds; compiled.
-
-    The largest torque is `stall` at rest, and decreases by `drop` per speed [N·m·s/rad].
-    """
-    for j in range(len(target)):
-        goal[j] = target[j]
-        upper[j] = max(stall - max(drop * speed[j], 0.0), 0.0)
-        lower[j] = min(-stall - min(drop * speed[j], 0.0), 0.0)
-
-
 class IdealServoDrive(Drive):
     """Position servos whose largest torque falls with speed, from stall to none at no load."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         servo = walk.robot.servo
-        self._force = data.actuator_force
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
-        stall = max(servo.stall_torque - servo.friction, 0.0)
-        speed, limits = data.qvel[6:], model.actuator_forcerange.T
-        self._arguments = (speed, stall, stall / servo.no_load_speed, data.ctrl, *limits)
+        self._stall = max(servo.stall_torque - servo.friction, 0.0)
+        self._drop = self._stall / servo.no_load_speed
+        self._goal, self._speed, self._force = data.ctrl, data.qvel[6:], data.actuator_force
+        self._limits = model.actuator_forcerange
         self._friction = servo.friction
         self._stiffness: float | np.ndarray = servo.stiffness
         self._damping: float | np.ndarray = servo.damping
@@ -176,7 +155,10 @@ class IdealServoDrive(Drive):
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the servos' goals [rad], and the torque limits at the present speed."""
-        limit_torque(target, *self._arguments)
+        drop = self._drop * self._speed
+        self._goal[:] = target
+        self._limits[:, 0] = np.minimum(-self._stall - np.minimum(drop, 0.0), 0.0)
+        self._limits[:, 1] = np.maximum(self._stall - np.maximum(drop, 0.0), 0.0)
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the motors' torques; friction is not subtracted."""
@@ -201,8 +183,7 @@ class IdealServoDrive(Drive):
 
     def _friction_at(self, speed: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
         """Return the friction torque at a speed [N·m]; part of it at slow speeds."""
-        # As np.clip, in a third of its time.
-        return self._friction * np.minimum(np.maximum(speed / SLOW, -1.0), 1.0)
+        return self._friction * np.clip(speed / SLOW, -1.0, 1.0)
 
 
 class TorqueDrive(IdealServoDrive):
