@@ -94,15 +94,11 @@ class SensorStream:
 
     Attributes:
         next_row: Index of the next sample that a sensor reads.
-
-    Raises:
-        InvalidInput: A sensor reads more often than there are samples.
     """
 
     def __init__(
         self, scenario: Scenario, robot: Robot, interval: float, first: Mapping[str, np.ndarray]
     ) -> None:
-        scenario.sensors.check_interval(interval)
         sensors = robot_sensors(scenario, robot)
         self._readings = [_Readings(sensor, interval, first) for sensor in sensors]
         self.next_row = 0

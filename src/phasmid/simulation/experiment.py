@@ -141,6 +141,13 @@ class Experiment(ABC):
             log.finish(self._outcome(run, failure))
         return failure
 
+    def make(self, *, progress: Progress | None, log: str | Path | None, force: bool) -> Recording:
+        """Make the run, in memory or through a log; arguments as in `phasmid.simulate`."""
+        if log is None:
+            return self.simulate(progress=progress)
+        self.record(log, progress=progress, force=force)
+        return with_sensors(self.scenario, load_recording(log))
+
     def _outcome(self, run: Run, failure: Failure | None) -> Attributes:
         return {**ending_attributes(failure), **self.final_attributes(run)}
 
@@ -216,10 +223,7 @@ def simulate(
         OutputError: The log cannot be written; what it holds until then can be read.
     """
     experiment = WalkExperiment(scenario, walk, start)
-    if log is None:
-        return experiment.simulate(progress=progress)
-    experiment.record(log, progress=progress, force=force)
-    return with_sensors(scenario, load_recording(log))
+    return experiment.make(progress=progress, log=log, force=force)
 
 
 def new_run(

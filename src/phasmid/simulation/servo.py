@@ -247,7 +247,6 @@ class ServoDrive(Drive):
         self._goal_law = inverse_law(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         start = walk.sample(np.zeros(1)).q[0].ravel()
-        data.qpos[7:] = start
         joints, delay = len(start), round(servo.delay / dt)
         self._own = joints * len(FIELDS)
         self.state = np.zeros(self._own + joints * delay)
@@ -264,9 +263,6 @@ class ServoDrive(Drive):
             delayed,
             data.qfrc_applied[6:],
         )
-        # Compiles here and not during the run.
-        self.command(start)
-        self.state[:] = 0.0
         self.servos["angle"], delayed[:] = start, start[:, None]
         self.begin(np.zeros(joints))
 
@@ -304,14 +300,14 @@ class ServoDrive(Drive):
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return duty, current, rotor speed, temperature and shutdown of every servo."""
-        fields = states[:, : self._own].reshape(len(states), -1, 3, len(FIELDS))
+        servos = states[:, : self._own].view(SERVO_STATE).reshape(len(states), -1, 3)
         names = "duty", "current", "speed", "temperature"
-        channels = {f"servo_{name}": fields[..., FIELDS.index(name)] for name in names}
-        return channels | {"servo_shutdown": fields[..., FIELDS.index("shutdown")] != RUNNING}
+        channels = {f"servo_{name}": servos[name] for name in names}
+        return channels | {"servo_shutdown": servos["shutdown"] != RUNNING}
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
         """Return which servos had shut down in a state, and why; or nothing."""
-        codes = state[: self._own].reshape(-1, len(FIELDS))[:, FIELDS.index("shutdown")]
+        codes = state[: self._own].view(SERVO_STATE)["shutdown"]
         down = [
             f"{name} ({REASONS[float(code)]})"
             for name, code in zip(self._names, codes, strict=True)
