@@ -14,6 +14,7 @@ from phasmid.simulation import Ending, Run, simulate
 from phasmid.simulation.termination import check_termination
 
 PAPER = load_scenario("paper")
+LEVEL = PAPER.load_terrain()
 
 
 def standing(count=10):
@@ -24,7 +25,7 @@ def standing(count=10):
 
 
 def test_a_standing_robot_is_left_alone():
-    assert check_termination(load_robot("phantomx-paper"), *standing()) is None
+    assert check_termination(load_robot("phantomx-paper"), *standing(), LEVEL) is None
 
 
 @pytest.mark.parametrize(
@@ -41,7 +42,7 @@ def test_the_first_bad_sample_is_found(column, value, ending):
     # The box is 50 mm high: its underside meets the ground below 25 mm.
     qpos, qvel = standing()
     {"qpos": qpos, "qvel": qvel}[column[0]][7:, column[1]] = value
-    trouble = check_termination(load_robot("phantomx-paper"), qpos, qvel)
+    trouble = check_termination(load_robot("phantomx-paper"), qpos, qvel, LEVEL)
     assert (trouble.ending, trouble.sample) == (ending, 7)
 
 
@@ -51,7 +52,7 @@ def test_a_trunk_tilted_past_60_degrees_has_fallen(degrees, falls):
     half = np.radians(degrees) / 2
     qpos[4:, 2] = 1.0
     qpos[4:, 3:5] = [np.cos(half), np.sin(half)]
-    trouble = check_termination(load_robot("phantomx-paper"), qpos, qvel)
+    trouble = check_termination(load_robot("phantomx-paper"), qpos, qvel, LEVEL)
     assert (trouble is not None) == falls
 
 
