@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 BLOCK_STEPS = 512
 """Steps of a block; failures are looked for, and samples recorded, after each block."""
 
-PLAN_STEPS = 32 * BLOCK_STEPS
-"""Steps for which the plan is evaluated at once."""
+LONGEST_CYCLE = 32 * BLOCK_STEPS
+"""Steps of the longest cycle whose commands are kept."""
 
 ENDLESS = 2**62
 """Steps of a run without an end."""
@@ -109,7 +109,6 @@ class Run:
         self._warnings: list[str] = []
         self._step_error = ""
         self._cycle = self._cycle_targets()
-        self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._place(walk.sample(np.zeros(1)))
         if start is None:
             self.failure = self._settle(interrupted)
@@ -265,7 +264,7 @@ class Run:
             return None
         cycle = self.scenario.stride.period / self.dt
         steps = round(cycle)
-        if steps > PLAN_STEPS or abs(cycle - steps) > 1e-9 * cycle:
+        if steps > LONGEST_CYCLE or abs(cycle - steps) > 1e-9 * cycle:
             return None
         return self._planned_targets(0, steps)
 
@@ -317,14 +316,9 @@ class Run:
 
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, before step `end` at the latest; return their number."""
-        first = self.step // PLAN_STEPS * PLAN_STEPS
-        part = first, min(first + PLAN_STEPS, end)
-        if part != self._targets_of:
-            self._targets, self._targets_of = self.targets(*part), part
-        begin = self.step - first
-        block = self._targets[begin : begin + min(BLOCK_STEPS, end - self.step)]
-        last = self.step + len(block) > self.steps
-        return self._advance(block, last=last, interrupted=interrupted)
+        stop = min(self.step + BLOCK_STEPS, end)
+        targets = self.targets(self.step, stop)
+        return self._advance(targets, last=stop > self.steps, interrupted=interrupted)
 
     def _advance(
         self,
