@@ -76,7 +76,7 @@ def measure(
         time: [s], shape (N,).
         true: Channels of the samples, ``body_acceleration`` [m/s²] among them for the IMU.
     """
-    reading = sensor.sampling.reading_at(time)
+    reading = sensor.sampling.latest(time - time[0])
     row = sensor.sampling.row_of(time, np.arange(reading[-1] + 1))
     noise: Any = sensor.noise(len(row))
     read = sensor.read({name: values[row] for name, values in true.items()}, noise)

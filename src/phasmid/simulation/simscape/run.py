@@ -77,9 +77,6 @@ class SimscapeRun(Run):
             size=1.5 * contact.tip_width,
         )
 
-    def _error(self) -> str:
-        return ""
-
     def _physics(self) -> Float[np.ndarray, " physics"]:
         # With the planes, since a foot may be beyond the edge of its own.
         return np.concatenate([self.pose, self.twist, self.planes.ravel()])
