@@ -16,11 +16,25 @@ from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario, scenario_to_toml
-from phasmid.simulation import Run, WalkExperiment, simulate
+from phasmid.simulation import Run, WalkExperiment, new_run, simulate
 from phasmid.simulation.model_reference import CHANNELS
 
 PAPER = load_scenario("paper").replace(duration=1.2)
 DRIVES = ("prescribed", "ideal-servo")
+ROBOT = load_robot("phantomx-paper")
+SLOW = {"voltage": 9.0, "robot": replace(ROBOT, servo=replace(ROBOT.servo, control_period=4e-3))}
+UNEVEN = {"planned_on": "level", "step_length_mm": 80, "period": 1.0, "terrain_start_mm": 260}
+SIMULATIONS = {
+    "prescribed": {},
+    "ideal-servo": {"drive": "ideal-servo"},
+    # Rotors, heat, timers and the phase of the control period are all part of the run's state.
+    "servo": {"drive": "servo", **SLOW},
+    # The next step depends on pose, twist and plan alone.
+    "simscape": {"contact_law": "simscape"},
+    # Planes and friction of the feet follow from the state alone.
+    "rough": {"terrain": "rough", **UNEVEN},
+    "ice": {"terrain": "ice", **UNEVEN},
+}
 
 
 def bits(recording):
@@ -93,12 +107,12 @@ def test_samples_after_the_last_number_are_dropped_and_the_sentence_says_where()
     assert trouble.reason.startswith("at 0.700 s, after the recording's last sample at 0.699 s: ")
 
 
-@pytest.mark.parametrize("drive", DRIVES)
-def test_a_saved_state_goes_on_to_the_same_bits(tmp_path, drive):
-    scenario = PAPER.replace(drive=drive)
+@pytest.mark.parametrize("changes", SIMULATIONS.values(), ids=SIMULATIONS)
+def test_a_saved_state_goes_on_to_the_same_bits(tmp_path, changes):
+    scenario = PAPER.replace(**changes)
     walk = plan(scenario)
     whole = simulate(scenario, walk)
-    run = Run(scenario, walk)
+    run = new_run(scenario, walk)
     run.advance(until=777)
     assert run.done == 777
     np.save(tmp_path / "state.npy", run.state())
@@ -125,9 +139,10 @@ def test_what_is_no_state_of_the_run_is_refused(spoil, words):
         simulate(PAPER, walk, start=spoil(state))
 
 
-@pytest.mark.parametrize("drive", DRIVES)
-def test_a_recording_is_repeated_from_its_own_header_bit_by_bit(tmp_path, drive):
-    scenario = PAPER.replace(drive=drive, gait="ripple", step_length_mm=31, record_interval=0.004)
+@pytest.mark.parametrize("kind", [*DRIVES, "simscape"])
+def test_a_recording_is_repeated_from_its_own_header_bit_by_bit(tmp_path, kind):
+    changes = {"gait": "ripple", "step_length_mm": 31, "record_interval": 0.004}
+    scenario = PAPER.replace(**SIMULATIONS[kind], **changes)
     recording = simulate(scenario, plan(scenario))
     save_recording(recording, tmp_path / "a.nc")
     found = replay(tmp_path / "a.nc")
@@ -170,6 +185,7 @@ def test_runs_side_by_side_give_the_bits_of_runs_one_by_one():
         PAPER.replace(drive="ideal-servo"),
         PAPER.replace(step_length_mm=20),
         PAPER.replace(drive="servo", dt=0.0005, duration=0.3),
+        PAPER.replace(drive="servo", duration=0.5, **SLOW),
         PAPER.replace(terrain="steps", duration=0.3),
         PAPER.replace(terrain="waves", duration=0.3),
         PAPER.replace(step_turn_deg=10, record_interval=0.007, duration=0.3),
@@ -180,7 +196,7 @@ def test_runs_side_by_side_give_the_bits_of_runs_one_by_one():
         workers=3,
         progress=told.append,
     )
-    assert told == list(range(1, 9))
+    assert told == list(range(1, 10))
     for scenario, recording in zip(scenarios, many, strict=True):
         assert recording.identical(simulate(scenario, plan(scenario)))
 

@@ -10,11 +10,10 @@ from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, simulate, simulate_many
+from phasmid.simulation import Run, simulate
 
 PAPER = load_scenario("paper").replace(drive="servo", duration=2.0)
 ROBOT = load_robot("phantomx-paper")
-SLOW = replace(ROBOT.servo, control_period=4e-3)
 
 
 def with_servo(**changes):
@@ -115,22 +114,6 @@ def test_the_walk_begins_with_cold_servos_whatever_settling_did():
     run = Run(scenario, plan(scenario))
     temperature = run.drive.channels(run.drive.state[None])["servo_temperature"]
     assert (temperature == 31.0).all()
-
-
-def test_a_walk_is_the_same_to_the_last_bit_by_itself_beside_others_and_gone_on_with():
-    # Rotors, heat, timers and the phase of the control period are all part of the run's state.
-    scenario = PAPER.replace(duration=0.5, voltage=9.0, robot=replace(ROBOT, servo=SLOW))
-    walk = plan(scenario)
-    whole = simulate(scenario, walk)
-    for other in simulate_many([(scenario, walk)] * 2, workers=2):
-        assert other.equals(whole)
-    run = Run(scenario, walk)
-    run.advance(until=301)
-    rest = Run(scenario, walk, start=run.state())
-    run.advance()
-    rest.advance()
-    assert (rest.log["qpos"] == run.log["qpos"][301:]).all()
-    assert (rest.log["drive"] == run.log["drive"][301:]).all()
 
 
 def test_the_way_does_not_hang_on_the_time_step():
