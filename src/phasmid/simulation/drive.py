@@ -39,7 +39,6 @@ from phasmid.simulation.closed_loop import (
 )
 from phasmid.simulation.experiment import Experiment
 from phasmid.simulation.faults import Fault, Faults
-from phasmid.simulation.loop import Samples
 from phasmid.simulation.rerun import SCENARIO_CONTROLLER, controller_attributes
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.start import check_start, check_time_step, standing
@@ -194,12 +193,6 @@ class DriveExperiment(Experiment):
             interrupted=interrupted,
             endless=endless,
         )
-
-    def channels(self, run: Run, samples: Samples, time: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the channels of the samples that the run passed on last."""
-        del time
-        assert isinstance(run, ClosedLoopRun)
-        return run.channels(samples)
 
     def attributes(self, run: Run) -> Attributes:
         """Return run, controller, commands and faults."""

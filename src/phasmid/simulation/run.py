@@ -16,6 +16,7 @@ from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import SETTLING_TIME, Scenario
+from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.contact import FootGround
 from phasmid.simulation.drives import (
     Drive,
@@ -313,6 +314,10 @@ class Run:
             keep(self.first)
             self.done = 1
         return failure
+
+    def channels(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the channels of the samples that are passed on."""
+        return sample_channels(self, samples)
 
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, before step `end` at the latest; return their number."""
