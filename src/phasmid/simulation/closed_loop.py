@@ -331,7 +331,7 @@ class ClosedLoopRun(Run):
             self._torque[:] = torque
         q, qd, qdd = rows
         setpoints = Setpoints(q, qd, qdd, None if torque is None else self._torque)
-        return self.drive.targets(setpoints, self.dt)[:count]
+        return self.drive.targets(setpoints)[:count]
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure of the block, or why the controller cannot be followed."""

@@ -59,8 +59,8 @@ class Drive:
     def __init__(self) -> None:
         self.state: Float[np.ndarray, " state"] = np.empty(0)
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Convert setpoints to the input of `command`, with a time step dt [s], shape (N, 3 L)."""
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
+        """Convert setpoints to the input of `command`, shape (N, 3 L)."""
         raise NotImplementedError
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -102,6 +102,7 @@ class PrescribedDrive(Drive):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         self._data, self._angle = data, model.eq_data[:, 0]
+        self._gains = drive_gains(model.opt.timestep)
         self._held = np.arange(3 * len(walk.robot.legs))
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -125,14 +126,14 @@ class PrescribedDrive(Drive):
         self._data.eq_active[joint] = 0
         self._held = self._held[self._held != joint]
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the constraint angles that give the acceleration of the setpoints.
 
         A constraint has the reference acceleration -b q' - k (q - target), so that a target of
         q + (b q' + q'')/k gives q''. MuJoCo takes the gains b and k divided by the impedance,
         and k divided by it once more. Torques of the setpoints have no effect.
         """
-        stiffness, damping = drive_gains(dt)
+        stiffness, damping = self._gains
         q, qd, qdd, _ = setpoints
         return (q + (damping * qd + JOINT_IMPEDANCE * qdd) / stiffness).reshape(len(q), -1)
 
@@ -169,13 +170,12 @@ class IdealServoDrive(Drive):
         """Remove a joint's motor; rotor and friction stay."""
         self._gains[joint] = self._biases[joint] = 0.0
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].
 
         A servo gives its stiffness times the distance to its goal, so that a goal further by
         torque over stiffness adds a torque: the feed-forward torque, damping and friction.
         """
-        del dt
         q, qd, _, torque = setpoints
         if torque is not None:
             q = q + (torque + self._damping * qd + self._friction_at(qd)) / self._stiffness
@@ -198,9 +198,8 @@ class TorqueDrive(IdealServoDrive):
         super().__init__(model, data, walk)
         self._stiffness, self._damping = joint_gains(walk.robot, scenario)
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the torques at zero angle and speed [N·m]; MuJoCo adds spring and damper."""
-        del dt
         q, qd, _, torque = setpoints
         q, qd = q.reshape(len(q), -1), qd.reshape(len(q), -1)
         total = self._stiffness * q + self._damping * qd + self._friction_at(qd)

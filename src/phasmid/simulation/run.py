@@ -228,7 +228,7 @@ class Run:
         torque = None
         if self.scenario.simulation.drive == "torque":
             torque = standing_torque(self.scenario, start)
-        targets = self.drive.targets(Setpoints(start.q, still, still, torque), self.dt)
+        targets = self.drive.targets(Setpoints(start.q, still, still, torque))
         return np.repeat(targets, count, axis=0)
 
     def _set_going(self, start: SampledMotion) -> None:
@@ -257,7 +257,7 @@ class Run:
         if self.scenario.simulation.drive == "torque":
             assert isinstance(walk, Walk)
             torque = walking_torque(self.scenario, walk)
-        return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque), self.dt)
+        return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque))
 
     def _cycle_targets(self) -> Float[np.ndarray, "samples joints"] | None:
         """Return the commands of one cycle, where it serves all and is a whole number of steps."""

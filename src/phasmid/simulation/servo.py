@@ -243,6 +243,7 @@ class ServoDrive(Drive):
     ) -> None:
         robot, table = walk.robot, scenario.servo
         servo, dt = own_servo(scenario, robot), model.opt.timestep
+        self._dt = dt
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
         self._goal_law = inverse_law(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
@@ -286,7 +287,7 @@ class ServoDrive(Drive):
         """Return the gears' torques on the joints; friction is subtracted."""
         return self._torque
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].
 
         These servos take no torque: their law is inverted, so that it gives the feed-forward
@@ -296,7 +297,7 @@ class ServoDrive(Drive):
         if setpoints.torque is None:
             return q
         qd, torque = setpoints.qd.reshape(q.shape), setpoints.torque.reshape(q.shape)
-        return goals_for_torque(q, qd, torque, self._goal_law, dt, self._goal_memory)
+        return goals_for_torque(q, qd, torque, self._goal_law, self._dt, self._goal_memory)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return duty, current, rotor speed, temperature and shutdown of every servo."""
