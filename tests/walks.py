@@ -37,6 +37,12 @@ def neutral_and_mass(name: str) -> tuple[np.ndarray, np.ndarray]:
     return neutral_feet(robot)[:, :2], centre_of_mass(robot, q)[:2]
 
 
+def with_servo(**changes: float | None) -> Robot:
+    """The paper's robot, with other numbers of its servo."""
+    robot = load_robot("phantomx-paper")
+    return replace(robot, servo=replace(robot.servo, **changes))
+
+
 def tilted_robot() -> Robot:
     """A hexapod whose coxa axes lean outwards by 20° and aside, legs at yaws of their own.
 

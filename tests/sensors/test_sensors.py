@@ -78,7 +78,7 @@ def test_a_reading_stands_until_the_next_one_arrives():
     # 20 j + 13 ms on. The first stands from the beginning.
     time = np.arange(101) * 1e-3
     sampling = Sampling(50.0, 0.013)
-    reading = sampling.reading_at(time)
+    reading = sampling.latest(time)
     wanted = np.maximum((np.arange(101) - 13) // 20, 0)
     assert np.array_equal(reading, wanted)
     assert np.array_equal(sampling.row_of(time, reading), 20 * wanted)
@@ -87,7 +87,7 @@ def test_a_reading_stands_until_the_next_one_arrives():
 def test_a_sensor_faster_than_the_recording_reads_each_sample_once():
     time = np.arange(11) * 0.01
     sampling = Sampling(1000.0, 0.0)
-    assert np.array_equal(sampling.row_of(time, sampling.reading_at(time)), np.arange(11))
+    assert np.array_equal(sampling.row_of(time, sampling.latest(time)), np.arange(11))
 
 
 def test_a_delay_shows_the_past(short):

@@ -1,7 +1,5 @@
 """Robots with tilted hips and with legs of different lengths, in both simulators."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -16,28 +14,6 @@ from walks import tilted_robot, uneven_robot
 
 PAPER = load_scenario("paper")
 ROBOTS = {"tilted": tilted_robot(), "uneven": uneven_robot()}
-STRIDES = {
-    "forward": {"step_length_mm": 40},
-    "backward": {"step_length_mm": -40},
-    "sideways": {"step_length": 0, "step_sideways_mm": 40},
-    "turning": {"step_length": 0, "step_turn_deg": 12},
-}
-WAYS = [("tripod", stride) for stride in STRIDES] + [("wave", "forward"), ("wave", "turning")]
-
-
-@pytest.mark.parametrize("robot", ROBOTS)
-@pytest.mark.parametrize(("gait", "stride"), WAYS)
-def test_odd_robots_walk_as_far_as_they_were_told(robot, gait, stride):
-    # Two cycles; within 5 % of the commanded displacement, and straight to 5 % of it.
-    scenario = PAPER.replace(robot=ROBOTS[robot], gait=gait, duration=4.0, **STRIDES[stride])
-    walk = plan(scenario)
-    run = simulate(scenario, walk)
-    assert run.attrs["ending"] == "COMPLETED"
-    start, end = run.body_position.values[0], run.body_position.values[-1]
-    asked, turn = walk.trunk.position[-1], float(walk.trunk.yaw[-1])
-    assert np.hypot(*(end - start - asked)[:2]) <= 0.05 * max(math.hypot(*asked[:2]), 0.04)
-    turned = float(np.unwrap(quaternion_yaw(run.body_orientation.values))[-1])
-    assert abs(turned - turn) <= 0.05 * max(abs(turn), math.radians(4))
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -72,22 +48,6 @@ def test_both_simulators_walk_a_tilted_robot_alike():
     assert np.abs(apart).max() < 1e-3
     loads = [run.foot_normal_force.values.mean(axis=0) for run in (engine, ours)]
     np.testing.assert_allclose(*loads, rtol=0.02)
-
-
-def test_left_and_right_of_a_tilted_robot_are_mirror_images():
-    # As for the paper's robot in test_gaits: legs' numbers reversed and the turn the other way.
-    offsets = (0.0, 0.5, 0.0, 0.5, 0.0, 0.5)
-    runs = []
-    for order, turn in ((1, 12), (-1, -12)):
-        gait = {"name": "g", "duty_factor": 0.5, "offsets": offsets[::order]}
-        scenario = PAPER.replace(
-            robot=ROBOTS["tilted"], gait=gait, duration=2.0, step_length=0.02, step_turn_deg=turn
-        )
-        runs.append(simulate(scenario, plan(scenario)))
-    mirrored = runs[1].body_position.values * [1, -1, 1]
-    assert np.abs(runs[0].body_position.values - mirrored).max() < 1e-6
-    loads = [run.foot_normal_force.values.mean(axis=0) for run in runs]
-    np.testing.assert_allclose(loads[0], loads[1][::-1], rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize("turn", [12, -12])

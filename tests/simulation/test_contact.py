@@ -7,6 +7,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import joint_angles, neutral_feet
 from phasmid.motion import plan
 from phasmid.robot import load_robot, preset_names
 from phasmid.scenario import load_scenario
@@ -16,6 +18,13 @@ from phasmid.simulation.start import longest_foot_step
 from walks import GAITS_OF
 
 PAPER = load_scenario("paper")
+
+
+def at_neutral(model, robot):
+    """The engine's state with the legs at their neutral places."""
+    data = mujoco.MjData(model)
+    data.qpos[7:] = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
+    return data
 
 
 @pytest.mark.parametrize("preset", preset_names())
@@ -52,10 +61,7 @@ def test_a_moving_point_is_a_spring_a_damper_and_a_small_mass(d):
     # 10 N + 0.3 N - m a.
     robot = load_robot("phantomx-paper")
     model = build_model(robot, PAPER.replace(impedance=d))
-    data = mujoco.MjData(model)
-    from phasmid.kinematics import joint_angles
-
-    data.qpos[7:] = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
+    data = at_neutral(model, robot)
     data.qpos[2] = 0.1 - 0.001
     data.qvel[2] = -0.01
     # Prescribed joints must not resist: hold them where they are, at their speed 0.
@@ -87,37 +93,18 @@ def test_a_pushed_robot_creeps_by_the_force_over_its_friction_damping():
     assert data.qvel[0] == pytest.approx(5 / (PAPER.contact.friction_damping * data.ncon), rel=1e-3)
 
 
-@pytest.mark.parametrize("preset", preset_names())
-def test_four_points_lie_flat_under_each_foot_at_its_neutral_place(preset):
-    robot = load_robot(preset)
-    model = build_model(robot, PAPER)
-    data = mujoco.MjData(model)
-    from phasmid.kinematics import joint_angles
-
-    data.qpos[7:] = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
-    mujoco.mj_forward(model, data)
-    for leg in robot.legs:
-        points = np.array([data.geom(f"{leg.name}.point{i}").xpos for i in range(4)])
-        assert points[:, 2] == pytest.approx([POINT_RADIUS] * 4, abs=1e-12)
-        middle = data.site(f"{leg.name}.foot").xpos
-        assert points[:, :2].mean(axis=0) == pytest.approx(middle[:2], abs=1e-12)
-        # The farthest corner along x or y of a square that is turned with its leg.
-        corner = leg.mount_yaw + np.pi / 4 + np.arange(4) * np.pi / 2
-        reach = PAPER.contact.tip_width / np.sqrt(2) * np.abs(np.cos(corner)).max()
-        assert np.abs(points[:, :2] - middle[:2]).max() == pytest.approx(reach, abs=1e-9)
-
-
-def test_four_points_lie_flat_under_the_foot_of_a_tilted_hip():
-    # Hips lean out by 20° and aside by 10°; all neutral feet are in one level plane, as the tilt
-    # is alike on all legs.
+def tilted_hips():
+    """Hips lean out by 20° and aside by 10°, all alike, so that neutral feet lie in one plane."""
     robot = load_robot("phantomx-paper")
     tilt = {"mount_pitch": math.radians(20), "mount_roll": math.radians(10)}
-    robot = replace(robot, legs=tuple(replace(leg, **tilt) for leg in robot.legs))
-    model = build_model(robot, PAPER)
-    data = mujoco.MjData(model)
-    from phasmid.kinematics import joint_angles, neutral_feet
+    return replace(robot, legs=tuple(replace(leg, **tilt) for leg in robot.legs))
 
-    data.qpos[7:] = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()
+
+@pytest.mark.parametrize("preset", [*preset_names(), "tilted hips"])
+def test_four_points_lie_flat_under_each_foot_at_its_neutral_place(preset):
+    robot = tilted_hips() if preset == "tilted hips" else load_robot(preset)
+    model = build_model(robot, PAPER)
+    data = at_neutral(model, robot)
     mujoco.mj_forward(model, data)
     feet = neutral_feet(robot) + model.body("trunk").pos
     for leg, foot in zip(robot.legs, feet, strict=True):
@@ -125,11 +112,13 @@ def test_four_points_lie_flat_under_the_foot_of_a_tilted_hip():
         assert points[:, 2] == pytest.approx([POINT_RADIUS] * 4, abs=1e-12)
         assert points[:, :2].mean(axis=0) == pytest.approx(foot[:2], abs=1e-12)
         assert data.site(f"{leg.name}.foot").xpos == pytest.approx(foot, abs=1e-12)
+        # The farthest corner along x or y of a square that is turned with its leg.
+        corner = leg.mount_yaw + np.pi / 4 + np.arange(4) * np.pi / 2
+        reach = PAPER.contact.tip_width / np.sqrt(2) * np.abs(np.cos(corner)).max()
+        assert np.abs(points[:, :2] - foot[:2]).max() == pytest.approx(reach, abs=1e-9)
 
 
 def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4
-    from phasmid.errors import InvalidInput
-
     scenario = PAPER.replace(dt=0.5)
     with pytest.raises(InvalidInput) as caught:
         simulate(scenario, plan(scenario))

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from phasmid import drive, load_robot, load_scenario, plan
+from phasmid import drive, load_scenario, plan
 from phasmid.control import Command, Player
 from phasmid.errors import InvalidInput
+from walks import with_servo
 
 BENCHMARKS = str(Path(__file__).parents[2] / "benchmarks")
 sys.path.append(BENCHMARKS)
@@ -50,9 +51,7 @@ def test_a_driven_robot_moves_its_joints_by_its_own_servos_unless_told_otherwise
     short = PAPER.replace(duration=0.02)
     assert drive(short).attrs["drive"] == "servo"
     assert drive(short.replace(drive="prescribed")).attrs["drive"] == "prescribed"
-    unknown = load_robot("phantomx-paper")
-    servo = unknown.servo.__class__(**{**vars(unknown.servo), "stall_current": None})
-    unknown = unknown.__class__(**{**vars(unknown), "servo": servo})
+    unknown = with_servo(stall_current=None)
     assert drive(short.replace(robot=unknown)).attrs["drive"] == "ideal-servo"
 
 

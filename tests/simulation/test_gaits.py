@@ -1,4 +1,4 @@
-"""Every gait of every preset, in every direction, in the engine."""
+"""Every gait of every preset and of odd robots, in every direction, in the engine."""
 
 import math
 
@@ -9,7 +9,7 @@ from phasmid.kinematics import quaternion_yaw
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from walks import HEXAPODS, WALKS
+from walks import HEXAPODS, WALKS, tilted_robot, uneven_robot
 
 STRIDES = {
     "forward": {"step_length_mm": 40},
@@ -19,12 +19,18 @@ STRIDES = {
 }
 
 
-@pytest.mark.parametrize(("preset", "gait"), WALKS)
-@pytest.mark.parametrize("stride", STRIDES)
-def test_it_walks_as_far_as_it_was_told(preset, gait, stride):
+ODD_ROBOTS = {"tilted": tilted_robot(), "uneven": uneven_robot()}
+ODD_WALKS = [(robot, "tripod", stride) for robot in ODD_ROBOTS for stride in STRIDES]
+ODD_WALKS += [(robot, "wave", stride) for robot in ODD_ROBOTS for stride in ("forward", "turning")]
+
+
+@pytest.mark.parametrize(
+    ("robot", "gait", "stride"), [(*walk, way) for way in STRIDES for walk in WALKS] + ODD_WALKS
+)
+def test_it_walks_as_far_as_it_was_told(robot, gait, stride):
     # Two cycles; within 5 % of the commanded displacement, and straight to 5 % of it.
     scenario = load_scenario("paper").replace(
-        robot=preset, gait=gait, duration=4.0, **STRIDES[stride]
+        robot=ODD_ROBOTS.get(robot, robot), gait=gait, duration=4.0, **STRIDES[stride]
     )
     walk = plan(scenario)
     run = simulate(scenario, walk)
@@ -41,25 +47,33 @@ def test_it_walks_as_far_as_it_was_told(preset, gait, stride):
     assert abs(turned - turn) <= max(0.05 * max(abs(turn), math.radians(4)), round_trip)
 
 
-@pytest.mark.parametrize("stride", ["forward", "turning"])
-def test_left_and_right_are_mirror_images(stride):
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"mass_model": "mid-length", "step_length_mm": 40, "step_turn_deg": 0},
+        {"mass_model": "mid-length", "step_length": 0, "step_turn_deg": 12},
+        {"robot": ODD_ROBOTS["tilted"], "step_length": 0.02, "step_turn_deg": 12},
+    ],
+    ids=["forward", "turning", "tilted"],
+)
+def test_left_and_right_are_mirror_images(changes):
     # Mirroring the robot swaps the tripods: walking with the legs' numbers reversed and all
     # sideways signs turned must give the mirrored forces. Table 2's links are rotated, not
     # mirrored, on the left, so the mid-length variant is used, which is symmetric.
-    signs = {"step_turn_deg": -12} if stride == "turning" else {}
-    base = {"mass_model": "mid-length", "duration": 2.0, **STRIDES[stride]}
     offsets = (0.0, 0.5, 0.0, 0.5, 0.0, 0.5)
-    gaits = [
-        {"name": "a", "duty_factor": 0.5, "offsets": offsets},
-        {"name": "b", "duty_factor": 0.5, "offsets": offsets[::-1]},
-    ]
     runs = []
-    for gait, change in zip(gaits, ({}, signs), strict=True):
-        scenario = load_scenario("paper").replace(**(base | change), gait=gait)
+    for order in (1, -1):
+        gait = {"name": "g", "duty_factor": 0.5, "offsets": offsets[::order]}
+        turn = order * changes["step_turn_deg"]
+        scenario = load_scenario("paper").replace(
+            **changes | {"duration": 2.0, "gait": gait, "step_turn_deg": turn}
+        )
         runs.append(simulate(scenario, plan(scenario)))
     # The engine's solver stops at its tolerance; friction lets its remainders drift over 2 s.
     mirrored = runs[1].body_position.values * [1, -1, 1]
     assert np.abs(runs[0].body_position.values - mirrored).max() < 1e-6
+    loads = [run.foot_normal_force.values.mean(axis=0) for run in runs]
+    np.testing.assert_allclose(loads[0], loads[1][::-1], rtol=0, atol=1e-3)
 
 
 def test_constant_speed_stance_walks_without_stopping():

@@ -7,9 +7,9 @@ from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import load_recording
 from phasmid.reporting import summarise
-from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate, time_step_refinement
+from walks import with_servo
 
 PAPER = load_scenario("paper").replace(duration=1.0)
 
@@ -43,11 +43,7 @@ def test_it_falls_with_the_time_step():
 
 
 def test_a_run_that_falls_has_none():
-    from dataclasses import replace
-
-    robot = load_robot("phantomx-paper")
-    weak = replace(robot, servo=replace(robot.servo, stall_torque=0.2))
-    scenario = PAPER.replace(robot=weak, drive="ideal-servo")
+    scenario = PAPER.replace(robot=with_servo(stall_torque=0.2), drive="ideal-servo")
     assert time_step_refinement(scenario, plan(scenario)) is None
 
 

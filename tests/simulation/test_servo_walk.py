@@ -1,7 +1,5 @@
 """Robots that walk on their own servos."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -10,16 +8,11 @@ from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, simulate, simulate_many
+from phasmid.simulation import Run, simulate
+from walks import with_servo
 
 PAPER = load_scenario("paper").replace(drive="servo", duration=2.0)
 ROBOT = load_robot("phantomx-paper")
-SLOW = replace(ROBOT.servo, control_period=4e-3)
-
-
-def with_servo(**changes):
-    """The paper's walk on servos with some numbers of their own."""
-    return PAPER.replace(robot=replace(ROBOT, servo=replace(ROBOT.servo, **changes)))
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +77,7 @@ def test_saturation_load_and_heat_are_in_the_summary(weak_walk):
 
 def test_a_robot_whose_servos_shut_down_falls_and_says_so():
     # Overheated as soon as they lift anything: no torque, and the trunk comes down.
-    scenario = with_servo(temperature_limit=25.004)
+    scenario = PAPER.replace(robot=with_servo(temperature_limit=25.004))
     run = simulate(scenario, plan(scenario))
     assert run.attrs["ending"] == "FELL"
     reason = run.attrs["ending_reason"]
@@ -105,7 +98,7 @@ def test_a_robot_whose_servos_shut_down_falls_and_says_so():
 
 def test_servos_at_full_output_for_too_long_shut_down():
     # A fifth of the output holds the robot on six feet and not on three.
-    scenario = with_servo(overload_time=0.3).replace(torque_limit=0.2)
+    scenario = PAPER.replace(robot=with_servo(overload_time=0.3), torque_limit=0.2)
     run = simulate(scenario, plan(scenario))
     assert "(overload)" in run.attrs["ending_reason"]
 
@@ -115,22 +108,6 @@ def test_the_walk_begins_with_cold_servos_whatever_settling_did():
     run = Run(scenario, plan(scenario))
     temperature = run.drive.channels(run.drive.state[None])["servo_temperature"]
     assert (temperature == 31.0).all()
-
-
-def test_a_walk_is_the_same_to_the_last_bit_by_itself_beside_others_and_gone_on_with():
-    # Rotors, heat, timers and the phase of the control period are all part of the run's state.
-    scenario = PAPER.replace(duration=0.5, voltage=9.0, robot=replace(ROBOT, servo=SLOW))
-    walk = plan(scenario)
-    whole = simulate(scenario, walk)
-    for other in simulate_many([(scenario, walk)] * 2, workers=2):
-        assert other.equals(whole)
-    run = Run(scenario, walk)
-    run.advance(until=301)
-    rest = Run(scenario, walk, start=run.state())
-    run.advance()
-    rest.advance()
-    assert (rest.log["qpos"] == run.log["qpos"][301:]).all()
-    assert (rest.log["drive"] == run.log["drive"][301:]).all()
 
 
 def test_the_way_does_not_hang_on_the_time_step():
@@ -150,7 +127,7 @@ def test_the_way_does_not_hang_on_the_time_step():
         (PAPER.replace(dt=1.5e-3), "--dt 0.0015 s cannot resolve the gears of the servo AX-12A"),
         # Too long for the contact too: the bound that is told is the one that counts for both.
         (PAPER.replace(dt=5e-3), "--dt 0.005 s cannot resolve the gears of the servo AX-12A"),
-        (with_servo(stall_current=None), "servo AX-12A has no stall_current"),
+        (PAPER.replace(robot=with_servo(stall_current=None)), "servo AX-12A has no stall_current"),
     ],
 )
 def test_a_servo_that_cannot_be_run_is_refused(scenario, said):

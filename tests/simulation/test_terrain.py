@@ -192,21 +192,6 @@ def test_on_a_raised_floor_the_watch_counts_from_that_floor(robot):
     assert check_termination(robot, qpos, qvel, floor) is not None
 
 
-@pytest.mark.parametrize("kind", ["rough", "ice"])
-def test_a_run_goes_on_from_a_state_bit_by_bit(kind):
-    # Planes and friction of the feet follow from the state alone.
-    scenario = on(kind, duration=1.0, step_length_mm=80, period=1.0, terrain_start_mm=260)
-    walk = plan(scenario)
-    first, second = Run(scenario, walk), Run(scenario, walk)
-    first.advance(until=500)
-    state = first.state()
-    first.advance()
-    second.restore(state)
-    second.advance()
-    assert second.data.qpos.tolist() == first.data.qpos.tolist()
-    assert second.data.qvel.tolist() == first.data.qvel.tolist()
-
-
 def test_a_replay_refuses_a_height_map_whose_file_has_changed(tmp_path):
     # Noise does not pack: such a map stays a file, and the recording holds its SHA-256.
     path, heights = tmp_path / "hills.npy", np.random.default_rng(1).uniform(0, 0.001, (500, 500))

@@ -8,6 +8,7 @@ import pytest
 import phasmid
 from phasmid.errors import InvalidInput
 from phasmid.motion import JointTrajectory
+from walks import with_servo
 
 
 def walk(**changes):
@@ -35,13 +36,10 @@ def test_joints_that_are_driven_by_torque_follow_a_walk(robot: str) -> None:
 def test_torques_stay_within_the_line_of_the_servo(stall: float) -> None:
     # The engine clamps at the start of each step, by the speed that the sample tells: the limits
     # tau_s (1 - |w| / w_0) hold to the round-off of that product, 1e-16 N m; 1e-9 is the house's.
-    from dataclasses import replace
-
-    base = phasmid.load_robot("phantomx-paper")
-    servo = replace(base.servo, stall_torque=stall)
-    _, run = walk(robot=replace(base, servo=servo), position_gain=2500.0)
+    robot = with_servo(stall_torque=stall)
+    _, run = walk(robot=robot, position_gain=2500.0)
     torque, speed = run.joint_torque.values, run.joint_velocity.values
-    drop = stall / servo.no_load_speed
+    drop = stall / robot.servo.no_load_speed
     upper = np.maximum(stall - np.maximum(drop * speed, 0), 0)
     lower = np.minimum(-stall - np.minimum(drop * speed, 0), 0)
     assert np.maximum(torque - upper, lower - torque).max() <= 1e-9

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +13,6 @@ from phasmid.motion import Walk
 from phasmid.robot.motor import Motor
 from phasmid.scenario import Scenario
 from phasmid.simulation import new_run
-from phasmid.simulation.channels import SampleChannels
 from phasmid.simulation.loop import Samples
 
 
@@ -70,7 +69,7 @@ def simulate_load(
         begin = int(np.searchsorted(time, skip))
         if 0 < begin < len(time):
             sums, samples = _Sums(), samples[begin:]
-        sums.add(SampleChannels(run, samples), motor)
+        sums.add(run.channels(samples), motor)
 
     failure = run.advance(progress, keep=keep)
     count = sums.count
@@ -100,7 +99,7 @@ class _Sums:
         self.drawn, self.peak_drawn = 0.0, 0.0
         self.temperature: np.ndarray | None = None
 
-    def add(self, channels: SampleChannels, motor: Motor | None) -> None:
+    def add(self, channels: Mapping[str, np.ndarray], motor: Motor | None) -> None:
         """Add the samples of a block."""
         torque = np.abs(channels["joint_torque"])
         self.count += len(torque)

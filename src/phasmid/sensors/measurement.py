@@ -76,7 +76,7 @@ def measure(
         time: [s], shape (N,).
         true: Channels of the samples, ``body_acceleration`` [m/s²] among them for the IMU.
     """
-    reading = sensor.sampling.reading_at(time)
+    reading = sensor.sampling.latest(time - time[0])
     row = sensor.sampling.row_of(time, np.arange(reading[-1] + 1))
     noise: Any = sensor.noise(len(row))
     read = sensor.read({name: values[row] for name, values in true.items()}, noise)
@@ -94,15 +94,11 @@ class SensorStream:
 
     Attributes:
         next_row: Index of the next sample that a sensor reads.
-
-    Raises:
-        InvalidInput: A sensor reads more often than there are samples.
     """
 
     def __init__(
         self, scenario: Scenario, robot: Robot, interval: float, first: Mapping[str, np.ndarray]
     ) -> None:
-        scenario.sensors.check_interval(interval)
         sensors = robot_sensors(scenario, robot)
         self._readings = [_Readings(sensor, interval, first) for sensor in sensors]
         self.next_row = 0

@@ -43,15 +43,10 @@ class Sampling:
     rate: float
     delay: float
 
-    def reading_at(self, time: Float[np.ndarray, " time"]) -> Int[np.ndarray, " time"]:
-        """Return the number, from 0, of the latest reading that has arrived at each time (N,)."""
-        elapsed = time - time[0] - self.delay + ROUNDING
-        number: np.ndarray = np.maximum(np.floor(elapsed * self.rate), 0.0).astype(np.int64)
-        return number
-
-    def latest(self, elapsed: float) -> int:
-        """Return the number of the latest reading that has arrived after a time [s]."""
-        return max(math.floor((elapsed - self.delay + ROUNDING) * self.rate), 0)
+    def latest(self, elapsed: float | Float[np.ndarray, " time"]) -> Int[np.ndarray, "..."]:
+        """Return the number, from 0, of the latest reading that has arrived after each time [s]."""
+        number = np.floor((elapsed - self.delay + ROUNDING) * self.rate)
+        return np.maximum(number, 0.0).astype(np.int64)
 
     def row(self, reading: int, interval: float) -> int:
         """Return the index of the last sample that is not later than a reading.

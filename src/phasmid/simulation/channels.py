@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING
@@ -21,74 +20,34 @@ if TYPE_CHECKING:
     from phasmid.simulation.run import Run
 
 
-class SampleChannels(Mapping[str, np.ndarray]):
-    """Simulated channels of N samples of a run by the names of the recording, computed when read.
-
-    Args:
-        run: The run.
-        samples: The samples.
-        acceleration: Mean acceleration of the body since the sample before [m/s²], shape (N, 3),
-            which becomes the channel ``body_acceleration`` of sensor models.
-    """
-
-    def __init__(self, run: Run, samples: Samples, acceleration: np.ndarray | None = None) -> None:
-        self._run, self._samples = run, samples
-        self._own = run.drive.channels(samples["drive"])
-        if acceleration is not None:
-            self._own["body_acceleration"] = acceleration
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        if name in self._own:
-            return self._own[name]
-        return _CHANNELS[name](self._run, self._samples)
-
-    def __iter__(self) -> Iterator[str]:
-        yield from (*_CHANNELS, *self._own)
-
-    def __len__(self) -> int:
-        return len(_CHANNELS) + len(self._own)
-
-
-def _contact(run: Run, samples: Samples) -> np.ndarray:
-    """Return number of touching points and force in world axes of every foot, (N, L, 4)."""
-    legs = len(run.robot.legs)
-    contact: np.ndarray = samples["sensors"][:, : 4 * legs].reshape(-1, legs, 4)
-    return contact
-
-
-def _foot_position(run: Run, samples: Samples) -> np.ndarray:
-    legs = len(run.robot.legs)
-    position: np.ndarray = samples["sensors"][:, 4 * legs :].reshape(-1, legs, 3)
-    return position
-
-
-def _normal_force(run: Run, samples: Samples) -> np.ndarray:
-    force = _contact(run, samples)[..., 1:]
+def sample_channels(run: Run, samples: Samples) -> dict[str, np.ndarray]:
+    """Return the simulated channels of N samples of a run by the names of the recording."""
+    count, legs = len(samples), len(run.robot.legs)
+    qpos, qvel, sensors = samples["qpos"], samples["qvel"], samples["sensors"]
+    # Of every foot: number of touching points, and force in world axes.
+    contact = sensors[:, : 4 * legs].reshape(count, legs, 4)
+    foot = sensors[:, 4 * legs :].reshape(count, legs, 3)
+    force = contact[..., 1:]
     normal_force = force[..., 2]
     if not run.ground.is_level:
-        position = _foot_position(run, samples)
-        normal = run.ground.normal(position[..., 0], position[..., 1])
+        normal = run.ground.normal(foot[..., 0], foot[..., 1])
         normal_force = np.einsum("tlk,tlk->tl", force, normal)
-    # The riser of a step can push a foot away from the ground below it.
-    return np.maximum(normal_force, 0.0)
-
-
-_CHANNELS: dict[str, Callable[[Run, Samples], np.ndarray]] = {
-    "joint_position": lambda _, samples: samples["qpos"][:, 7:].reshape(len(samples), -1, 3),
-    "joint_velocity": lambda _, samples: samples["qvel"][:, 6:].reshape(len(samples), -1, 3),
-    "joint_torque": lambda _, samples: samples["torque"].reshape(len(samples), -1, 3),
-    "foot_force": lambda run, samples: _contact(run, samples)[..., 1:],
-    "foot_normal_force": _normal_force,
-    "foot_position": _foot_position,
-    "contact": lambda run, samples: _contact(run, samples)[..., 0] > 0,
-    "body_position": lambda _, samples: samples["qpos"][:, :3],
-    "body_velocity": lambda _, samples: samples["qvel"][:, :3],
-    "body_orientation": lambda _, samples: samples["qpos"][:, 3:7],
-    # MuJoCo keeps a free body's angular velocity in body axes.
-    "body_angular_velocity": lambda _, samples: rotated_vector(
-        samples["qpos"][:, 3:7], samples["qvel"][:, 3:6]
-    ),
-}
+    return {
+        "joint_position": qpos[:, 7:].reshape(count, legs, 3),
+        "joint_velocity": qvel[:, 6:].reshape(count, legs, 3),
+        "joint_torque": samples["torque"].reshape(count, legs, 3),
+        "foot_force": force,
+        # The riser of a step can push a foot away from the ground below it.
+        "foot_normal_force": np.maximum(normal_force, 0.0),
+        "foot_position": foot,
+        "contact": contact[..., 0] > 0,
+        "body_position": qpos[:, :3],
+        "body_velocity": qvel[:, :3],
+        "body_orientation": qpos[:, 3:7],
+        # MuJoCo keeps a free body's angular velocity in body axes.
+        "body_angular_velocity": rotated_vector(qpos[:, 3:7], qvel[:, 3:6]),
+        **run.drive.channels(samples["drive"]),
+    }
 
 
 @cache

@@ -18,11 +18,11 @@ from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation.channels import SampleChannels
+from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Keep, Samples
-from phasmid.simulation.observation import MeasuredObservation
+from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
@@ -203,7 +203,7 @@ class ClosedLoopRun(Run):
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._velocities = self.buffer["qvel"][:, :3]
         self._velocity_before = self._qvel[:3].copy()
-        self._observation = MeasuredObservation(self, faults)
+        self._observer = Observer(self, faults)
         self._servo_failures = sorted(faults.servos())
         self._pushes: list[tuple[int, np.ndarray]] = []
         first = begin.sample(np.zeros(1))
@@ -267,7 +267,7 @@ class ClosedLoopRun(Run):
             _, leg, joint = failures.pop(0)
             self._works[leg, joint] = False
             self.drive.fail(3 * leg + joint)
-        return self._observation.observe(time, self._works, self._velocity_before)
+        return self._observer.observe(time, self._works, self._velocity_before)
 
     def _pose(self) -> Pose:
         x, y, _, w, i, j, k = self._qpos[:7].tolist()
@@ -307,7 +307,7 @@ class ClosedLoopRun(Run):
             last = self.now + len(targets) > self.steps
             steps = self._advance(targets, at=made, last=last, interrupted=interrupted)
             if steps:
-                self._observation.take(made, made + steps, self.now)
+                self._observer.take(made, made + steps, self.now)
                 made += steps
                 self.now += steps
                 self._velocity_before = self._velocities[made - 1]
@@ -331,7 +331,7 @@ class ClosedLoopRun(Run):
             self._torque[:] = torque
         q, qd, qdd = rows
         setpoints = Setpoints(q, qd, qdd, None if torque is None else self._torque)
-        return self.drive.targets(setpoints, self.dt)[:count]
+        return self.drive.targets(setpoints)[:count]
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure of the block, or why the controller cannot be followed."""
@@ -355,12 +355,12 @@ class ClosedLoopRun(Run):
         telemetry = {name: values[update] for name, values in self._telemetry.items()}
         setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
         targets = dict(zip(TARGETS, setpoints[:, self._kept], strict=True))
-        return {**telemetry, **targets, **SampleChannels(self, samples)}
+        return {**telemetry, **targets, **sample_channels(self, samples)}
 
     def _allocate_telemetry(self, decision: Decision) -> dict[str, np.ndarray]:
         """Allocate one row per update of a block for every channel of the telemetry."""
         sizes = {"leg": len(self.robot.legs)} | {dim: len(x) for dim, x in COORDINATES.items()}
-        own = {*TARGETS, *SampleChannels(self, self.first)}
+        own = {*TARGETS, *sample_channels(self, self.first)}
         telemetry: dict[str, np.ndarray] = {}
         for name in {COMMANDED: None, **decision.telemetry}:
             if name not in CHANNELS or name in own:

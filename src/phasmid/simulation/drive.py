@@ -27,20 +27,18 @@ from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
-from phasmid.recording import Recording, load_recording
+from phasmid.recording import Recording
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario
 from phasmid.scenario.sensors import SENSORS
 from phasmid.simulation.closed_loop import (
     ClosedLoopRun,
     Commands,
-    Pose,
     interpolation,
     period_steps,
 )
-from phasmid.simulation.experiment import Experiment, with_sensors
+from phasmid.simulation.experiment import Experiment
 from phasmid.simulation.faults import Fault, Faults
-from phasmid.simulation.loop import Samples
 from phasmid.simulation.rerun import SCENARIO_CONTROLLER, controller_attributes
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.start import check_start, check_time_step, standing
@@ -106,10 +104,7 @@ def drive(
     experiment = DriveExperiment(
         scenario, controller, commands, rate=rate, between=between, start=start, faults=faults
     )
-    if log is None:
-        return experiment.simulate(progress=progress)
-    experiment.record(log, progress=progress, force=force)
-    return with_sensors(experiment.scenario, load_recording(log))
+    return experiment.make(progress=progress, log=log, force=force)
 
 
 def check_drive(
@@ -173,9 +168,10 @@ class DriveExperiment(Experiment):
         delays = [f"{sensor}_delay" for sensor in SENSORS]
         if table.measured == "everything":
             scenario = scenario.replace(**{name: max(getattr(table, name), dt) for name in delays})
-        _command_function(commands)
         self.scenario, self.controller = scenario, controller
         self._commands, self._rate, self._start = commands, rate, start
+        self._waypoints = commands.waypoint if isinstance(commands, CommandScript) else ()
+        self._follower: WaypointFollower | None = None
 
     def begin_run(
         self,
@@ -190,19 +186,13 @@ class DriveExperiment(Experiment):
             self.scenario,
             self.begin,
             self.controller,
-            _command_function(self._commands),
+            self._command_function(),
             rate=self._rate,
             between=self._between,
             faults=self._faults,
             interrupted=interrupted,
             endless=endless,
         )
-
-    def channels(self, run: Run, samples: Samples, time: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the channels of the samples that the run passed on last."""
-        del time
-        assert isinstance(run, ClosedLoopRun)
-        return run.channels(samples)
 
     def attributes(self, run: Run) -> Attributes:
         """Return run, controller, commands and faults."""
@@ -231,8 +221,13 @@ class DriveExperiment(Experiment):
         if len(all_events) > MOST_EVENTS:
             events.append([events[-1][0], f"{len(all_events) - MOST_EVENTS} more were not kept"])
         final = {"events": json.dumps(events, ensure_ascii=False)}
-        if isinstance(run.commands, _Waypoints):
-            final |= run.commands.attributes()
+        if self._follower:
+            times = [*self._follower.reached, *[None] * len(self._waypoints)]
+            rows = [
+                {"x": place.x, "y": place.y, "heading": place.heading, "reached": time}
+                for place, time in zip(self._waypoints, times, strict=False)
+            ]
+            final["waypoints"] = json.dumps(rows)
         if not isinstance(self._commands, CommandScript):
             # The run ended after the last update with a command, before the one without.
             end = (run.step - 0.5 * run.period_steps) * run.dt if run.ended else None
@@ -241,8 +236,27 @@ class DriveExperiment(Experiment):
 
     def shortfall(self, run: Run) -> Failure | None:
         """Return which waypoint was not reached, or None."""
-        assert isinstance(run, ClosedLoopRun)
-        return run.commands.shortfall(run) if isinstance(run.commands, _Waypoints) else None
+        count, follower = len(self._waypoints), self._follower
+        if follower is None or len(follower.reached) == count:
+            return None
+        reached = len(follower.reached)
+        reason = (
+            f"by {min(run.step, run.steps) * run.dt:.4g} s: {reached} of {count} reached, waypoint "
+            f"{reached + 1} is {follower.remaining}. Try a longer --duration"
+        )
+        return Failure(Ending.INCOMPLETE, run.step, reason)
+
+    def _command_function(self) -> Commands:
+        """Return the commands as a function, which starts anew."""
+        commands = self._commands
+        if isinstance(commands, Command):
+            return lambda *_: commands
+        if not isinstance(commands, CommandScript):
+            return lambda time, observation, _: commands(time, observation)
+        if not commands.waypoint:
+            return lambda time, *_: commands.at(time)
+        follower = self._follower = WaypointFollower(commands)
+        return lambda time, _, pose: follower.command(time, pose())
 
 
 def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> SafetyFilter:
@@ -283,49 +297,3 @@ def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
         "need a plan that follows the ground.",
         hint='drive = "servo" or "ideal-servo"',
     )
-
-
-class _Waypoints:
-    """Commands that lead to a script's waypoints by the true pose."""
-
-    def __init__(self, script: CommandScript) -> None:
-        self._waypoints, self._follower = script.waypoint, WaypointFollower(script)
-
-    def __call__(
-        self, time: float, observation: Observation, pose: Callable[[], Pose]
-    ) -> Command | None:
-        del observation
-        return self._follower.command(time, pose())
-
-    def shortfall(self, run: Run) -> Failure | None:
-        """Return which waypoint was not reached, or None."""
-        count, reached = len(self._waypoints), len(self._follower.reached)
-        if reached == count:
-            return None
-        reason = (
-            f"by {min(run.step, run.steps) * run.dt:.4g} s: {reached} of {count} reached, waypoint "
-            f"{reached + 1} is {self._follower.remaining}. Try a longer --duration"
-        )
-        return Failure(Ending.INCOMPLETE, run.step, reason)
-
-    def attributes(self) -> dict[str, str]:
-        """Return the waypoints with the times at which they were reached."""
-        times = [*self._follower.reached, *[None] * len(self._waypoints)]
-        rows = [
-            {"x": place.x, "y": place.y, "heading": place.heading, "reached": time}
-            for place, time in zip(self._waypoints, times, strict=False)
-        ]
-        return {"waypoints": json.dumps(rows)}
-
-
-def _command_function(commands: Commanded) -> Commands:
-    """Return commands as a function, which starts anew.
-
-    Raises:
-        InvalidInput: They are no commands.
-    """
-    if isinstance(commands, Command):
-        return lambda *_: commands
-    if isinstance(commands, CommandScript):
-        return _Waypoints(commands) if commands.waypoint else lambda time, *_: commands.at(time)
-    return lambda time, observation, _: commands(time, observation)

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled
 from phasmid.control.feed_forward.servo_goal import SLOW
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput, PhasmidError
@@ -60,8 +59,8 @@ class Drive:
     def __init__(self) -> None:
         self.state: Float[np.ndarray, " state"] = np.empty(0)
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
-        """Convert setpoints to the input of `command`, with a time step dt [s], shape (N, 3 L)."""
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
+        """Convert setpoints to the input of `command`, shape (N, 3 L)."""
         raise NotImplementedError
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -103,6 +102,7 @@ class PrescribedDrive(Drive):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         self._data, self._angle = data, model.eq_data[:, 0]
+        self._gains = drive_gains(model.opt.timestep)
         self._held = np.arange(3 * len(walk.robot.legs))
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -126,36 +126,16 @@ class PrescribedDrive(Drive):
         self._data.eq_active[joint] = 0
         self._held = self._held[self._held != joint]
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the constraint angles that give the acceleration of the setpoints.
 
         A constraint has the reference acceleration -b q' - k (q - target), so that a target of
         q + (b q' + q'')/k gives q''. MuJoCo takes the gains b and k divided by the impedance,
         and k divided by it once more. Torques of the setpoints have no effect.
         """
-        stiffness, damping = drive_gains(dt)
+        stiffness, damping = self._gains
         q, qd, qdd, _ = setpoints
         return (q + (damping * qd + JOINT_IMPEDANCE * qdd) / stiffness).reshape(len(q), -1)
-
-
-@compiled
-def limit_torque(
-    target: np.ndarray,
-    speed: np.ndarray,
-    stall: float,
-    drop: float,
-    goal: np.ndarray,
-    lower: np.ndarray,
-    upper: np.ndarray,
-) -> None:
-    """Write goals [rad] and torque limits [N·m] of J actuators at the joints' speeds; compiled.
-
-    The largest torque is `stall` at rest, and decreases by `drop` per speed [N·m·s/rad].
-    """
-    for j in range(len(target)):
-        goal[j] = target[j]
-        upper[j] = max(stall - max(drop * speed[j], 0.0), 0.0)
-        lower[j] = min(-stall - min(drop * speed[j], 0.0), 0.0)
 
 
 class IdealServoDrive(Drive):
@@ -164,11 +144,11 @@ class IdealServoDrive(Drive):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         servo = walk.robot.servo
-        self._force = data.actuator_force
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
-        stall = max(servo.stall_torque - servo.friction, 0.0)
-        speed, limits = data.qvel[6:], model.actuator_forcerange.T
-        self._arguments = (speed, stall, stall / servo.no_load_speed, data.ctrl, *limits)
+        self._stall = max(servo.stall_torque - servo.friction, 0.0)
+        self._drop = self._stall / servo.no_load_speed
+        self._goal, self._speed, self._force = data.ctrl, data.qvel[6:], data.actuator_force
+        self._limits = model.actuator_forcerange
         self._friction = servo.friction
         self._stiffness: float | np.ndarray = servo.stiffness
         self._damping: float | np.ndarray = servo.damping
@@ -176,7 +156,10 @@ class IdealServoDrive(Drive):
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
         """Set the servos' goals [rad], and the torque limits at the present speed."""
-        limit_torque(target, *self._arguments)
+        drop = self._drop * self._speed
+        self._goal[:] = target
+        self._limits[:, 0] = np.minimum(-self._stall - np.minimum(drop, 0.0), 0.0)
+        self._limits[:, 1] = np.maximum(self._stall - np.maximum(drop, 0.0), 0.0)
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the motors' torques; friction is not subtracted."""
@@ -187,13 +170,12 @@ class IdealServoDrive(Drive):
         """Remove a joint's motor; rotor and friction stay."""
         self._gains[joint] = self._biases[joint] = 0.0
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].
 
         A servo gives its stiffness times the distance to its goal, so that a goal further by
         torque over stiffness adds a torque: the feed-forward torque, damping and friction.
         """
-        del dt
         q, qd, _, torque = setpoints
         if torque is not None:
             q = q + (torque + self._damping * qd + self._friction_at(qd)) / self._stiffness
@@ -201,8 +183,7 @@ class IdealServoDrive(Drive):
 
     def _friction_at(self, speed: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
         """Return the friction torque at a speed [N·m]; part of it at slow speeds."""
-        # As np.clip, in a third of its time.
-        return self._friction * np.minimum(np.maximum(speed / SLOW, -1.0), 1.0)
+        return self._friction * np.clip(speed / SLOW, -1.0, 1.0)
 
 
 class TorqueDrive(IdealServoDrive):
@@ -217,9 +198,8 @@ class TorqueDrive(IdealServoDrive):
         super().__init__(model, data, walk)
         self._stiffness, self._damping = joint_gains(walk.robot, scenario)
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the torques at zero angle and speed [N·m]; MuJoCo adds spring and damper."""
-        del dt
         q, qd, _, torque = setpoints
         q, qd = q.reshape(len(q), -1), qd.reshape(len(q), -1)
         total = self._stiffness * q + self._damping * qd + self._friction_at(qd)

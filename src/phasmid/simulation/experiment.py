@@ -22,7 +22,7 @@ from phasmid.recording import Recording, RecordingLog, load_recording, new_recor
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario
 from phasmid.sensors import sense
-from phasmid.simulation.channels import SampleChannels, ending_attributes, run_attributes
+from phasmid.simulation.channels import ending_attributes, run_attributes
 from phasmid.simulation.drives import check_feed_forward
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
@@ -50,9 +50,9 @@ class Experiment(ABC):
             interrupted: The robot stops settling as soon as this is not empty.
         """
 
-    @abstractmethod
-    def channels(self, run: Run, samples: Samples, time: np.ndarray) -> dict[str, np.ndarray]:
-        """Return all channels of recorded samples, which are passed in their order."""
+    def channels(self, run: Run, samples: Samples) -> dict[str, np.ndarray]:
+        """Return all channels of the samples that are recorded next."""
+        return run.channels(samples)
 
     def attributes(self, run: Run) -> Attributes:
         """Return the recording's attributes, except for how the run ended."""
@@ -88,7 +88,7 @@ class Experiment(ABC):
 
         def keep(rows: Samples) -> None:
             part = slice(run.done, run.done + len(rows))
-            for name, values in self.channels(run, rows, run.time[part]).items():
+            for name, values in self.channels(run, rows).items():
                 if name not in channels:
                     channels[name] = np.empty((count, *values.shape[1:]), values.dtype)
                 channels[name][part] = values
@@ -127,9 +127,9 @@ class Experiment(ABC):
 
         def keep(rows: Samples) -> None:
             time = run.time[run.done : run.done + len(rows)]
-            log.append(time, self.channels(run, rows, time))
+            log.append(time, self.channels(run, rows))
 
-        first = self.channels(run, run.first, run.time[:1])
+        first = self.channels(run, run.first)
         cut = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
         attributes = {**self.attributes(run), **cut}
         with (
@@ -140,6 +140,13 @@ class Experiment(ABC):
             failure = failure or self.shortfall(run)
             log.finish(self._outcome(run, failure))
         return failure
+
+    def make(self, *, progress: Progress | None, log: str | Path | None, force: bool) -> Recording:
+        """Make the run, in memory or through a log; arguments as in `phasmid.simulate`."""
+        if log is None:
+            return self.simulate(progress=progress)
+        self.record(log, progress=progress, force=force)
+        return with_sensors(self.scenario, load_recording(log))
 
     def _outcome(self, run: Run, failure: Failure | None) -> Attributes:
         return {**ending_attributes(failure), **self.final_attributes(run)}
@@ -173,11 +180,11 @@ class WalkExperiment(Experiment):
             self._model.check(interrupted)
         return run
 
-    def channels(self, run: Run, samples: Samples, time: np.ndarray) -> dict[str, np.ndarray]:
+    def channels(self, run: Run, samples: Samples) -> dict[str, np.ndarray]:
         """Return the model's channels beside the simulated ones."""
-        walk = self.walk
+        walk, time = self.walk, run.time[run.done : run.done + len(samples)]
         model = walk.channels(time) if isinstance(walk, JointTrajectory) else self._model.at(time)
-        return {**model, **SampleChannels(run, samples)}
+        return {**model, **run.channels(samples)}
 
 
 def simulate(
@@ -216,10 +223,7 @@ def simulate(
         OutputError: The log cannot be written; what it holds until then can be read.
     """
     experiment = WalkExperiment(scenario, walk, start)
-    if log is None:
-        return experiment.simulate(progress=progress)
-    experiment.record(log, progress=progress, force=force)
-    return with_sensors(scenario, load_recording(log))
+    return experiment.make(progress=progress, log=log, force=force)
 
 
 def new_run(

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -19,21 +19,34 @@ KINDS = ("dead", "stuck", "off")
 """``dead``: a sensor reads no number, a foot no contact; the joint of a servo is limp. ``stuck``:
 the reading stays. ``off``: an amount is added to the true value."""
 
-VECTORS = {
-    "gyro": "imu_angular_velocity",
-    "accelerometer": "imu_acceleration",
-    "orientation": "imu_orientation",
-}
-"""Parts of the inertial sensor, and their channels."""
 
-UNITS = {
-    "encoder": {"deg": math.radians(1), "rad": 1.0},
-    "foot": {"N": 1.0},
-    "gyro": {"deg/s": math.radians(1), "rad/s": 1.0},
-    "accelerometer": {"m/s2": 1.0, "m/s²": 1.0},
-    "orientation": {"deg": math.radians(1), "rad": 1.0},
+class Part(NamedTuple):
+    """A part of a robot that can fail.
+
+    Attributes:
+        channels: Measured channels that it affects.
+        place: Number of names of its place: leg and joint, the leg alone, or none.
+        units: Units of an amount; the last one is SI.
+        amounts: Numbers of an amount.
+    """
+
+    channels: tuple[str, ...]
+    place: int
+    units: dict[str, float]
+    amounts: int = 1
+
+
+DEGREES = {"deg": math.radians(1), "rad": 1.0}
+PARTS = {
+    "servo": Part((), 2, {}),
+    "encoder": Part(("joint_position_measured",), 2, DEGREES),
+    "foot": Part(("foot_normal_force_measured", "contact_measured"), 1, {"N": 1.0}),
+    "gyro": Part(("imu_angular_velocity",), 0, {"deg/s": math.radians(1), "rad/s": 1.0}, 3),
+    "accelerometer": Part(("imu_acceleration",), 0, {"m/s2": 1.0, "m/s²": 1.0}, 3),
+    "orientation": Part(("imu_orientation",), 0, DEGREES, 3),
+    "imu": Part(("imu_angular_velocity", "imu_acceleration", "imu_orientation"), 0, {}),
 }
-"""Units of amounts; the last one of each is SI."""
+"""Parts by name; ``imu`` is gyro, accelerometer and orientation together."""
 
 FORM = "right_middle.tibia dead at 5 s"
 WORDS = re.compile(
@@ -47,8 +60,7 @@ class Fault:
     """A fault that begins at a time and stays.
 
     Attributes:
-        part: ``servo``, ``encoder``, ``foot``, ``gyro``, ``accelerometer``, ``orientation``, or
-            ``imu`` for the last three together.
+        part: One of `PARTS`.
         kind: One of `KINDS`; a servo can only be dead, and the whole imu not off.
         time: When it begins [s].
         leg: Name of the leg, of servo, encoder and foot.
@@ -68,8 +80,7 @@ class Fault:
     amount: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        parts = ("servo", "encoder", "foot", *VECTORS, "imu")
-        for name, value, known in (("part", self.part, parts), ("kind", self.kind, KINDS)):
+        for name, value, known in (("part", self.part, PARTS), ("kind", self.kind, KINDS)):
             if value not in known:
                 guess = nearest(str(value), known)
                 raise InvalidInput(
@@ -87,7 +98,7 @@ class Fault:
                 "imu cannot be off as a whole; one of its parts can.",
                 hint='"gyro off by 0,0,5 deg/s at 2 s"',
             )
-        needed = 0 if self.kind != "off" else 3 if self.part in VECTORS else 1
+        needed = PARTS[self.part].amounts if self.kind == "off" else 0
         if len(self.amount) != needed:
             raise InvalidInput(
                 f"a fault of kind {self.kind} of {self.part} has {len(self.amount)} amounts; it "
@@ -119,10 +130,12 @@ class Fault:
         leg, _, joint = place.partition(".")
         if part is None:
             part = "servo" if joint else place
-        leg = "" if part in VECTORS or part == "imu" else leg
+        known = PARTS.get(part)
+        if known and not known.place:
+            leg = ""
         amount: tuple[float, ...] = ()
         if found["amount"] is not None:
-            units = UNITS.get(part, {})
+            units = known.units if known else {}
             if found["unit"] not in units:
                 raise InvalidInput(
                     f'"{text}": {part} is off by an amount in {" or ".join(units) or "nothing"}.'
@@ -132,13 +145,13 @@ class Fault:
         return cls(part, kind, _number(found["time"], text), leg, joint, amount)
 
     def __str__(self) -> str:
-        place = {"servo": f"{self.leg}.{self.joint}", "foot": f"{self.leg} foot"}
-        place["encoder"] = f"{self.leg}.{self.joint} encoder"
-        words = [place.get(self.part, self.part), self.kind]
+        part = PARTS[self.part]
+        place = ".".join([self.leg, self.joint][: part.place])
+        words = [place, "" if self.part == "servo" else self.part, self.kind]
         if self.amount:
-            unit = list(UNITS[self.part])[-1]
+            unit = list(part.units)[-1]
             words.append(f"by {','.join(repr(float(value)) for value in self.amount)} {unit}")
-        return f"{' '.join(words)} at {float(self.time)!r} s"
+        return f"{' '.join(filter(None, words))} at {float(self.time)!r} s"
 
     def index_in(self, robot: Robot) -> tuple[int, ...]:
         """Return the indices of leg and joint; of a foot the leg alone; of the imu nothing.
@@ -146,11 +159,11 @@ class Fault:
         Raises:
             InvalidInput: The robot has none of that name.
         """
-        names: list[tuple[str, Sequence[str], str]] = []
-        if self.part not in {*VECTORS, "imu"}:
-            names.append((self.leg, robot.leg_names, f'{robot.name} has no leg "{self.leg}"'))
-        if self.part in {"servo", "encoder"}:
-            names.append((self.joint, JOINTS, f'a leg has no joint "{self.joint}"'))
+        names: tuple[tuple[str, Sequence[str], str], ...] = (
+            (self.leg, robot.leg_names, f'{robot.name} has no leg "{self.leg}"'),
+            (self.joint, JOINTS, f'a leg has no joint "{self.joint}"'),
+        )
+        names = names[: PARTS[self.part].place]
         for name, known, what in names:
             if name not in known:
                 guess = nearest(name, known)
@@ -217,7 +230,7 @@ class Faults:
             rows = time >= fault.time - 1e-9
             if fault.part == "servo" or not rows.any():
                 continue
-            for name in faulty.keys() & _channels(fault):
+            for name in faulty.keys() & PARTS[fault.part].channels:
                 values = faulty[name]
                 at: Any = (rows, *index)
                 if fault.kind == "dead":
@@ -227,7 +240,7 @@ class Faults:
                 elif name == "imu_orientation":
                     values[rows] = rotated(values[rows], np.array(fault.amount))
                 elif name != "contact_measured":
-                    values[at] += fault.amount if len(fault.amount) > 1 else fault.amount[0]
+                    values[at] += fault.amount
             if fault.part == "foot" and fault.kind == "off" and "contact_measured" in faulty:
                 force = faulty["foot_normal_force_measured"][rows, index[0]]
                 faulty["contact_measured"][rows, index[0]] = force >= self._threshold
@@ -243,12 +256,3 @@ class Faults:
                 row = max(int(np.searchsorted(time, fault.time + 1e-9, side="right")) - 1, 0)
                 frozen[number] = {name: values[row] for name, values in measured.items()}
         return self.apply(measured, time, frozen)
-
-
-def _channels(fault: Fault) -> set[str]:
-    """Return the measured channels that a fault affects."""
-    if fault.part == "encoder":
-        return {"joint_position_measured"}
-    if fault.part == "foot":
-        return {"foot_normal_force_measured", "contact_measured"}
-    return set(VECTORS.values()) if fault.part == "imu" else {VECTORS[fault.part]}

@@ -47,85 +47,60 @@ def empty_samples(model: mujoco.MjModel, drive: Drive, count: int) -> Samples:
 def present_sample(model: mujoco.MjModel, data: mujoco.MjData, drive: Drive) -> Samples:
     """Return the present state as one sample."""
     sample = empty_samples(model, drive, 1)
-    values = data.qpos, data.qvel, data.sensordata, drive.torque(), drive.state
-    for name, value in zip(sample.dtype.names or (), values, strict=True):
-        sample[name][0] = value
+    sample[0] = data.qpos, data.qvel, data.sensordata, drive.torque(), drive.state
     return sample
 
 
-class StepLoop:
-    """Advances a simulation step by step, and writes a sample of each step into a buffer.
+def make_steps(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    drive: Drive,
+    ground: FootGround,
+    targets: Float[np.ndarray, "samples joints"],
+    buffer: Samples,
+    *,
+    last: bool = False,
+    interrupted: Sequence[int] = (),
+) -> tuple[int, str]:
+    """Make one step per row of targets, and write a sample of each.
 
-    Attributes:
-        error: Why the loop ended early; empty where it did not.
+    Args:
+        model: MuJoCo's model.
+        data: MuJoCo's state, advanced.
+        drive: Moves the joints.
+        ground: Ground under the feet.
+        targets: Commands of the drive, N rows.
+        buffer: Receives the samples, at least N rows.
+        last: Whether the last row is the end of the run, which is measured and not stepped.
+        interrupted: No further step begins once this is not empty.
+
+    Returns:
+        Number of steps made, and why there are fewer than targets; empty after an interruption.
     """
+    import mujoco
 
-    def __init__(
-        self,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        drive: Drive,
-        ground: FootGround,
-        buffer: Samples,
-    ) -> None:
-        self._engine, self._drive, self._ground = (model, data), drive, ground
-        # Memory views are copied faster than arrays.
-        self._views = [each.data for each in (data.qpos, data.qvel, data.sensordata, drive.state)]
-        names = "qpos", "qvel", "sensors", "drive"
-        self._rows = [[row.data for row in buffer[name]] for name in names]
-        self._rows.append(list(buffer["torque"]))
-        self.error = ""
-
-    def advance(
-        self,
-        targets: Float[np.ndarray, "samples joints"],
-        *,
-        at: int = 0,
-        last: bool = False,
-        interrupted: Sequence[int] = (),
-    ) -> int:
-        """Make one step per row of targets.
-
-        Args:
-            targets: Commands of the drive.
-            at: First row of the buffer to write.
-            last: Whether the last row is the end of the run, which is measured and not stepped.
-            interrupted: No further step begins once this is not empty.
-
-        Returns:
-            Number of steps made; fewer than targets after an interruption or an `error`.
-        """
-        import mujoco
-
-        (model, data), step = self._engine, mujoco.mj_step
-        command, torque = self._drive.command, self._drive.torque
-        update_ground = self._ground.update if self._ground.varies else None
-        qpos, qvel, sensors, state = self._views
-        rows = [row[at : at + len(targets)] for row in self._rows]
-        made, end = 0, len(targets) - last
-        try:
-            for target, to_qpos, to_qvel, to_sensors, to_state, to_torque in zip(
-                targets, *rows, strict=False
-            ):
-                if interrupted:
-                    break
-                to_qpos[:] = qpos
-                to_qvel[:] = qvel
-                command(target)
-                if update_ground:
-                    update_ground()
-                if made == end:
-                    step = mujoco.mj_forward
-                step(model, data)
-                to_sensors[:] = sensors
-                to_torque[:] = torque()
-                to_state[:] = state
-                made += 1
-        except mujoco.FatalError as error:
-            self.error = f"the engine reports: {' '.join(str(error).split())}"
-        except LostConstraints as error:
-            self.error = error.what.rstrip(".")
-        return made
+    step, end, made = mujoco.mj_step, len(targets) - last, 0
+    qpos, qvel, sensors, state = data.qpos, data.qvel, data.sensordata, drive.state
+    names = "qpos", "qvel", "sensors", "torque", "drive"
+    all_qpos, all_qvel, all_sensors, all_torque, all_state = (buffer[name] for name in names)
+    try:
+        for target in targets:
+            if interrupted:
+                break
+            all_qpos[made], all_qvel[made] = qpos, qvel
+            drive.command(target)
+            if ground.varies:
+                ground.update()
+            if made == end:
+                step = mujoco.mj_forward
+            step(model, data)
+            all_sensors[made], all_torque[made], all_state[made] = sensors, drive.torque(), state
+            made += 1
+    except mujoco.FatalError as error:
+        return made, f"the engine reports: {' '.join(str(error).split())}"
+    except LostConstraints as error:
+        return made, error.what.rstrip(".")
+    return made, ""
 
 
 _LOCK = threading.Lock()

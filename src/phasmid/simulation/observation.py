@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from phasmid.control import Observation
 from phasmid.sensors.measurement import SensorStream
 from phasmid.sensors.models import INVERSE
-from phasmid.simulation.channels import SampleChannels
+from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import present_sample
 from phasmid.simulation.servo import RUNNING, ServoDrive
@@ -32,82 +32,13 @@ OBSERVED = {
 """Measured channels, and their fields of an observation."""
 
 
-class TrueObservation:
-    """Observations without error or delay.
+class Observer:
+    """Observes the simulated robot, without error or by the scenario's sensors, and with faults.
 
-    Angles, velocities, gyro and orientation are those of the instant. Forces, contacts and loads
-    are those of the last step. The accelerometer measures the mean over that step.
-
-    Args:
-        run: The run whose robot is observed.
-    """
-
-    def __init__(self, run: Run) -> None:
-        import mujoco
-
-        self._run, self._mujoco = run, mujoco
-        self._legs, data = len(run.robot.legs), run.data
-        self._arrays = data.qpos, data.qvel, data.sensordata
-        self._duty = self._shutdown = None
-        if isinstance(run.drive, ServoDrive):
-            servos = run.drive.servos.reshape(self._legs, 3)
-            self._duty, self._shutdown = servos["duty"], servos["shutdown"]
-
-    def running(self, works: Bool[np.ndarray, "legs 3"]) -> Bool[np.ndarray, "legs 3"]:
-        """Return which servos answer, of those that have not failed."""
-        return works.copy() if self._shutdown is None else works & (self._shutdown == RUNNING)
-
-    def observe(
-        self,
-        time: float,
-        works: Bool[np.ndarray, "legs 3"],
-        velocity_before: Float[np.ndarray, "3"],
-    ) -> Observation:
-        """Observe the robot before a step.
-
-        Args:
-            time: Of the controller's clock [s].
-            works: Servos that have not failed, shape (L, 3).
-            velocity_before: Of the body one step earlier, world axes [m/s], shape (3,).
-        """
-        run, legs = self._run, self._legs
-        # Copies, since the controller may keep them.
-        qpos, qvel, sensors = (array.copy() for array in self._arrays)
-        contact, orientation = sensors[: 4 * legs].reshape(legs, 4), qpos[3:7]
-        if run.ground.faces_up:
-            normal_force = contact[:, 3]
-        else:
-            foot = sensors[4 * legs :].reshape(legs, 3)
-            normal = run.ground.normal(foot[:, 0], foot[:, 1])
-            normal_force = np.sum(contact[:, 1:] * normal, axis=1)
-        if self._duty is None:
-            load = run.drive.torque().reshape(legs, 3) / run.robot.servo.stall_torque
-        else:
-            load = self._duty.copy()
-        specific_force = (qvel[:3] - velocity_before) / run.dt
-        specific_force[2] += run.scenario.model.gravity
-        acceleration = np.empty(3)
-        self._mujoco.mju_rotVecQuat(acceleration, specific_force, orientation * INVERSE)
-        return Observation(
-            time=time,
-            joint_position=qpos[7:].reshape(legs, 3),
-            joint_velocity=qvel[6:].reshape(legs, 3),
-            joint_load=load,
-            servo_running=self.running(works),
-            orientation=orientation,
-            # MuJoCo keeps a free body's angular velocity in body axes.
-            angular_velocity=qvel[3:6],
-            acceleration=acceleration,
-            contact=contact[:, 0] > 0,
-            foot_normal_force=np.maximum(normal_force, 0.0),
-        )
-
-
-class MeasuredObservation:
-    """Observations by the scenario's sensors, and with sensor faults.
-
-    A force or a load is read at the end of the step in which it acts, so that a reading arrives
-    one time step late at the earliest.
+    Without error or delay, angles, velocities, gyro and orientation are those of the instant.
+    Forces, contacts and loads are those of the last step. The accelerometer measures the mean over
+    that step. A sensor reads a force or a load at the end of the step in which it acts, so that a
+    reading arrives one time step late at the earliest.
 
     Args:
         run: The run whose robot is observed.
@@ -115,12 +46,16 @@ class MeasuredObservation:
     """
 
     def __init__(self, run: Run, faults: Faults) -> None:
-        self._run, self._faults, self._true = run, faults, TrueObservation(run)
+        self._run, self._faults = run, faults
+        self._duty = self._shutdown = None
+        if isinstance(run.drive, ServoDrive):
+            servos = run.drive.servos.reshape(-1, 3)
+            self._duty, self._shutdown = servos["duty"], servos["shutdown"]
         self._stream: SensorStream | None = None
         self._interval, self._velocity = run.every * run.dt, np.zeros(3)
         if run.scenario.sensors.measured == "everything":
-            now = present_sample(run.model, run.data, run.drive)
-            first = SampleChannels(run, now, np.zeros((1, 3)))
+            first = sample_channels(run, present_sample(run.model, run.data, run.drive))
+            first["body_acceleration"] = np.zeros((1, 3))
             self._stream = SensorStream(run.scenario, run.robot, self._interval, first)
         self._frozen: dict[int, dict[str, np.ndarray]] = {}
 
@@ -141,11 +76,12 @@ class MeasuredObservation:
             row = stream.next_row
             at = begin + row * every - step
             before = velocity[at - every] if at - every >= begin else self._velocity
-            acceleration = np.zeros((1, 3))
+            channels = sample_channels(self._run, buffer[at : at + 1])
+            channels["body_acceleration"] = np.zeros((1, 3))
             if row:
                 interval = row * self._interval - (row - 1) * self._interval
-                acceleration = (velocity[at : at + 1] - before) / interval
-            stream.take(SampleChannels(self._run, buffer[at : at + 1], acceleration))
+                channels["body_acceleration"] = (velocity[at : at + 1] - before) / interval
+            stream.take(channels)
         at = begin + last * every - step
         if at >= begin:
             self._velocity = velocity[at].copy()
@@ -156,30 +92,77 @@ class MeasuredObservation:
         works: Bool[np.ndarray, "legs 3"],
         velocity_before: Float[np.ndarray, "3"],
     ) -> Observation:
-        """Observe the robot before a step; arguments as in `TrueObservation.observe`."""
-        true, faulty = None, self._faults.of_sensors
+        """Observe the robot before a step.
+
+        Args:
+            time: Of the controller's clock [s].
+            works: Servos that have not failed, shape (L, 3).
+            velocity_before: Of the body one step earlier, world axes [m/s], shape (3,).
+        """
+        running = works.copy() if self._shutdown is None else works & (self._shutdown == RUNNING)
+        true = None
         if self._stream is None:
-            true = self._true.observe(time, works, velocity_before)
-            if not faulty:
+            true = self._true(time, running, velocity_before)
+            if not self._faults.of_sensors:
                 return true
-        if faulty:
-            self._freeze(time, true)
         measured = self._measured(time, true)
-        if faulty:
+        if self._faults.of_sensors:
+            self._freeze(time, true)
             rows = {name: values[None] for name, values in measured.items()}
             rows = self._faults.apply(rows, np.array([time]), self._frozen)
             measured = {name: values[0] for name, values in rows.items()}
         fields: dict[str, Any] = {OBSERVED[name]: value for name, value in measured.items()}
         if true is None:
             # Most servos do not report a velocity.
-            return Observation(time=time, servo_running=self._true.running(works), **fields)
-        if true.joint_velocity is not None:
-            # The encoder measures the velocity too: one that is stuck measures none.
-            position = fields["joint_position"]
-            failed = np.where(np.isfinite(position), 0.0, np.nan)
-            sound = position == true.joint_position
-            fields["joint_velocity"] = np.where(sound, true.joint_velocity, failed)
+            return Observation(time=time, servo_running=running, **fields)
+        assert true.joint_velocity is not None
+        # The encoder measures the velocity too: one that is stuck measures none.
+        position = fields["joint_position"]
+        failed = np.where(np.isfinite(position), 0.0, np.nan)
+        sound = position == true.joint_position
+        fields["joint_velocity"] = np.where(sound, true.joint_velocity, failed)
         return replace(true, **fields)
+
+    def _true(
+        self,
+        time: float,
+        running: Bool[np.ndarray, "legs 3"],
+        velocity_before: Float[np.ndarray, "3"],
+    ) -> Observation:
+        """Return the observation without error or delay."""
+        import mujoco
+
+        run, data, legs = self._run, self._run.data, len(self._run.robot.legs)
+        # Copies, since the controller may keep them.
+        qpos, qvel, sensors = data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()
+        contact, orientation = sensors[: 4 * legs].reshape(legs, 4), qpos[3:7]
+        if run.ground.faces_up:
+            normal_force = contact[:, 3]
+        else:
+            foot = sensors[4 * legs :].reshape(legs, 3)
+            normal = run.ground.normal(foot[:, 0], foot[:, 1])
+            normal_force = np.sum(contact[:, 1:] * normal, axis=1)
+        if self._duty is None:
+            load = run.drive.torque().reshape(legs, 3) / run.robot.servo.stall_torque
+        else:
+            load = self._duty.copy()
+        specific_force = (qvel[:3] - velocity_before) / run.dt
+        specific_force[2] += run.scenario.model.gravity
+        acceleration = np.empty(3)
+        mujoco.mju_rotVecQuat(acceleration, specific_force, orientation * INVERSE)
+        return Observation(
+            time=time,
+            joint_position=qpos[7:].reshape(legs, 3),
+            joint_velocity=qvel[6:].reshape(legs, 3),
+            joint_load=load,
+            servo_running=running,
+            orientation=orientation,
+            # MuJoCo keeps a free body's angular velocity in body axes.
+            angular_velocity=qvel[3:6],
+            acceleration=acceleration,
+            contact=contact[:, 0] > 0,
+            foot_normal_force=np.maximum(normal_force, 0.0),
+        )
 
     def _measured(self, time: float, true: Observation | None) -> dict[str, np.ndarray]:
         if self._stream is not None:

@@ -16,6 +16,7 @@ from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import SETTLING_TIME, Scenario
+from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.contact import FootGround
 from phasmid.simulation.drives import (
     Drive,
@@ -29,9 +30,9 @@ from phasmid.simulation.drives import (
 from phasmid.simulation.loop import (
     Keep,
     Samples,
-    StepLoop,
     collect_engine_warnings,
     empty_samples,
+    make_steps,
     present_sample,
 )
 from phasmid.simulation.model import build_model
@@ -45,8 +46,8 @@ if TYPE_CHECKING:
 BLOCK_STEPS = 512
 """Steps of a block; failures are looked for, and samples recorded, after each block."""
 
-PLAN_STEPS = 32 * BLOCK_STEPS
-"""Steps for which the plan is evaluated at once."""
+LONGEST_CYCLE = 32 * BLOCK_STEPS
+"""Steps of the longest cycle whose commands are kept."""
 
 ENDLESS = 2**62
 """Steps of a run without an end."""
@@ -107,8 +108,8 @@ class Run:
         self.ended = False
         self.lies = scenario.simulation.can_lie
         self._warnings: list[str] = []
+        self._step_error = ""
         self._cycle = self._cycle_targets()
-        self._targets, self._targets_of = np.empty((0, 0)), (0, 0)
         self._place(walk.sample(np.zeros(1)))
         if start is None:
             self.failure = self._settle(interrupted)
@@ -188,10 +189,6 @@ class Run:
         self.drive: Drive = _drive(self.scenario, self.model, self.data, self.walk)
         self.foot_ground = FootGround(self.model, self.data, self.robot, self.ground)
 
-    @cached_property
-    def _loop(self) -> StepLoop:
-        return StepLoop(self.model, self.data, self.drive, self.foot_ground, self.buffer)
-
     def _place(self, start: SampledMotion) -> None:
         """Place the robot where the plan starts."""
         import mujoco
@@ -231,7 +228,7 @@ class Run:
         torque = None
         if self.scenario.simulation.drive == "torque":
             torque = standing_torque(self.scenario, start)
-        targets = self.drive.targets(Setpoints(start.q, still, still, torque), self.dt)
+        targets = self.drive.targets(Setpoints(start.q, still, still, torque))
         return np.repeat(targets, count, axis=0)
 
     def _set_going(self, start: SampledMotion) -> None:
@@ -260,7 +257,7 @@ class Run:
         if self.scenario.simulation.drive == "torque":
             assert isinstance(walk, Walk)
             torque = walking_torque(self.scenario, walk)
-        return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque), self.dt)
+        return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque))
 
     def _cycle_targets(self) -> Float[np.ndarray, "samples joints"] | None:
         """Return the commands of one cycle, where it serves all and is a whole number of steps."""
@@ -268,7 +265,7 @@ class Run:
             return None
         cycle = self.scenario.stride.period / self.dt
         steps = round(cycle)
-        if steps > PLAN_STEPS or abs(cycle - steps) > 1e-9 * cycle:
+        if steps > LONGEST_CYCLE or abs(cycle - steps) > 1e-9 * cycle:
             return None
         return self._planned_targets(0, steps)
 
@@ -318,16 +315,15 @@ class Run:
             self.done = 1
         return failure
 
+    def channels(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the channels of the samples that are passed on."""
+        return sample_channels(self, samples)
+
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, before step `end` at the latest; return their number."""
-        first = self.step // PLAN_STEPS * PLAN_STEPS
-        part = first, min(first + PLAN_STEPS, end)
-        if part != self._targets_of:
-            self._targets, self._targets_of = self.targets(*part), part
-        begin = self.step - first
-        block = self._targets[begin : begin + min(BLOCK_STEPS, end - self.step)]
-        last = self.step + len(block) > self.steps
-        return self._advance(block, last=last, interrupted=interrupted)
+        stop = min(self.step + BLOCK_STEPS, end)
+        targets = self.targets(self.step, stop)
+        return self._advance(targets, last=stop > self.steps, interrupted=interrupted)
 
     def _advance(
         self,
@@ -337,14 +333,24 @@ class Run:
         last: bool = False,
         interrupted: Sequence[int] = (),
     ) -> int:
-        """Make one step per row of targets; see `StepLoop.advance`."""
-        return self._loop.advance(targets, at=at, last=last, interrupted=interrupted)
+        """Make one step per row of targets into the buffer from row `at` on; see `make_steps`."""
+        made, self._step_error = make_steps(
+            self.model,
+            self.data,
+            self.drive,
+            self.foot_ground,
+            targets,
+            self.buffer[at:],
+            last=last,
+            interrupted=interrupted,
+        )
+        return made
 
     def _error(self) -> str:
         """Return why MuJoCo cannot go on: its error, its first warning, or nothing."""
         if self._warnings and self.data.warning.number.any():
             return f"the engine reports: {self._warnings[0]}"
-        return self._loop.error
+        return self._step_error
 
     def _check(self, count: int) -> Failure | None:
         """Return the first failure in the buffer's first samples."""

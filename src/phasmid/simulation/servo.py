@@ -243,11 +243,11 @@ class ServoDrive(Drive):
     ) -> None:
         robot, table = walk.robot, scenario.servo
         servo, dt = own_servo(scenario, robot), model.opt.timestep
+        self._dt = dt
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
         self._goal_law = inverse_law(servo, voltage)
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         start = walk.sample(np.zeros(1)).q[0].ravel()
-        data.qpos[7:] = start
         joints, delay = len(start), round(servo.delay / dt)
         self._own = joints * len(FIELDS)
         self.state = np.zeros(self._own + joints * delay)
@@ -264,9 +264,6 @@ class ServoDrive(Drive):
             delayed,
             data.qfrc_applied[6:],
         )
-        # Compiles here and not during the run.
-        self.command(start)
-        self.state[:] = 0.0
         self.servos["angle"], delayed[:] = start, start[:, None]
         self.begin(np.zeros(joints))
 
@@ -290,7 +287,7 @@ class ServoDrive(Drive):
         """Return the gears' torques on the joints; friction is subtracted."""
         return self._torque
 
-    def targets(self, setpoints: Setpoints, dt: float) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].
 
         These servos take no torque: their law is inverted, so that it gives the feed-forward
@@ -300,18 +297,18 @@ class ServoDrive(Drive):
         if setpoints.torque is None:
             return q
         qd, torque = setpoints.qd.reshape(q.shape), setpoints.torque.reshape(q.shape)
-        return goals_for_torque(q, qd, torque, self._goal_law, dt, self._goal_memory)
+        return goals_for_torque(q, qd, torque, self._goal_law, self._dt, self._goal_memory)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return duty, current, rotor speed, temperature and shutdown of every servo."""
-        fields = states[:, : self._own].reshape(len(states), -1, 3, len(FIELDS))
+        servos = states[:, : self._own].view(SERVO_STATE).reshape(len(states), -1, 3)
         names = "duty", "current", "speed", "temperature"
-        channels = {f"servo_{name}": fields[..., FIELDS.index(name)] for name in names}
-        return channels | {"servo_shutdown": fields[..., FIELDS.index("shutdown")] != RUNNING}
+        channels = {f"servo_{name}": servos[name] for name in names}
+        return channels | {"servo_shutdown": servos["shutdown"] != RUNNING}
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
         """Return which servos had shut down in a state, and why; or nothing."""
-        codes = state[: self._own].reshape(-1, len(FIELDS))[:, FIELDS.index("shutdown")]
+        codes = state[: self._own].view(SERVO_STATE)["shutdown"]
         down = [
             f"{name} ({REASONS[float(code)]})"
             for name, code in zip(self._names, codes, strict=True)

@@ -166,17 +166,13 @@ def standing(
     attitude = np.zeros(3)
     # Feet move a little with the tilt: the third iteration moves them by less than a micrometre.
     for _ in range(0 if ground.is_level else 3):
-        x, y, _z = (feet @ _rotation(attitude).T).T
+        x, y, _z = (feet @ rotation_rpy(*attitude[:, None])[0].T).T
         columns = np.stack([x, y, np.ones_like(x)], axis=-1)
         a, b, _c = np.linalg.lstsq(columns, ground.height(x, y), rcond=None)[0]
         attitude = np.array([math.asin(b / math.sqrt(1 + a * a + b * b)), math.atan2(-a, 1.0), 0.0])
     points = np.vstack([feet, corners * robot.body.size / 2])
-    x, y, z = (points @ _rotation(attitude).T).T
+    x, y, z = (points @ rotation_rpy(*attitude[:, None])[0].T).T
     position, still = np.zeros((1, 3)), np.zeros((1, 3))
     position[0, 2] = (ground.height(x, y) - z).max()
     trunk = TrunkMotion(position, still, still, attitude[None], still, still)
     return HeldPose(robot, np.array([0.0, 1.0]), np.stack([q, q]), trunk)
-
-
-def _rotation(attitude: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    return rotation_rpy(*np.moveaxis(attitude[None], -1, 0))[0]

@@ -62,7 +62,7 @@ def check_termination(
     robot: Robot,
     qpos: Float[np.ndarray, "samples q"],
     qvel: Float[np.ndarray, "samples v"],
-    ground: Ground | None = None,
+    ground: Ground,
     *,
     lies: bool = False,
 ) -> Failure | None:
@@ -72,19 +72,13 @@ def check_termination(
         robot: The robot.
         qpos: Trunk position, quaternion and joint angles, shape (N, 7 + 3 L).
         qvel: Velocities of trunk and joints, shape (N, 6 + 3 L).
-        ground: Level at height 0 where None.
+        ground: The ground.
         lies: Whether the trunk may touch the ground.
     """
-    w, x, y, z = qpos[:, 3:7].T
+    _, x, y, _ = qpos[:, 3:7].T
     with np.errstate(invalid="ignore", over="ignore"):
-        # The vertical in body axes: the rotation's last row.
-        up = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
-        if lies:
-            clearance = np.zeros(len(qpos))
-        elif ground is None or ground.is_level:
-            clearance = qpos[:, 2] - (robot.body.size / 2) @ np.abs(up)
-        else:
-            clearance = trunk_clearance(robot, qpos, ground)
+        upright = 1 - 2 * (x * x + y * y)
+        clearance = np.zeros(len(qpos)) if lies else trunk_clearance(robot, qpos, ground)
         fast_body = np.linalg.norm(qvel[:, :3], axis=1) > FASTEST_BODY
         fast = fast_body | (np.abs(qvel[:, 3:]).max(axis=1) > FASTEST_JOINT)
         finite = np.isfinite(qpos).all(axis=1) & np.isfinite(qvel).all(axis=1)
@@ -97,7 +91,7 @@ def check_termination(
             f"rad/s. {SMALLER_STEP}",
         ),
         (
-            up[2] < math.cos(STEEPEST_TILT),
+            upright < math.cos(STEEPEST_TILT),
             Ending.FELL,
             f"the trunk tilted past {math.degrees(STEEPEST_TILT):.0f}°. Try a gait with a larger "
             "duty factor, or a shorter stride",

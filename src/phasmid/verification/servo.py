@@ -156,7 +156,7 @@ def _sweep(
     speed, angle = np.empty((2, len(goals), len(run.robot.legs)))
     for k, goal in enumerate(goals):
         q[..., 0] = goal
-        run.drive.command(run.drive.targets(Setpoints(q, 0 * q, 0 * q), run.dt)[0])
+        run.drive.command(run.drive.targets(Setpoints(q, 0 * q, 0 * q))[0])
         mujoco.mj_step(run.model, data)
         speed[k], angle[k] = data.qvel[6::3], data.qpos[7::3]
     return speed, angle

@@ -10,89 +10,87 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Shaped
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.dynamics.matrices import moments_about_origin
 from phasmid.kinematics import LinkFrames, link_frames
 from phasmid.robot import Robot
 from phasmid.simulation.contact import CONTACT_POINTS, foot_points
+from phasmid.simulation.drives import Setpoints
 
-COM, INERTIA, MOMENTUM, COM_ACCELERATION = 0, 12, 36, 48
-"""Columns of a row: the cubics of the centre of mass (3), of the inertia about it (xx, yy, zz, xy,
-xz, yz) and of the legs' angular momentum about it (3), and the acceleration of that centre (3)."""
+TRUNK = np.dtype(
+    [
+        ("com", np.float64, (3, 4)),
+        ("inertia", np.float64, (6, 4)),
+        ("momentum", np.float64, (3, 4)),
+        ("com_acceleration", np.float64, 3),
+    ]
+)
+"""The robot in one step, body axes: cubics of the centre of mass, of the inertia about it (xx, yy,
+zz, xy, xz, yz) and of the legs' angular momentum about it, and the acceleration of that centre."""
 
-LEGS = 51
-"""Column at which the legs begin."""
-
-TURNING, TIP, AXIS, COXA_AXIS, LEG = 48, 54, 57, 60, 63
-"""Columns of one leg, after the cubics of its points: angular velocity of the tibia at both ends of
-the step, tip, axis of femur and tibia, axis of the coxa; and the number of its columns."""
-
-
-class Legs(NamedTuple):
-    """Motion of the joints at N samples.
-
-    Attributes:
-        q: Joint angles [rad], shape (N, L, 3).
-        qd: Joint velocities [rad/s], shape (N, L, 3).
-        qdd: Joint accelerations [rad/s²], shape (N, L, 3).
-    """
-
-    q: Float[np.ndarray, "samples legs 3"]
-    qd: Float[np.ndarray, "samples legs 3"]
-    qdd: Float[np.ndarray, "samples legs 3"]
+LEG = np.dtype(
+    [
+        ("points", np.float64, (CONTACT_POINTS, 3, 4)),
+        ("turning", np.float64, (2, 3)),
+        ("tip", np.float64, 3),
+        ("axis", np.float64, 3),
+        ("coxa_axis", np.float64, 3),
+    ]
+)
+"""One leg in one step, body axes: cubics of its contact points, angular velocity of the tibia at
+both ends of the step, tip, axis of femur and tibia, axis of the coxa."""
 
 
 def leg_rows(
-    robot: Robot, joints: Legs, tip_width: float, dt: float
-) -> Float[np.ndarray, "samples width"]:
-    """Return one row per time step, all vectors in body axes, shape (N, 51 + 63 L + 9 L).
+    robot: Robot, joints: Setpoints, tip_width: float, dt: float
+) -> Shaped[np.ndarray, " samples"]:
+    """Return one record per time step.
 
-    The columns are those of the robot and of its legs, then angles, velocities and accelerations
-    of the joints at the beginning of the step; `joints` are N + 1 samples, at its ends.
+    Args:
+        robot: The robot, L legs.
+        joints: Motion of the joints at the ends of N steps, N + 1 samples.
+        tip_width: Side of a foot's square of contact points [m].
+        dt: Time step [s].
+
+    Returns:
+        Records with the fields ``trunk`` (`TRUNK`), ``legs`` (`LEG`, shape (L,)), and angles ``q``,
+        velocities ``qd`` and accelerations ``qdd`` of the joints at the beginning of the step,
+        shapes (L, 3); shape (N,).
     """
     count, legs = len(joints.q) - 1, len(robot.legs)
-    points = np.stack([foot_points(leg, tip_width) for leg in robot.legs])
-    frames = link_frames(robot, joints.q)
-    turning, origin_velocity = link_velocities(frames, joints.qd)
-    body = mass_distribution(robot, frames, joints)
-    rows = np.empty((count, LEGS + (LEG + 9) * legs))
-    rows[:, COM:INERTIA] = _cubics(body.com, body.com_rate, dt)
-    i, j = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
-    inertia, inertia_rate = body.inertia[:, i, j], body.inertia_rate[:, i, j]
-    rows[:, INERTIA:MOMENTUM] = _cubics(inertia, inertia_rate, dt)
-    rows[:, MOMENTUM:COM_ACCELERATION] = _cubics(body.momentum, body.momentum_rate, dt)
-    rows[:, COM_ACCELERATION:LEGS] = body.com_acceleration[:-1]
-    rows[:, LEGS + LEG * legs :] = np.hstack([each[:-1].reshape(count, -1) for each in joints])
+    angles = [(name, np.float64, (legs, 3)) for name in ("q", "qd", "qdd")]
+    rows = np.empty(count, [("trunk", TRUNK), ("legs", LEG, legs), *angles])
+    rows["q"], rows["qd"], rows["qdd"] = joints.q[:-1], joints.qd[:-1], joints.qdd[:-1]
 
-    R, origin, turning = frames.rotation[:, :, 2], frames.position[:, :, 2], turning[:, :, 2]
+    frames = link_frames(robot, joints.q)
+    body, trunk = mass_distribution(robot, frames, joints), rows["trunk"]
+    i, j = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]
+    trunk["com"] = _cubics(body.com, body.com_rate, dt)
+    trunk["inertia"] = _cubics(body.inertia[:, i, j], body.inertia_rate[:, i, j], dt)
+    trunk["momentum"] = _cubics(body.momentum, body.momentum_rate, dt)
+    trunk["com_acceleration"] = body.com_acceleration[:-1]
+
+    turning, origin_velocity = (each[:, :, 2] for each in link_velocities(frames, joints.qd))
+    R, origin = frames.rotation[:, :, 2], frames.position[:, :, 2]
+    points = np.stack([foot_points(leg, tip_width) for leg in robot.legs])
     arm = np.einsum("tlij,lkj->tlki", R, points)
-    position = origin[:, :, None] + arm
-    velocity = origin_velocity[:, :, None, 2] + np.cross(turning[:, :, None], arm)
-    part = rows[:, LEGS : LEGS + LEG * legs].reshape(count, legs, LEG)
-    flat = (count + 1, legs, 3 * CONTACT_POINTS)
-    part[..., :TURNING] = _cubics(position.reshape(flat), velocity.reshape(flat), dt)
-    part[..., TURNING : TURNING + 3] = turning[:-1]
-    part[..., TURNING + 3 : TIP] = turning[1:]
+    velocity = origin_velocity[:, :, None] + np.cross(turning[:, :, None], arm)
     ends = np.array([leg.tibia.end for leg in robot.legs])
-    part[..., TIP:AXIS] = (origin + (R @ ends[..., None])[..., 0])[:-1]
-    part[..., AXIS:COXA_AXIS] = R[:-1, ..., 2]
-    part[..., COXA_AXIS:] = frames.rotation[:-1, :, 0, :, 2]
+    leg = rows["legs"]
+    leg["points"] = _cubics(origin[:, :, None] + arm, velocity, dt)
+    leg["turning"] = np.stack([turning[:-1], turning[1:]], axis=2)
+    leg["tip"] = (origin + (R @ ends[..., None])[..., 0])[:-1]
+    leg["axis"] = R[:-1, ..., 2]
+    leg["coxa_axis"] = frames.rotation[:-1, :, 0, :, 2]
     return rows
 
 
-def joints_of(rows: Float[np.ndarray, "samples width"], legs: int) -> Legs:
-    """Return the joints' motion at the beginning of the steps of `leg_rows`."""
-    parts = rows[:, LEGS + LEG * legs :].reshape(len(rows), 3, legs, 3)
-    return Legs(parts[:, 0], parts[:, 1], parts[:, 2])
-
-
 def _cubics(value: np.ndarray, rate: np.ndarray, dt: float) -> np.ndarray:
-    """Return the coefficients of the cubics over each step, lowest first, flat in the last axis."""
+    """Return the coefficients of the cubics over each step, lowest first, in a last axis."""
     a, b, da, db = value[:-1], value[1:], dt * rate[:-1], dt * rate[1:]
-    cubic = np.stack([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db], axis=-1)
-    return cubic.reshape(*cubic.shape[:-2], -1)
+    return np.stack([a, da, 3 * (b - a) - 2 * da - db, 2 * (a - b) + da + db], axis=-1)
 
 
 def link_velocities(frames: LinkFrames, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +114,7 @@ class MassDistribution(NamedTuple):
     momentum_rate: np.ndarray
 
 
-def mass_distribution(robot: Robot, frames: LinkFrames, joints: Legs) -> MassDistribution:
+def mass_distribution(robot: Robot, frames: LinkFrames, joints: Setpoints) -> MassDistribution:
     """Return centre of mass, inertia and angular momentum with their rates, N samples each."""
     arrays, body, total = robot.arrays, robot.body, robot.mass
     R, mass = frames.rotation, arrays.mass[..., None]
@@ -138,7 +136,7 @@ def mass_distribution(robot: Robot, frames: LinkFrames, joints: Legs) -> MassDis
 
     spin = mass * np.cross(position, velocity) + (own @ turning[..., None])[..., 0]
     # Without gravity and on a trunk at rest, the legs need the rate of their momentum.
-    _, wrench = inverse_dynamics(robot, BodyMotion.at_rest(), *joints, gravity=0.0)
+    _, wrench = inverse_dynamics(robot, BodyMotion.at_rest(), *joints[:3], gravity=0.0)
     return MassDistribution(
         com,
         com_rate,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Shaped
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
@@ -15,19 +15,10 @@ from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.drives import Drive
+from phasmid.simulation.contact import POINT_RADIUS
+from phasmid.simulation.drives import Drive, Setpoints
 from phasmid.simulation.run import BLOCK_STEPS, Run
-from phasmid.simulation.simscape.legs import (
-    AXIS,
-    LEG,
-    LEGS,
-    TIP,
-    TURNING,
-    Legs,
-    joints_of,
-    leg_rows,
-)
+from phasmid.simulation.simscape.legs import leg_rows
 from phasmid.simulation.simscape.trunk import Constants, advance
 from phasmid.simulation.start import longest_time_step, start_offset
 from phasmid.terrain import Blocky
@@ -69,7 +60,7 @@ class SimscapeRun(Run):
         self.model = SimpleNamespace(nq=7 + 3 * legs, nv=6 + 3 * legs, nsensordata=7 * legs)
         # The joints' motion is in the rows of the legs.
         self.drive = Drive()
-        self._tip_torque = np.zeros((BLOCK_STEPS, 3 * legs))
+        self._tip_torque = np.zeros((BLOCK_STEPS, legs, 3))
         self.acceleration = np.zeros((BLOCK_STEPS, 6))
         self._is_uneven = bool(self.ground.patches) or not self.ground.is_level
         self.planes = np.zeros((legs, 5))
@@ -86,9 +77,6 @@ class SimscapeRun(Run):
             size=1.5 * contact.tip_width,
         )
 
-    def _error(self) -> str:
-        return ""
-
     def _physics(self) -> Float[np.ndarray, " physics"]:
         # With the planes, since a foot may be beyond the edge of its own.
         return np.concatenate([self.pose, self.twist, self.planes.ravel()])
@@ -97,15 +85,15 @@ class SimscapeRun(Run):
         self.pose[:], self.twist[:] = state[:7], state[7:13]
         self.planes[:] = state[13:].reshape(self.planes.shape)
 
-    def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples width"]:
+    def _planned_targets(self, start: int, stop: int) -> Shaped[np.ndarray, " samples"]:
         walk = self.walk.sample(np.arange(start, stop + 1) * self.dt)
-        return self._leg_rows(Legs(walk.q, walk.qd, walk.qdd))
+        return self._leg_rows(Setpoints(walk.q, walk.qd, walk.qdd))
 
-    def _still(self, start: SampledMotion, count: int) -> Float[np.ndarray, "samples width"]:
+    def _still(self, start: SampledMotion, count: int) -> Shaped[np.ndarray, " samples"]:
         q = np.repeat(start.q, count + 1, axis=0)
-        return self._leg_rows(Legs(q, np.zeros_like(q), np.zeros_like(q)))
+        return self._leg_rows(Setpoints(q, np.zeros_like(q), np.zeros_like(q)))
 
-    def _leg_rows(self, joints: Legs) -> Float[np.ndarray, "samples width"]:
+    def _leg_rows(self, joints: Setpoints) -> Shaped[np.ndarray, " samples"]:
         return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
 
     def _place(self, start: SampledMotion) -> None:
@@ -123,7 +111,7 @@ class SimscapeRun(Run):
 
     def _advance(
         self,
-        targets: Float[np.ndarray, "samples width"],
+        targets: Shaped[np.ndarray, " samples"],
         *,
         at: int = 0,
         last: bool = False,
@@ -132,16 +120,16 @@ class SimscapeRun(Run):
         """Make one step per row of the legs, and return the number of steps made."""
         assert at == 0
         count, log, made = len(targets), self.buffer, 0
-        joints = joints_of(targets, len(self.robot.legs))
-        log["qpos"][:count, 7:] = joints.q.reshape(count, -1)
-        log["qvel"][:count, 6:] = joints.qd.reshape(count, -1)
+        log["qpos"][:count, 7:] = targets["q"].reshape(count, -1)
+        log["qvel"][:count, 6:] = targets["qd"].reshape(count, -1)
         chunk = 1 if self._is_uneven else CHUNK
         while made < count and not interrupted:
             part = slice(made, min(made + chunk, count))
             if made == 0 or self._is_uneven:
                 self._update_planes(targets[made])
             advance(
-                targets[part],
+                targets["trunk"][part],
+                targets["legs"][part],
                 self.constants,
                 last and part.stop == count,
                 self.planes,
@@ -154,19 +142,17 @@ class SimscapeRun(Run):
                 self.acceleration[part],
             )
             made = part.stop
-        self._compute_torque(Legs(*(each[:made] for each in joints)))
+        self._compute_torque(targets[:made])
         return made
 
-    def _update_planes(self, row: Float[np.ndarray, " width"]) -> None:
+    def _update_planes(self, row: np.record) -> None:
         """Set the plane under each foot to the ground's tangent plane at the foot.
 
         Beyond an edge a foot keeps its plane while it is below that plane or the new one: a plane
         that jumped would throw it up with the spring's force on the whole step.
         """
-        legs, old = len(self.planes), self.planes
-        parts = row[LEGS : LEGS + LEG * legs].reshape(legs, LEG)
-        R = quaternion_rotation(self.pose[3:])
-        x, y, _ = (self.pose[:3] + parts[:, TIP:AXIS] @ R.T).T
+        old, R = self.planes, quaternion_rotation(self.pose[3:])
+        x, y, _ = (self.pose[:3] + row["legs"]["tip"] @ R.T).T
         height, slope = self.ground.surface(x, y)
         new = np.empty_like(old)
         new[:, :3] = upright(slope)
@@ -175,15 +161,15 @@ class SimscapeRun(Run):
         # Before the first step there are no planes.
         if old[:, 2].all():
             present = (old[:, 3] - old[:, 0] * x - old[:, 1] * y) / old[:, 2]
-            points = parts[:, :TURNING].reshape(legs, CONTACT_POINTS, 3, 4)[..., 0]
+            points = row["legs"]["points"][..., 0]
             lowest = (self.pose[2] + points @ R[2]).min(axis=1) - POINT_RADIUS
             kept = (np.abs(height - present) > EDGE) & (lowest < np.maximum(height, present))
             new[kept, :4] = old[kept, :4]
         self.planes[:] = new
 
-    def _compute_torque(self, joints: Legs) -> None:
+    def _compute_torque(self, rows: Shaped[np.ndarray, " samples"]) -> None:
         """Compute the joint torques of the motion under the feet's forces by inverse dynamics."""
-        log, (count, legs, _) = self.buffer, joints.q.shape
+        log, (count, legs, _) = self.buffer, rows["q"].shape
         log["torque"][:count] = np.nan
         state = np.hstack([log["qpos"][:count], log["qvel"][:count], self.acceleration[:count]])
         finite = np.isfinite(state).all(axis=1)
@@ -200,11 +186,11 @@ class SimscapeRun(Run):
         torque = inverse_dynamics(
             self.robot,
             body,
-            *(each[good] for each in joints),
+            *(rows[name][good] for name in ("q", "qd", "qdd")),
             foot_force=log["sensors"][good, : 4 * legs].reshape(-1, legs, 4)[..., 1:],
             gravity=self.scenario.model.gravity,
         ).joint_torque
-        log["torque"][good] = torque.reshape(-1, 3 * legs) - self._tip_torque[good]
+        log["torque"][good] = (torque - self._tip_torque[good]).reshape(-1, 3 * legs)
 
 
 def check_prescribed(scenario: Scenario) -> None:

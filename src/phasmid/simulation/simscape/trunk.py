@@ -26,21 +26,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from phasmid.compiled import compiled
+from phasmid.dynamics.whole_body_kernels import Vector, add, cross, vector
 from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
-from phasmid.simulation.simscape.legs import (
-    AXIS,
-    COM,
-    COM_ACCELERATION,
-    COXA_AXIS,
-    INERTIA,
-    LEG,
-    LEGS,
-    MOMENTUM,
-    TIP,
-    TURNING,
-)
 
-Vector: TypeAlias = tuple[float, float, float]
 Matrix: TypeAlias = tuple[Vector, Vector, Vector]
 """Rows."""
 
@@ -119,12 +107,6 @@ def friction_coefficient(speed: float, static: float, kinetic: float, threshold:
 
 
 @compiled
-def plus(a: Vector, b: Vector) -> Vector:
-    """Return a + b."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-@compiled
 def minus(a: Vector, b: Vector) -> Vector:
     """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
@@ -143,24 +125,6 @@ def dot(a: Vector, b: Vector) -> float:
 
 
 @compiled
-def cross(a: Vector, b: Vector) -> Vector:
-    """Return the vector product."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@compiled
-def vector(array: np.ndarray, at: int) -> Vector:
-    """Return three numbers of an array."""
-    return array[at], array[at + 1], array[at + 2]
-
-
-@compiled
-def put(array: np.ndarray, at: int, a: Vector) -> None:
-    """Write three numbers of an array."""
-    array[at], array[at + 1], array[at + 2] = a
-
-
-@compiled
 def apply(M: Matrix, a: Vector) -> Vector:
     """Return M a."""
     return dot(M[0], a), dot(M[1], a), dot(M[2], a)
@@ -169,7 +133,7 @@ def apply(M: Matrix, a: Vector) -> Vector:
 @compiled
 def apply_transposed(M: Matrix, a: Vector) -> Vector:
     """Return Mᵀ a."""
-    return plus(plus(times(a[0], M[0]), times(a[1], M[1])), times(a[2], M[2]))
+    return add(add(times(a[0], M[0]), times(a[1], M[1])), times(a[2], M[2]))
 
 
 @compiled
@@ -178,7 +142,7 @@ def solve(J: Matrix, b: Vector) -> Vector:
     x, y, z = J
     yz, zx, xy = cross(y, z), cross(z, x), cross(x, y)
     d = 1.0 / dot(x, yz)
-    return times(d, plus(plus(times(b[0], yz), times(b[1], zx)), times(b[2], xy)))
+    return times(d, add(add(times(b[0], yz), times(b[1], zx)), times(b[2], xy)))
 
 
 @compiled
@@ -197,27 +161,23 @@ def rotation(quaternion: tuple[float, float, float, float]) -> Matrix:
 
 
 @compiled
-def cubic(row: np.ndarray, at: int, s: float) -> float:
-    """Return the value of a cubic."""
-    return row[at] + s * (row[at + 1] + s * (row[at + 2] + s * row[at + 3]))
-
-
-@compiled
-def cubics(row: np.ndarray, at: int, s: float) -> Vector:
+def cubics(c: np.ndarray, s: float) -> Vector:
     """Return the values of three cubics."""
-    return cubic(row, at, s), cubic(row, at + 4, s), cubic(row, at + 8, s)
+    return (
+        c[0, 0] + s * (c[0, 1] + s * (c[0, 2] + s * c[0, 3])),
+        c[1, 0] + s * (c[1, 1] + s * (c[1, 2] + s * c[1, 3])),
+        c[2, 0] + s * (c[2, 1] + s * (c[2, 2] + s * c[2, 3])),
+    )
 
 
 @compiled
-def rate(row: np.ndarray, at: int, s: float, dt: float) -> float:
-    """Return the time derivative of a cubic."""
-    return (row[at + 1] + s * (2.0 * row[at + 2] + s * 3.0 * row[at + 3])) / dt
-
-
-@compiled
-def rates(row: np.ndarray, at: int, s: float, dt: float) -> Vector:
+def rates(c: np.ndarray, s: float, dt: float) -> Vector:
     """Return the time derivatives of three cubics."""
-    return rate(row, at, s, dt), rate(row, at + 4, s, dt), rate(row, at + 8, s, dt)
+    return (
+        (c[0, 1] + s * (2.0 * c[0, 2] + s * 3.0 * c[0, 3])) / dt,
+        (c[1, 1] + s * (2.0 * c[1, 2] + s * 3.0 * c[1, 3])) / dt,
+        (c[2, 1] + s * (2.0 * c[2, 2] + s * 3.0 * c[2, 3])) / dt,
+    )
 
 
 @compiled
@@ -228,9 +188,9 @@ def symmetric(diagonal: Vector, beside: Vector) -> Matrix:
 
 
 @compiled
-def inertia(row: np.ndarray, s: float) -> Matrix:
+def inertia(trunk: np.record, s: float) -> Matrix:
     """Return the inertia about the centre of mass, body axes [kg·m²]."""
-    return symmetric(cubics(row, INERTIA, s), cubics(row, INERTIA + 12, s))
+    return symmetric(cubics(trunk.inertia[:3], s), cubics(trunk.inertia[3:], s))
 
 
 # Forces -------------------------------------------------------------------------------------------
@@ -238,7 +198,8 @@ def inertia(row: np.ndarray, s: float) -> Matrix:
 
 @compiled
 def contact(
-    row: np.ndarray,
+    trunk: np.record,
+    legs: np.ndarray,
     s: float,
     state: State,
     constants: Constants,
@@ -249,7 +210,8 @@ def contact(
     """Compute the contact forces in a state, in body axes.
 
     Args:
-        row: The legs in this step, from `leg_rows`.
+        trunk: The robot in this step, from `leg_rows`.
+        legs: Its legs, shape (L,).
         s: Share of the step that has passed.
         state: Of the trunk.
         constants: Of the run.
@@ -265,23 +227,23 @@ def contact(
     """
     dt, mass, damping = constants.dt, constants.mass, constants.damping
     threshold = constants.threshold
-    R, com = rotation(state.quaternion), cubics(row, COM, s)
-    w = solve(inertia(row, s), minus(apply_transposed(R, state.spin), cubics(row, MOMENTUM, s)))
+    R, com = rotation(state.quaternion), cubics(trunk.com, s)
+    w = solve(inertia(trunk, s), minus(apply_transposed(R, state.spin), cubics(trunk.momentum, s)))
     velocity = apply_transposed(R, times(1.0 / mass, state.momentum))
-    velocity = minus(velocity, rates(row, COM, s, dt))
+    velocity = minus(velocity, rates(trunk.com, s, dt))
     all_force, all_moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     feet[:] = 0.0
     dampers[:] = 0.0
     for leg in range(len(planes)):
-        at = LEGS + leg * LEG
-        upward, static = vector(planes[leg], 0), planes[leg, 4]
+        points, ends = legs[leg].points, legs[leg].turning
+        upward, static = vector(planes[leg]), planes[leg, 4]
         n = apply_transposed(R, upward)
         height = dot(upward, state.com) - planes[leg, 3] - POINT_RADIUS
-        begin, end = vector(row, at + TURNING), vector(row, at + TURNING + 3)
-        turning = plus(begin, times(s, minus(end, begin)))
+        begin, end = vector(ends[0]), vector(ends[1])
+        turning = add(begin, times(s, minus(end, begin)))
         foot_force, foot_moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for point in range(CONTACT_POINTS):
-            r = minus(cubics(row, at + 12 * point, s), com)
+            r = minus(cubics(points[point], s), com)
             depth = -(height + dot(n, r))
             if depth <= 0.0:
                 # No other point of this foot can reach the ground.
@@ -291,7 +253,7 @@ def contact(
             # The point of the tibia that touches, halfway into the ground.
             below = times(POINT_RADIUS - depth / 2.0, n)
             r = minus(r, below)
-            v = plus(plus(velocity, cross(w, r)), rates(row, at + 12 * point, s, dt))
+            v = add(add(velocity, cross(w, r)), rates(points[point], s, dt))
             v = minus(v, cross(turning, below))
             rising = dot(n, v)
             v = minus(v, times(rising, n))
@@ -303,13 +265,12 @@ def contact(
                 drag = friction_coefficient(slip, static, least, threshold) * normal / slip
             force = minus(times(normal, n), times(drag, v))
             feet[leg, 0] += 1.0
-            foot_force = plus(foot_force, force)
-            foot_moment = plus(foot_moment, cross(r, force))
+            foot_force = add(foot_force, force)
+            foot_moment = add(foot_moment, cross(r, force))
             if len(dampers):
                 add_dampers(dampers, damping if rising < 0.0 else 0.0, drag, n, r)
-        put(feet[leg], 1, foot_force)
-        put(feet[leg], 4, foot_moment)
-        all_force, all_moment = plus(all_force, foot_force), plus(all_moment, foot_moment)
+        feet[leg, 1:4], feet[leg, 4:7] = foot_force, foot_moment
+        all_force, all_moment = add(all_force, foot_force), add(all_moment, foot_moment)
     return w, all_force, all_moment
 
 
@@ -368,15 +329,14 @@ def damp(C: np.ndarray, mass: float, J: Matrix, b: np.ndarray, x: np.ndarray) ->
         for k in range(i + 1, 6):
             value -= C[k, i] * x[k]
         x[i] = value / C[i, i]
-    put(x, 0, times(mass, vector(x, 0)))
-    put(x, 3, apply(J, vector(x, 3)))
+    x[:3], x[3:] = times(mass, vector(x)), apply(J, vector(x[3:]))
 
 
 @compiled
 def drift(state: State, w: Vector, mass: float) -> tuple[Vector, float, Vector]:
     """Return the rates of the centre of mass, and of scalar and vector of the quaternion."""
     q, r = state.quaternion[0], state.quaternion[1:]
-    turn = times(0.5, plus(times(q, w), cross(r, w)))
+    turn = times(0.5, add(times(q, w), cross(r, w)))
     return times(1.0 / mass, state.momentum), -0.5 * dot(r, w), turn
 
 
@@ -384,22 +344,27 @@ def drift(state: State, w: Vector, mass: float) -> tuple[Vector, float, Vector]:
 def drifted(state: State, change: tuple[Vector, float, Vector], h: float) -> State:
     """Return the state moved by rates of position and orientation over a time."""
     velocity, scalar, turn = change
-    x, y, z = plus(state.quaternion[1:], times(h, turn))
+    x, y, z = add(state.quaternion[1:], times(h, turn))
     quaternion = (state.quaternion[0] + h * scalar, x, y, z)
-    return State(plus(state.com, times(h, velocity)), quaternion, state.momentum, state.spin)
+    return State(add(state.com, times(h, velocity)), quaternion, state.momentum, state.spin)
 
 
 @compiled
 def pushed(state: State, R: Matrix, wrench: np.ndarray, h: float) -> State:
     """Return the state after a force and a moment in body axes over a time."""
-    momentum = plus(state.momentum, times(h, apply(R, vector(wrench, 0))))
-    spin = plus(state.spin, times(h, apply(R, vector(wrench, 3))))
+    momentum = add(state.momentum, times(h, apply(R, vector(wrench))))
+    spin = add(state.spin, times(h, apply(R, vector(wrench[3:]))))
     return State(state.com, state.quaternion, momentum, spin)
 
 
 @compiled
 def move(
-    row: np.ndarray, constants: Constants, planes: np.ndarray, state: State, feet: np.ndarray
+    trunk: np.record,
+    legs: np.ndarray,
+    constants: Constants,
+    planes: np.ndarray,
+    state: State,
+    feet: np.ndarray,
 ) -> State:
     """Return the state after one step of equal substeps; arguments as of `contact`."""
     dampers, C, none = np.empty((6, 6)), np.empty((6, 6)), np.empty((0, 6))
@@ -407,19 +372,19 @@ def move(
     mass, h = constants.mass, constants.dt / constants.substeps
     for part in range(constants.substeps):
         s = part / constants.substeps
-        w, force, moment = contact(row, s, state, constants, planes, feet, dampers)
-        R, J = rotation(state.quaternion), inertia(row, s)
+        w, force, moment = contact(trunk, legs, s, state, constants, planes, feet, dampers)
+        R, J = rotation(state.quaternion), inertia(trunk, s)
         factorise(dampers, mass, J, GAMMA * h, C)
-        put(total, 0, apply_transposed(R, plus(apply(R, force), constants.weight)))
-        put(total, 3, moment)
+        total[:3] = apply_transposed(R, add(apply(R, force), constants.weight))
+        total[3:] = moment
         damp(C, mass, J, total, k1)
         rates_1 = drift(state, w, mass)
         stage = pushed(drifted(state, rates_1, h), R, k1, h)
         s = (part + 1.0) / constants.substeps
-        w, force, moment = contact(row, s, stage, constants, planes, feet, none)
+        w, force, moment = contact(trunk, legs, s, stage, constants, planes, feet, none)
         rates_2, R2 = drift(stage, w, mass), rotation(stage.quaternion)
-        put(total, 0, apply_transposed(R, plus(apply(R2, force), constants.weight)))
-        put(total, 3, apply_transposed(R, apply(R2, moment)))
+        total[:3] = apply_transposed(R, add(apply(R2, force), constants.weight))
+        total[3:] = apply_transposed(R, apply(R2, moment))
         total -= 2.0 * k1
         damp(C, mass, J, total, k2)
         state = drifted(drifted(state, rates_1, 0.5 * h), rates_2, 0.5 * h)
@@ -430,53 +395,54 @@ def move(
 
 
 @compiled
-def to_state(row: np.ndarray, dt: float, mass: float, pose: np.ndarray, twist: np.ndarray) -> State:
+def to_state(
+    trunk: np.record, dt: float, mass: float, pose: np.ndarray, twist: np.ndarray
+) -> State:
     """Return the state of pose and twist of the body frame, at the beginning of a step."""
     quaternion = (pose[3], pose[4], pose[5], pose[6])
-    R, com, w = rotation(quaternion), cubics(row, COM, 0.0), vector(twist, 3)
-    v = plus(rates(row, COM, 0.0, dt), cross(w, com))
-    momentum = times(mass, plus(vector(twist, 0), apply(R, v)))
-    spin = apply(R, plus(apply(inertia(row, 0.0), w), cubics(row, MOMENTUM, 0.0)))
-    return State(plus(vector(pose, 0), apply(R, com)), quaternion, momentum, spin)
+    R, com, w = rotation(quaternion), cubics(trunk.com, 0.0), vector(twist[3:])
+    v = add(rates(trunk.com, 0.0, dt), cross(w, com))
+    momentum = times(mass, add(vector(twist), apply(R, v)))
+    spin = apply(R, add(apply(inertia(trunk, 0.0), w), cubics(trunk.momentum, 0.0)))
+    return State(add(vector(pose), apply(R, com)), quaternion, momentum, spin)
 
 
 @compiled
 def from_state(
-    row: np.ndarray, dt: float, mass: float, state: State, pose: np.ndarray, twist: np.ndarray
+    trunk: np.record, dt: float, mass: float, state: State, pose: np.ndarray, twist: np.ndarray
 ) -> None:
     """Fill pose and twist of the body frame from the state, at the end of a step."""
-    R, com = rotation(state.quaternion), cubics(row, COM, 1.0)
-    momentum = minus(apply_transposed(R, state.spin), cubics(row, MOMENTUM, 1.0))
-    w = solve(inertia(row, 1.0), momentum)
-    v = plus(rates(row, COM, 1.0, dt), cross(w, com))
-    put(pose, 0, minus(state.com, apply(R, com)))
-    pose[3], pose[4], pose[5], pose[6] = state.quaternion
-    put(twist, 0, minus(times(1.0 / mass, state.momentum), apply(R, v)))
-    put(twist, 3, w)
+    R, com = rotation(state.quaternion), cubics(trunk.com, 1.0)
+    momentum = minus(apply_transposed(R, state.spin), cubics(trunk.momentum, 1.0))
+    w = solve(inertia(trunk, 1.0), momentum)
+    v = add(rates(trunk.com, 1.0, dt), cross(w, com))
+    pose[:3], pose[3:] = minus(state.com, apply(R, com)), state.quaternion
+    twist[:3], twist[3:] = minus(times(1.0 / mass, state.momentum), apply(R, v)), w
 
 
 @compiled
 def body_acceleration(
-    row: np.ndarray, constants: Constants, state: State, w: Vector, force: Vector, moment: Vector
+    trunk: np.record, constants: Constants, state: State, w: Vector, force: Vector, moment: Vector
 ) -> tuple[Vector, Vector]:
     """Return linear and angular acceleration of the body frame at the beginning of a step."""
     dt, mass = constants.dt, constants.mass
-    R, com, com_rate = rotation(state.quaternion), cubics(row, COM, 0.0), rates(row, COM, 0.0, dt)
+    R, com, com_rate = rotation(state.quaternion), cubics(trunk.com, 0.0), rates(trunk.com, 0.0, dt)
     # J w' = moment - J' w - l' - w x (J w + l).
-    J_rate = symmetric(rates(row, INERTIA, 0.0, dt), rates(row, INERTIA + 12, 0.0, dt))
-    gyration = plus(apply(J_rate, w), rates(row, MOMENTUM, 0.0, dt))
-    gyration = plus(gyration, cross(w, apply_transposed(R, state.spin)))
-    turning = solve(inertia(row, 0.0), minus(moment, gyration))
+    J_rate = symmetric(rates(trunk.inertia[:3], 0.0, dt), rates(trunk.inertia[3:], 0.0, dt))
+    gyration = add(apply(J_rate, w), rates(trunk.momentum, 0.0, dt))
+    gyration = add(gyration, cross(w, apply_transposed(R, state.spin)))
+    turning = solve(inertia(trunk, 0.0), minus(moment, gyration))
     # Centre of mass against the origin: c'' + 2 w x c' + w' x c + w x (w x c), in body axes.
-    relative = plus(vector(row, COM_ACCELERATION), cross(turning, com))
-    relative = plus(relative, cross(w, plus(times(2.0, com_rate), cross(w, com))))
+    relative = add(vector(trunk.com_acceleration), cross(turning, com))
+    relative = add(relative, cross(w, add(times(2.0, com_rate), cross(w, com))))
     linear = apply(R, minus(times(1.0 / mass, force), relative))
-    return plus(times(1.0 / mass, constants.weight), linear), apply(R, turning)
+    return add(times(1.0 / mass, constants.weight), linear), apply(R, turning)
 
 
 @compiled
 def advance(
-    rows: np.ndarray,
+    trunks: np.ndarray,
+    legs: np.ndarray,
     constants: Constants,
     last: bool,
     planes: np.ndarray,
@@ -491,7 +457,8 @@ def advance(
     """Make a step per row, and write the measurements at its beginning.
 
     Args:
-        rows: The legs in each step, from `leg_rows`.
+        trunks: The robot in each of N steps, from `leg_rows`, shape (N,).
+        legs: Its legs, shape (N, L).
         constants: Of the run.
         last: Whether the last row is measured and not stepped.
         planes: As of `contact`.
@@ -503,27 +470,25 @@ def advance(
         tip_torque: Joint torques of the feet's forces beyond those of forces at the tips.
         acceleration: Of the body frame's origin, and angular acceleration, world axes.
     """
-    legs, dt, mass = len(planes), constants.dt, constants.mass
-    feet, none = np.empty((legs, 7)), np.empty((0, 6))
-    for k in range(len(rows)):
-        row = rows[k]
-        state = to_state(row, dt, mass, pose, twist)
-        R, com = rotation(state.quaternion), cubics(row, COM, 0.0)
-        w, force, moment = contact(row, 0.0, state, constants, planes, feet, none)
+    L, dt, mass = len(planes), constants.dt, constants.mass
+    feet, none = np.empty((L, 7)), np.empty((0, 6))
+    for k in range(len(trunks)):
+        trunk = trunks[k]
+        state = to_state(trunk, dt, mass, pose, twist)
+        R, com = rotation(state.quaternion), cubics(trunk.com, 0.0)
+        w, force, moment = contact(trunk, legs[k], 0.0, state, constants, planes, feet, none)
         log_pose[k, :7], log_twist[k, :6] = pose, twist
-        for leg in range(legs):
-            at, foot_force = LEGS + leg * LEG, vector(feet[leg], 1)
-            tip = vector(row, at + TIP)
-            at_tip = minus(vector(feet[leg], 4), cross(minus(tip, com), foot_force))
-            tip_torque[k, 3 * leg] = dot(vector(row, at + COXA_AXIS), at_tip)
-            tip_torque[k, 3 * leg + 1] = dot(vector(row, at + AXIS), at_tip)
-            tip_torque[k, 3 * leg + 2] = tip_torque[k, 3 * leg + 1]
-            sensors[k, 4 * leg] = feet[leg, 0]
-            put(sensors[k], 4 * leg + 1, apply(R, foot_force))
-            put(sensors[k], 4 * legs + 3 * leg, plus(vector(pose, 0), apply(R, tip)))
-        linear, angular = body_acceleration(row, constants, state, w, force, moment)
-        put(acceleration[k], 0, linear)
-        put(acceleration[k], 3, angular)
-        if not (last and k == len(rows) - 1):
-            state = move(row, constants, planes, state, feet)
-            from_state(row, dt, mass, state, pose, twist)
+        for i in range(L):
+            leg, foot_force = legs[k, i], vector(feet[i, 1:])
+            tip = vector(leg.tip)
+            at_tip = minus(vector(feet[i, 4:]), cross(minus(tip, com), foot_force))
+            tip_torque[k, i, 0] = dot(vector(leg.coxa_axis), at_tip)
+            tip_torque[k, i, 1:] = dot(vector(leg.axis), at_tip)
+            sensors[k, 4 * i] = feet[i, 0]
+            sensors[k, 4 * i + 1 : 4 * i + 4] = apply(R, foot_force)
+            sensors[k, 4 * L + 3 * i : 4 * L + 3 * i + 3] = add(vector(pose), apply(R, tip))
+        linear, angular = body_acceleration(trunk, constants, state, w, force, moment)
+        acceleration[k, :3], acceleration[k, 3:] = linear, angular
+        if not (last and k == len(trunks) - 1):
+            state = move(trunk, legs[k], constants, planes, state, feet)
+            from_state(trunk, dt, mass, state, pose, twist)
