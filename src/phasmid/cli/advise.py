@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from phasmid.cli.number_option import number_within
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.robot_options import add_import_options, import_options
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
@@ -61,9 +61,9 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.advice import advise
 
     figure = _figure_path(options)
-    minutes = _number("--simulate", options.simulate, LONGEST)
-    speed = _number("--speed-mm-s", options.speed_mm_s)
-    capacity = _number("--battery-mah", options.battery_mah, 1e6)
+    minutes = number_within("--simulate", options.simulate, 0.1, LONGEST)
+    speed = number_within("--speed-mm-s", options.speed_mm_s, 0.1, 10_000)
+    capacity = number_within("--battery-mah", options.battery_mah, 1, 1_000_000)
     assert capacity is not None
     try:
         advice = advise(
@@ -114,21 +114,6 @@ def _figure_path(options: argparse.Namespace) -> Path | None:
         )
     check_new_file(path, option="--figure FILE", force=options.force)
     return path
-
-
-def _number(flag: str, text: str | None, most: float = 1e4) -> float | None:
-    """Return the number of an option; None without the option."""
-    if text is None:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 < value <= most:
-        raise InvalidInput(
-            f'{flag} is "{plain(text)}"; it must be a number greater than 0, up to {most:g}.'
-        )
-    return value
 
 
 def _scenario(options: argparse.Namespace) -> Scenario:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.number_option import number_within
 from phasmid.cli.report import print_damage
 from phasmid.cli.walk import leg_numbers
 from phasmid.errors import InvalidInput, nearest, plain
@@ -83,8 +83,9 @@ def run(options: argparse.Namespace) -> int:
         return 0
     paths, names = sort_out(options.things, CATALOGUE)
     kinds = _kinds(options.format)
-    dpi = _within("--dpi", options.dpi, COARSEST, FINEST) or RESOLUTION
-    wide = _within("--width-mm", options.width_mm, 1000 * NARROWEST, 1000 * WIDEST)
+    dpi = number_within("--dpi", options.dpi, COARSEST, FINEST, hint="--dpi 300") or RESOLUTION
+    narrowest, widest = 1000 * NARROWEST, 1000 * WIDEST
+    wide = number_within("--width-mm", options.width_mm, narrowest, widest, hint="--width-mm 85")
     labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
     folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
     with print_damage():
@@ -179,22 +180,6 @@ def _kinds(text: str) -> list[str]:
             guess = nearest(kind, KINDS)
             raise InvalidInput(f'no format "{kind}".', hint=guess or f"one of {', '.join(KINDS)}")
     return list(dict.fromkeys(kinds))
-
-
-def _within(flag: str, text: str | None, least: float, most: float) -> float | None:
-    """Return the number of an option, within its bounds; None without the option."""
-    if text is None:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not least <= value <= most:
-        raise InvalidInput(
-            f'{flag} is "{plain(text)}"; it must be a number from {least:g} to {most:g}.',
-            hint=f"{flag} {85 if 'mm' in flag else 300}",
-        )
-    return value
 
 
 def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[list[Path]]:
