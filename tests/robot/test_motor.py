@@ -18,7 +18,7 @@ KNOWN = [name for name in servo_names() if load_servo(name).stall_current is not
 def test_the_sheet_of_one_servo_fits_no_motor():
     # 6.8 V and about 2 A, as sellers say, are 13.6 W; its stall torque and speed are 15.8 W.
     assert set(servo_names()) - set(KNOWN) == {"DS3218"}
-    with pytest.raises(InvalidRobot, match="gears cannot win power"):
+    with pytest.raises(InvalidRobot, match="gears cannot create power"):
         _ = replace(load_servo("DS3218"), stall_current=2.0).motor
 
 
@@ -88,7 +88,7 @@ def test_every_number_of_a_servo_survives_its_robots_file(name, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"stall_current": 0.5}, "gears cannot win power"),
+        ({"stall_current": 0.5}, "gears cannot create power"),
         ({"friction": 3.0, "viscous_friction": 1.0}, "the stall torque of 1.5 N·m cannot"),
         ({"punch": 1024.0}, "punch is 1024.0; it must be 1023 or less"),
         ({"torque_limit": 1.5}, "torque_limit is 1.5; it must be 1 or less"),

@@ -29,7 +29,7 @@ def describe(imported: Imported) -> dict[str, Any]:
     if robot is not None:
         described = _robot(robot)
     elif facts is not None:
-        described = _understood(facts)
+        described = _describe_facts(facts)
     if described and facts is not None:
         for leg, found in zip(described["legs"], facts.legs, strict=True):
             leg["file"] = _origin(found)
@@ -55,7 +55,7 @@ def describe(imported: Imported) -> dict[str, Any]:
     }
 
 
-def _understood(facts: ImportFacts) -> dict[str, Any]:
+def _describe_facts(facts: ImportFacts) -> dict[str, Any]:
     """Describe a file whose robot is impossible."""
     described = {
         "name": facts.name,

@@ -94,7 +94,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
     findings = Findings(tree.findings)
     facts = None
     try:
-        facts, pieces = _understood(tree, options, findings)
+        facts, pieces = _find_facts(tree, options, findings)
         robot = _robot(facts, pieces)
         findings += judge_standing(robot, assumed=True)
         findings += judge_symmetry(robot, read=True)
@@ -118,7 +118,7 @@ def _first(findings: Sequence[Finding], error: PhasmidError) -> PhasmidError:
     return InvalidRobot(first.sentence, where=first.where or error.where, hint=first.hint)
 
 
-def _understood(
+def _find_facts(
     tree: Tree, options: ImportOptions, findings: Findings
 ) -> tuple[ImportFacts, list[Piece]]:
     """Find the legs, the servo, the neutral feet, and the masses in the frames of Table 1."""

@@ -360,7 +360,7 @@ def _joint(parent: str, child: str, axis: Axis | None) -> list[str]:
 
 
 def _shared_axis(one: Iterable[DrawnPart], other: Iterable[DrawnPart]) -> Axis | None:
-    """Find the axis that round faces of two links share, of several the one of the widest."""
+    """Return the axis that round faces of two links share; the widest face's, if several do."""
     mine = [(part, face) for part in one for face in part.drawn_cylinders]
     theirs = [face for part in other for face in part.drawn_cylinders]
     points = np.reshape([face.point for face in theirs], (-1, 3))

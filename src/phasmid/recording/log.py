@@ -213,6 +213,7 @@ class RecordingLog:
             self._sync()
 
     def _sync(self) -> None:
+        """Write to the disk what the system holds, and note how many samples that are."""
         done = self._done
         if self._failure:
             # The system reports lost data once; a later call succeeds.

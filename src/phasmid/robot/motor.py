@@ -56,7 +56,8 @@ class Motor:
             viscous: b [N·m·s/rad].
 
         Raises:
-            InvalidRobot: Gears cannot win torque, and the friction alone may not use up the motor.
+            InvalidRobot: The gears would need an efficiency above 1, or friction takes all of the
+                motor's torque.
         """
         idle = (coulomb + viscous * no_load_speed) / (stall_torque + coulomb)
         if idle >= 1:
@@ -71,7 +72,7 @@ class Motor:
             raise InvalidRobot(
                 f"servo {name}: stall_torque and no_load_speed give "
                 f"{stall_torque * no_load_speed:.3g} W per {voltage * stall_current:.3g} W of "
-                "supply; gears cannot win power.",
+                "supply; gears cannot create power.",
                 hint="check stall_current and rated_voltage",
             )
         return cls(voltage / stall_current, constant, 1 - kept, coulomb, viscous)

@@ -247,7 +247,7 @@ class DriveExperiment(Experiment):
         return Failure(Ending.INCOMPLETE, run.step, reason)
 
     def _command_function(self) -> Commands:
-        """Return the commands as a function, which starts anew."""
+        """Return the commands as a function of time, observation and pose, from their start."""
         commands = self._commands
         if isinstance(commands, Command):
             return lambda *_: commands

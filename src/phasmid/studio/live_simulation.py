@@ -182,7 +182,7 @@ class LiveSimulation:
         if not future.set_running_or_notify_cancel():
             return
         try:
-            future.set_result(self._obey(request))
+            future.set_result(self._handle(request))
         except PhasmidError as error:
             _refuse(future, error)
         except Exception as error:
@@ -266,7 +266,7 @@ class LiveSimulation:
 
     # Requests ------------------------------------------------------------------------------------
 
-    def _obey(self, request: Request) -> Answer:
+    def _handle(self, request: Request) -> Answer:
         operator = self._operator
         match request:
             case Stick():
