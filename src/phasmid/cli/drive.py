@@ -14,6 +14,7 @@ from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
     from phasmid.control import CommandScript
+    from phasmid.learning import Policy
     from phasmid.scenario import Scenario
 
 RATE = 200.0
@@ -33,6 +34,7 @@ def run(options: argparse.Namespace) -> int:
             f"{what}; it must be one of --{', --'.join(WAYS)}.", hint="--velocity 0.05,0,0"
         )
     script = _script(options)
+    policy = _policy(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
     from phasmid.simulation import DriveExperiment, check_drive
 
@@ -40,9 +42,15 @@ def run(options: argparse.Namespace) -> int:
     check_drive(scenario.driven(), rate=options.rate, between=options.between, faults=faults)
 
     def experiment() -> DriveExperiment:
-        compile_controller(scenario, rate=options.rate, quiet=options.quiet)
+        controller = None
+        if policy is None:
+            compile_controller(scenario, rate=options.rate, quiet=options.quiet)
+        else:
+            from phasmid.learning import PolicyController
+
+            controller = PolicyController(policy, scenario.load_robot())
         return DriveExperiment(
-            scenario, None, script, rate=options.rate, between=options.between, faults=faults
+            scenario, controller, script, rate=options.rate, between=options.between, faults=faults
         )
 
     return walk.make_run(experiment, scenario, options, _words(options))
@@ -64,6 +72,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="X,Y[,H];...",
         help="places to go to, ahead and to the left of the start [m], with a heading [rad]; the "
         "robot's true place is used",
+    )
+    parser.add_argument(
+        "--policy",
+        metavar="FILE",
+        help="learned policy that controls the robot: an ONNX file, or one that comes with "
+        "phasmid; its robot is driven unless --robot names another; default: the locomotion "
+        "controller",
     )
     parser.add_argument(
         "--rate", type=_number, default=RATE, metavar="N", help="updates a second; default: 200"
@@ -93,9 +108,24 @@ def _words(options: argparse.Namespace) -> list[str]:
             words.append(f"{name}-{Path(value).stem if name == 'commands' else value}")
     if options.rate != RATE:
         words.append(f"rate-{options.rate:g}")
+    if options.policy:
+        words.append(f"policy-{Path(options.policy).stem}")
     if options.between:
         words.append(f"between-{options.between}")
     return words + [f"fault-{fault}" for fault in options.fault or []]
+
+
+def _policy(options: argparse.Namespace) -> Policy | None:
+    """Return the policy of the options, whose robot is driven where the options name none."""
+    if options.policy is None:
+        return None
+    from phasmid.learning import Policy
+
+    policy = Policy(options.policy)
+    fields = vars(options)
+    if policy.task is not None and fields["field:robot"] is None:
+        fields["field:robot"] = policy.task.robot
+    return policy
 
 
 def _number(text: str) -> float:

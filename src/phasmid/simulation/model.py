@@ -54,9 +54,13 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
         and the force of the ground on the foot in world axes [N] (3), then the positions of all
         feet in world axes [m] (L times 3).
     """
+    return set_contact_laws(model_specification(robot, scenario), robot, scenario)
+
+
+def set_contact_laws(spec: mujoco.MjSpec, robot: Robot, scenario: Scenario) -> mujoco.MjModel:
+    """Set the contact law of a specification's feet and trunk, and compile it."""
     import mujoco
 
-    spec = _specification(robot, scenario)
     model = spec.compile()
     # The contact's constants are scaled by MuJoCo's own measure of each foot's mobility, which
     # is known after a first compilation only.
@@ -73,7 +77,7 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
 
 def foot_mobility(robot: Robot, scenario: Scenario) -> Float[np.ndarray, " legs"]:
     """Return MuJoCo's inverse effective mass of each foot at the neutral stance [1/kg], (L,)."""
-    return _mobility(_specification(robot, scenario).compile(), robot)
+    return _mobility(model_specification(robot, scenario).compile(), robot)
 
 
 def joint_mobility(robot: Robot, scenario: Scenario, q: Float[np.ndarray, "legs 3"]) -> float:
@@ -88,7 +92,7 @@ def joint_mobility(robot: Robot, scenario: Scenario, q: Float[np.ndarray, "legs 
     """
     import mujoco
 
-    model = _specification(robot, scenario).compile()
+    model = model_specification(robot, scenario).compile()
     data, M = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     data.qpos[7:] = q.ravel()
     mujoco.mj_forward(model, data)
@@ -127,7 +131,8 @@ def _mobility(model: mujoco.MjModel, robot: Robot) -> Float[np.ndarray, " legs"]
     return np.array([model.body(f"{leg.name}.tibia").invweight0[0] for leg in robot.legs])
 
 
-def _specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
+def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
+    """Describe a robot on the scenario's ground, without the contact law of its feet."""
     import mujoco
 
     spec = mujoco.MjSpec()

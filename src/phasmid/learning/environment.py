@@ -1,0 +1,313 @@
+"""Gymnasium environments: a batch of walking robots, and one of them alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from mujoco.batch import SimulationError
+
+from phasmid.learning.control_period import (
+    begin_period,
+    end_period,
+    observation_names,
+    observe,
+    privileged_names,
+)
+from phasmid.learning.episodes import draw_episodes, random_ranges, random_states
+from phasmid.learning.physics import Physics
+from phasmid.learning.task import TERMS, Task, load_task
+from phasmid.robot import JOINTS
+
+CHOSEN = "command", "level", "kind"
+"""What an option of a reset chooses in place of a random draw."""
+
+RENDERED_SIZE = 480, 640
+"""Height and width of a rendered picture [pixels]."""
+
+
+class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """N robots that learn to walk as commanded.
+
+    A robot's episode depends on its own seed and actions alone, not on the other robots and not on
+    the number of threads. Robot i of a batch with the seed s has the seed s + i.
+
+    Args:
+        num_envs: Number of robots, N.
+        task: A task, the name of a task that comes with phasmid, or the path of a task file.
+        threads: Number of threads of the physics.
+        autoreset_mode: When an ended episode is followed by the next one.
+        render_mode: ``rgb_array`` or None.
+        changes: Fields of the task to replace, such as ``fidelity="full"``.
+
+    Attributes:
+        task: The task.
+        physics: The robots.
+        observation_names: Meaning of each number of an observation.
+        privileged_names: Meaning of each number of a privileged observation.
+        privileged_observation_space: Of the critic's observations, which ``info`` holds under
+            ``privileged_observation``, shape (N, P).
+    """
+
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        task: str | Path | Task = "walk",
+        threads: int = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        **changes: Any,
+    ) -> None:
+        task = task if isinstance(task, Task) else load_task(task)
+        self.task = task = task.replace(**changes)
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self._mode = AutoresetMode(autoreset_mode)
+        self.metadata = {
+            **type(self).metadata,
+            "render_fps": round(task.rate),
+            "autoreset_mode": self._mode,
+        }
+        self.physics = physics = Physics(task, num_envs, threads)
+        legs = [leg.name for leg in physics.robot.legs]
+        joints = [f"{leg}.{joint}" for leg in legs for joint in JOINTS]
+        table = task.observation
+        latest = observation_names(joints, legs, table.clock, table.contacts)
+        earlier = [f"{name}, {k} before" for k in range(1, table.history) for name in latest]
+        self.observation_names = latest + earlier
+        self.privileged_names = privileged_names(joints, legs)
+        width = len(latest)
+        self.single_observation_space = _unbounded(table.history * width)
+        self.privileged_observation_space = _unbounded(len(self.privileged_names))
+        self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(joints),), np.float32)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._ranges = random_ranges(task)
+        self._observed = np.zeros((num_envs, table.history, width))
+        self._privileged = np.zeros((num_envs, len(self.privileged_names)))
+        self._reward = np.zeros(num_envs)
+        self._fell, self._ended = np.zeros(num_envs, bool), np.zeros(num_envs, bool)
+        self._all = np.arange(num_envs)
+        self._renderer: mujoco.Renderer | None = None
+        self._is_seeded = False
+
+    def reset(
+        self, *, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin episodes.
+
+        Args:
+            seed: Seed of robot 0, or of every robot; None: the random numbers go on.
+            options: ``reset_mask``: the robots that begin anew, shape (N,); absent: all.
+                ``command``: their first commands, forward, left [m/s] and yaw rate [rad/s], (N, 3).
+                ``level``: their levels of difficulty, (N,); ``kind``: the kinds of ground, (N,).
+
+        Returns:
+            Observations, shape (N, A), and information as of `step`.
+        """
+        super().reset(seed=seed if isinstance(seed, int) else None)
+        if seed is None and not self._is_seeded:
+            seed = int(self.np_random.integers(2**31))
+        if seed is not None:
+            seeds = self._all + seed if isinstance(seed, int) else np.asarray(seed)
+            self.physics.episodes.random[:] = random_states(seeds)
+            self.physics.episodes.level[:] = -1
+            self._is_seeded = True
+        options = options or {}
+        mask = options.get("reset_mask")
+        ids = self._all if mask is None else np.flatnonzero(mask)
+        self._begin(ids, {name: options[name] for name in CHOSEN if name in options})
+        return self._observations(), self._information()
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Advance all robots by a control period.
+
+        Args:
+            actions: Offsets of the joint targets from the neutral stance over the task's scale,
+                clipped to [-1, 1], shape (N, 3 L).
+
+        Returns:
+            Observations (N, A), rewards (N,), whether a robot fell (N,), whether its time is over
+            (N,), and information: ``command`` (N, 3), ``level`` of difficulty (N,),
+            ``privileged_observation`` (N, P), and ``reward_sums``, the sum of each reward term over
+            the episode, (N,) each. With automatic reset in the same step also ``final_obs`` and
+            ``final_info``.
+        """
+        e, physics = self.physics.episodes, self.physics
+        running = self._all
+        begun = np.empty(0, int)
+        if self._mode is AutoresetMode.NEXT_STEP and self._ended.any():
+            running, begun = np.flatnonzero(~self._ended), np.flatnonzero(self._ended)
+        self._fell[:] = False
+        self._reward[:] = 0.0
+        begin_period(physics.constants, e, np.asarray(actions, float), running)
+        try:
+            physics.advance(running)
+        except SimulationError as error:
+            # MuJoCo left the state as it was before the step that failed; the episode ends here.
+            physics.qpos[error.ids] = np.nan
+        end_period(
+            physics.constants,
+            e,
+            physics.qpos,
+            physics.qvel,
+            physics.sensors,
+            self._reward,
+            self._fell,
+            running,
+        )
+        if len(begun):
+            self._begin(begun)
+        self._observe(running)
+        terminated = self._fell.copy()
+        truncated = (e.step >= physics.constants.steps) & ~terminated
+        self._ended = terminated | truncated
+        rewards = self._reward.copy()
+        if self._mode is AutoresetMode.SAME_STEP and self._ended.any():
+            ended = self._ended
+            final, information = self._observations(), self._information()
+            self._begin(np.flatnonzero(ended))
+            extra = {
+                "final_obs": final,
+                "_final_obs": ended,
+                "final_info": information,
+                "_final_info": ended,
+            }
+            return (
+                self._observations(),
+                rewards,
+                terminated,
+                truncated,
+                self._information() | extra,
+            )
+        return self._observations(), rewards, terminated, truncated, self._information()
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """Return a picture of each robot, (height, width, 3), with the mode ``rgb_array``."""
+        if self.render_mode is None:
+            return None
+        return tuple(self._picture(n) for n in range(self.num_envs))
+
+    def close_extras(self, **_: Any) -> None:
+        """Release the renderer."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def _begin(self, ids: np.ndarray, chosen: Mapping[str, Any] = MappingProxyType({})) -> None:
+        physics = self.physics
+        draw_episodes(physics.constants, physics.episodes, self._ranges, ids)
+        for name, values in chosen.items():
+            getattr(physics.episodes, name)[ids] = np.asarray(values)[ids]
+        physics.place(ids)
+        self._ended[ids] = False
+        self._observe(ids)
+        self._observed[ids, 1:] = self._observed[ids, :1]
+
+    def _observe(self, ids: np.ndarray) -> None:
+        physics, table = self.physics, self.task.observation
+        self._observed[ids, 1:] = self._observed[ids, :-1]
+        observe(
+            physics.constants,
+            physics.episodes,
+            physics.qpos,
+            physics.qvel,
+            table.clock,
+            table.contacts,
+            self._observed[:, 0],
+            self._privileged,
+            ids,
+        )
+
+    def _observations(self) -> np.ndarray:
+        flat = self._observed.reshape(self.num_envs, -1)
+        # A robot whose state is no longer finite has ended its episode.
+        return np.nan_to_num(flat, posinf=0.0, neginf=0.0).astype(np.float32)
+
+    def _information(self) -> dict[str, Any]:
+        e = self.physics.episodes
+        return {
+            "command": e.command.copy(),
+            "privileged_observation": np.nan_to_num(self._privileged).astype(np.float32),
+            "level": e.level.copy(),
+            "reward_sums": {name: e.sums[:, i].copy() for i, name in enumerate(TERMS)},
+        }
+
+    def _picture(self, n: int) -> np.ndarray:
+        batch = self.physics.batch
+        model, data = batch.get_model(n), batch.get_data(n)
+        mujoco.mj_forward(model, data)
+        if self._renderer is None:
+            self._renderer = mujoco.Renderer(model, *RENDERED_SIZE)
+        camera = mujoco.MjvCamera()
+        camera.lookat[:] = data.body("trunk").xpos
+        camera.distance, camera.azimuth, camera.elevation = 0.8, 135.0, -25.0
+        self._renderer.update_scene(data, camera)
+        return self._renderer.render()
+
+
+class WalkEnv(gymnasium.Env[np.ndarray, np.ndarray]):
+    """One robot that learns to walk as commanded; arguments as of `WalkVectorEnv`."""
+
+    metadata = WalkVectorEnv.metadata
+
+    def __init__(self, render_mode: str | None = None, **arguments: Any) -> None:
+        self.batch = WalkVectorEnv(
+            1, autoreset_mode=AutoresetMode.DISABLED, render_mode=render_mode, **arguments
+        )
+        self.render_mode = render_mode
+        self.observation_space = self.batch.single_observation_space
+        self.action_space = self.batch.single_action_space
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin an episode; returns the observation and information."""
+        super().reset(seed=seed)
+        if seed is None and not self.batch._is_seeded:
+            seed = int(self.np_random.integers(2**31))
+        observations, information = self.batch.reset(seed=seed, options=options)
+        return observations[0], _first(information)
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """Advance the robot by a control period; as of `WalkVectorEnv.step`."""
+        observations, rewards, fell, over, information = self.batch.step(np.asarray(action)[None])
+        return (
+            observations[0],
+            float(rewards[0]),
+            bool(fell[0]),
+            bool(over[0]),
+            _first(information),
+        )
+
+    def render(self) -> np.ndarray | None:
+        """Return a picture, (height, width, 3), with the mode ``rgb_array``."""
+        pictures = self.batch.render()
+        return None if pictures is None else pictures[0]
+
+    def close(self) -> None:
+        """Release the renderer."""
+        self.batch.close()
+
+
+def _unbounded(width: int) -> gymnasium.spaces.Box:
+    return gymnasium.spaces.Box(-np.inf, np.inf, (width,), np.float32)
+
+
+def _first(information: dict[str, Any]) -> dict[str, Any]:
+    """Return the information on the first robot of a batch."""
+    return {
+        name: _first(value) if isinstance(value, dict) else value[0]
+        for name, value in information.items()
+    }

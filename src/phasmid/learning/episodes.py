@@ -1,0 +1,380 @@
+"""Episodes of a batch of robots: their arrays, their random draws, and the constants of a task."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from phasmid.compiled import compiled, internal
+from phasmid.gait import gaits_of, load_gait
+from phasmid.kinematics import hip_from_body, joint_angles, neutral_feet
+from phasmid.learning.task import TERMS, Task
+from phasmid.learning.terrain import Terrain, training_terrain
+from phasmid.robot import Robot
+
+
+class Constants(NamedTuple):
+    """Numbers of a task and its robot with L legs, for compiled functions.
+
+    Attributes:
+        dt: Control period [s].
+        steps: Control periods of an episode.
+        neutral: Joint angles of the neutral stance [rad], shape (3 L,).
+        limits: Lowest and highest joint angle [rad], shape (2, 3 L).
+        scale: Offset of a target at an action of 1 [rad].
+        change: Largest change of a target in a period [rad].
+        height: Height of the body frame in the neutral stance [m].
+        underside: Height of the trunk's underside in the body frame [m].
+        fallen: Cosine of the tilt beyond which the robot has fallen.
+        stall: Stall torque of the servos [N·m].
+        largest: Largest velocities: forward, left [m/s], yaw rate [rad/s].
+        single: Share of the commands in one direction.
+        zero: Share of the commands that are zero.
+        command_steps: Control periods between commands.
+        push: Largest change of velocity by a push [m/s].
+        push_steps: Control periods between pushes.
+        lifts: Phases at which legs lift, shape (L,).
+        swing: Part of a cycle for which a foot is in the air.
+        period: Duration of a cycle [s].
+        step_height: [m].
+        hips: Hip positions in the body frame [m], shape (L, 3).
+        R_body_hip: Rotations of the hips, shape (L, 3, 3).
+        feet: Neutral feet in the body frame [m], shape (L, 3).
+        lengths: Of coxa, femur and tibia [m], shape (L, 3).
+        left: Offsets of the feet from the legs' planes [m], shape (L,).
+        mirror: Number of the leg opposite to each leg, shape (L,).
+        weights: Of the reward terms, per control period, shape (T,).
+        velocity_scale: [m/s].
+        yaw_scale: [rad/s].
+        reference_scale: [rad].
+        joint_noise: [rad].
+        gyro_noise: [rad/s].
+        gravity_noise: Of the gravity direction.
+        trunk: Half of the trunk's length and width [m], shape (2,).
+        terrain: The ground.
+        first_levels: Levels of difficulty on which robots begin.
+        dead_servo: Share of the episodes in which a servo dies.
+        lost_leg: Share of the episodes in which a leg's servos die.
+        latest_damage: Latest control period in which they die.
+    """
+
+    dt: float
+    steps: int
+    neutral: np.ndarray
+    limits: np.ndarray
+    scale: float
+    change: float
+    height: float
+    underside: float
+    fallen: float
+    stall: float
+    largest: np.ndarray
+    single: float
+    zero: float
+    command_steps: int
+    push: float
+    push_steps: int
+    lifts: np.ndarray
+    swing: float
+    period: float
+    step_height: float
+    hips: np.ndarray
+    R_body_hip: np.ndarray
+    feet: np.ndarray
+    lengths: np.ndarray
+    left: np.ndarray
+    mirror: np.ndarray
+    weights: np.ndarray
+    velocity_scale: float
+    yaw_scale: float
+    reference_scale: float
+    joint_noise: float
+    gyro_noise: float
+    gravity_noise: float
+    trunk: np.ndarray
+    terrain: Terrain
+    first_levels: int
+    dead_servo: float
+    lost_leg: float
+    latest_damage: int
+
+
+STEEPEST_TILT = 1.0
+"""Tilt beyond which a robot has fallen [rad]."""
+
+
+def task_constants(task: Task, robot: Robot) -> Constants:
+    """Return the constants of a task with a robot of L legs."""
+    feet = neutral_feet(robot)
+    legs = len(robot.legs)
+    gait = load_gait(task.gait.name or next(iter(gaits_of(legs))), legs)
+    dt, table, noise = 1 / task.rate, task.commands, task.randomisation
+    terrain = training_terrain(task.terrain)
+    mirrored = feet * np.array([1.0, -1.0, 1.0])
+    distance = np.linalg.norm(feet[:, None] - mirrored, axis=-1)
+    return Constants(
+        dt=dt,
+        steps=max(1, round(task.duration / dt)),
+        neutral=joint_angles(robot.arrays, hip_from_body(robot, feet)).ravel(),
+        limits=np.vstack([leg.joint_limits for leg in robot.legs]).T.copy(),
+        scale=task.action.scale,
+        change=task.action.speed_share * robot.servo.no_load_speed * dt,
+        height=-float(feet[:, 2].mean()),
+        underside=-robot.body.size[2] / 2,
+        fallen=float(np.cos(STEEPEST_TILT)),
+        stall=robot.servo.stall_torque,
+        largest=np.array([table.forward, table.left, table.yaw]),
+        single=table.single_share,
+        zero=table.zero_share,
+        command_steps=max(1, round(table.interval / dt)),
+        push=noise.push,
+        push_steps=max(1, round(noise.push_interval / dt)),
+        lifts=np.array(gait.offsets),
+        swing=gait.swing_fraction,
+        period=task.gait.period,
+        step_height=task.gait.step_height,
+        hips=np.array([leg.mount_position for leg in robot.legs]),
+        R_body_hip=np.ascontiguousarray(robot.arrays.R_body_hip),
+        feet=feet,
+        lengths=robot.arrays.lengths,
+        left=robot.arrays.lateral_offsets.sum(axis=1),
+        mirror=distance.argmin(axis=1),
+        weights=np.array([getattr(task.rewards, name) for name in TERMS]) * dt,
+        velocity_scale=task.rewards.velocity_scale,
+        yaw_scale=task.rewards.yaw_scale,
+        reference_scale=task.rewards.reference_scale,
+        joint_noise=noise.joint_noise,
+        gyro_noise=noise.gyro_noise,
+        gravity_noise=noise.gravity_noise,
+        trunk=robot.body.size[:2] / 2,
+        terrain=terrain,
+        first_levels=min(task.terrain.first_levels, len(terrain.origins)),
+        dead_servo=task.damage.dead_servo,
+        lost_leg=task.damage.lost_leg,
+        latest_damage=round(task.damage.latest / dt),
+    )
+
+
+class Episodes(NamedTuple):
+    """Episodes of N robots with L legs; one row per robot.
+
+    Attributes:
+        random: State of each robot's random numbers, shape (N,).
+        step: Control periods since the start, shape (N,).
+        command: Velocity forward, left [m/s] and yaw rate [rad/s], shape (N, 3).
+        phase: Of the gait's clock, in cycles, shape (N,).
+        action: Latest action, shape (N, 3 L).
+        previous_action: The action before it, shape (N, 3 L).
+        target: Latest joint targets [rad], shape (N, 3 L).
+        previous_target: The targets before them [rad], shape (N, 3 L).
+        reference: Joint angles of the reference motion [rad], shape (N, 3 L).
+        foot: Feet at the end of the previous period, world axes [m], shape (N, L, 3).
+        contact: Contact of each foot, shape (N, L).
+        force: Normal force of each foot [N], shape (N, L).
+        duty: Duty factor of each leg, averaged over about two cycles, shape (N, L).
+        torque: Joint torques of the last time step [N·m], shape (N, 3 L).
+        work: Positive work of the joints in the period [J], shape (N,).
+        saturated: Part of the period in which each joint is at its torque limit, shape (N, 3 L).
+        strength: Factor on the servos' supply voltage, shape (N,).
+        gain: Factor on the servos' gains, shape (N,).
+        joint_offset: Error of each joint's zero [rad], shape (N, 3 L).
+        latency: Delay of the targets [s], shape (N,).
+        friction: Coefficient of friction, shape (N,).
+        mass: Factor on masses and inertias, shape (N,).
+        payload: Mass on the trunk [kg], shape (N,).
+        centre_of_mass: Shift of the trunk's centre of mass [m], shape (N, 3).
+        level: Level of difficulty; -1 before the first episode, shape (N,).
+        kind: Number of the kind of ground, shape (N,).
+        heading: Yaw at the start [rad], shape (N,).
+        progress: Way along the commands [m], with yaw at the feet's distance, shape (N,).
+        wanted: Commanded way [m], shape (N,).
+        fell: Whether the robot fell in this episode, shape (N,).
+        damage_step: Control period in which servos die, shape (N,).
+        dies: 1 for the servos that die, shape (N, 3 L).
+        sums: Sums of the reward terms over the episode, shape (N, T).
+    """
+
+    random: np.ndarray
+    step: np.ndarray
+    command: np.ndarray
+    phase: np.ndarray
+    action: np.ndarray
+    previous_action: np.ndarray
+    target: np.ndarray
+    previous_target: np.ndarray
+    reference: np.ndarray
+    foot: np.ndarray
+    contact: np.ndarray
+    force: np.ndarray
+    duty: np.ndarray
+    torque: np.ndarray
+    work: np.ndarray
+    saturated: np.ndarray
+    strength: np.ndarray
+    gain: np.ndarray
+    joint_offset: np.ndarray
+    latency: np.ndarray
+    friction: np.ndarray
+    mass: np.ndarray
+    payload: np.ndarray
+    centre_of_mass: np.ndarray
+    level: np.ndarray
+    kind: np.ndarray
+    heading: np.ndarray
+    progress: np.ndarray
+    wanted: np.ndarray
+    fell: np.ndarray
+    damage_step: np.ndarray
+    dies: np.ndarray
+    sums: np.ndarray
+
+
+def empty_episodes(count: int, legs: int) -> Episodes:
+    """Allocate episodes of N robots with L legs."""
+    shapes = {
+        "command": (3,),
+        "foot": (legs, 3),
+        "centre_of_mass": (3,),
+        "sums": (len(TERMS),),
+        **dict.fromkeys(("contact", "force", "duty"), (legs,)),
+        **dict.fromkeys(
+            (
+                "action",
+                "previous_action",
+                "target",
+                "previous_target",
+                "reference",
+                "torque",
+                "saturated",
+                "joint_offset",
+                "dies",
+            ),
+            (3 * legs,),
+        ),
+    }
+    kinds = {"random": np.uint64, "fell": np.bool_}
+    kinds |= dict.fromkeys(("step", "level", "kind", "damage_step"), np.int64)
+    episodes = Episodes(
+        **{
+            name: np.zeros((count, *shapes.get(name, ())), kinds.get(name, np.float64))
+            for name in Episodes._fields
+        }
+    )
+    episodes.level[:] = -1
+    return episodes
+
+
+def random_states(seeds: np.ndarray) -> np.ndarray:
+    """Return the first state of each robot's random numbers, from its seed, shape (N,)."""
+    return np.array(
+        [np.random.SeedSequence(int(seed)).generate_state(1, np.uint64)[0] for seed in seeds]
+    )
+
+
+@internal
+def uniform(random: np.ndarray, n: int, low: float, high: float) -> float:
+    """Draw a number from robot n's stream of random numbers.
+
+    The generator is SplitMix64, whose whole state is one 64-bit number per robot.
+
+    Source: G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number generators", 2014.
+    """
+    random[n] += np.uint64(0x9E3779B97F4A7C15)
+    z = random[n]
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z ^= z >> np.uint64(31)
+    return low + (high - low) * float(z >> np.uint64(11)) * 2.0**-53
+
+
+@internal
+def draw_command(c: Constants, e: Episodes, n: int) -> None:
+    """Draw robot n's command: zero, along one direction, or any."""
+    kind, only = uniform(e.random, n, 0.0, 1.0), int(uniform(e.random, n, 0.0, 3.0))
+    for i in range(3):
+        value = uniform(e.random, n, -1.0, 1.0) * c.largest[i]
+        is_zero = kind < c.zero or (kind < c.zero + c.single and i != only)
+        e.command[n, i] = 0.0 if is_zero else value
+
+
+@internal
+def draw_ground(c: Constants, e: Episodes, n: int) -> None:
+    """Draw the tile on which robot n begins, by how far it came in its last episode."""
+    levels, kinds = c.terrain.origins.shape[:2]
+    first = int(uniform(e.random, n, 0.0, float(c.first_levels)))
+    anywhere = int(uniform(e.random, n, 0.0, float(levels)))
+    if e.level[n] < 0:
+        e.level[n] = first
+    elif e.wanted[n] > 0.0:
+        if e.fell[n] or e.progress[n] < 0.5 * e.wanted[n]:
+            e.level[n] = max(e.level[n] - 1, 0)
+        elif e.progress[n] > 0.8 * e.wanted[n]:
+            # Past the last level all levels come again, lest the easy ones be forgotten.
+            e.level[n] = e.level[n] + 1 if e.level[n] + 1 < levels else anywhere
+    e.kind[n] = int(uniform(e.random, n, 0.0, float(kinds)))
+    e.heading[n] = uniform(e.random, n, -math.pi, math.pi) if levels * kinds > 1 else 0.0
+
+
+@internal
+def draw_damage(c: Constants, e: Episodes, n: int) -> None:
+    """Draw which servos of robot n die, and when."""
+    legs, which = len(c.lifts), uniform(e.random, n, 0.0, 1.0)
+    leg = int(uniform(e.random, n, 0.0, float(legs)))
+    joint = int(uniform(e.random, n, 0.0, 3.0))
+    e.damage_step[n] = int(uniform(e.random, n, 0.0, c.latest_damage + 1.0))
+    e.dies[n] = 0.0
+    if which < c.lost_leg:
+        e.dies[n, 3 * leg : 3 * leg + 3] = 1.0
+    elif which < c.lost_leg + c.dead_servo:
+        e.dies[n, 3 * leg + joint] = 1.0
+
+
+@compiled
+def draw_episodes(c: Constants, e: Episodes, ranges: np.ndarray, ids: np.ndarray) -> None:
+    """Begin episodes: draw properties of the robot and the first command.
+
+    Args:
+        c: Constants of the task.
+        e: Episodes, changed in place.
+        ranges: Lowest and highest value of each property, in the order of `random_ranges`, (P, 2).
+        ids: The robots.
+    """
+    for n in ids:
+        e.strength[n] = uniform(e.random, n, ranges[0, 0], ranges[0, 1])
+        e.gain[n] = uniform(e.random, n, ranges[1, 0], ranges[1, 1])
+        e.latency[n] = uniform(e.random, n, ranges[2, 0], ranges[2, 1])
+        e.friction[n] = uniform(e.random, n, ranges[3, 0], ranges[3, 1])
+        e.mass[n] = uniform(e.random, n, ranges[4, 0], ranges[4, 1])
+        e.payload[n] = uniform(e.random, n, ranges[5, 0], ranges[5, 1])
+        for i in range(3):
+            e.centre_of_mass[n, i] = uniform(e.random, n, ranges[6, 0], ranges[6, 1])
+        for j in range(len(c.neutral)):
+            e.joint_offset[n, j] = uniform(e.random, n, ranges[7, 0], ranges[7, 1])
+            e.target[n, j] = e.previous_target[n, j] = e.reference[n, j] = c.neutral[j]
+            e.action[n, j] = e.previous_action[n, j] = e.torque[n, j] = e.saturated[n, j] = 0.0
+        draw_ground(c, e, n)
+        draw_damage(c, e, n)
+        e.phase[n] = uniform(e.random, n, 0.0, 1.0)
+        e.step[n], e.work[n], e.progress[n], e.wanted[n], e.fell[n] = 0, 0.0, 0.0, 0.0, False
+        e.sums[n] = 0.0
+        e.contact[n], e.force[n], e.duty[n] = 1.0, 0.0, 1.0 - c.swing
+        draw_command(c, e, n)
+
+
+def random_ranges(task: Task) -> np.ndarray:
+    """Return the range of each property that `draw_episodes` draws, shape (P, 2)."""
+    table = task.randomisation
+    return np.array(
+        [
+            (1 - table.strength, 1 + table.strength),
+            (1 - table.gain, 1 + table.gain),
+            (0.0, table.latency),
+            table.friction,
+            (1 - table.mass, 1 + table.mass),
+            (0.0, table.payload),
+            (-table.centre_of_mass, table.centre_of_mass),
+            (-table.joint_offset, table.joint_offset),
+        ]
+    )

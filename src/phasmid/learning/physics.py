@@ -1,0 +1,253 @@
+"""Physics of a batch of robots: MuJoCo's batch, and the servos of every robot."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from jaxtyping import Int
+from mujoco.batch import Batch
+
+from phasmid.compiled import compiled
+from phasmid.learning.episodes import Episodes, empty_episodes, task_constants
+from phasmid.learning.model import (
+    FAST_STEP,
+    FULL_STEP,
+    LEAST_PAYLOAD,
+    PAYLOAD_SIDE,
+    Motor,
+    learning_model,
+    robot_motor,
+)
+from phasmid.learning.task import Task
+from phasmid.scenario import Scenario
+from phasmid.simulation.servo import FAILED, SERVO_STATE, own_servo, servo_parameters, servo_step
+
+SLOW = 1.0
+"""Speed from which on a motor's whole friction acts [rad/s]; below it, a part of it, so that time
+steps of 4 ms resolve it."""
+
+
+class Servos(NamedTuple):
+    """Servos of N robots with J joints at full fidelity; the columns of `servo_step`.
+
+    Attributes:
+        parameters: Records of `servo_parameters`, shape (N, 1).
+        state: Records of `SERVO_STATE`, shape (N, J).
+        delayed: Goals on their way [rad], shape (N, J, D).
+    """
+
+    parameters: np.ndarray
+    state: np.ndarray
+    delayed: np.ndarray
+
+
+class Physics:
+    """N robots, advanced together.
+
+    Args:
+        task: Robot and fidelity.
+        count: Number of robots, N.
+        threads: Number of threads; the results do not depend on it.
+
+    Attributes:
+        robot: The robot, L legs.
+        constants: Constants of the task.
+        episodes: The robots' episodes.
+        batch: MuJoCo's batch.
+        qpos: Positions of the bodies, orientations and joint angles, shape (N, 7 + 3 L).
+        qvel: Velocities, shape (N, 6 + 3 L).
+        sensors: Readings as of `learning_model`, shape (N, 7 L).
+        steps: Time steps of a control period.
+        motor: The robot's motor at fast fidelity.
+    """
+
+    def __init__(self, task: Task, count: int, threads: int = 1) -> None:
+        scenario = Scenario().replace(robot=task.robot)
+        self.robot = robot = scenario.load_robot()
+        self.constants = task_constants(task, robot)
+        self.episodes = empty_episodes(count, len(robot.legs))
+        self.is_full = task.fidelity == "full"
+        dt = FULL_STEP if self.is_full else FAST_STEP
+        self.steps = max(1, round(self.constants.dt / dt))
+        self.model = model = learning_model(
+            robot, scenario, self.constants.terrain, full=self.is_full
+        )
+        self.batch = batch = Batch(model, count, threads)
+        self.qpos, self.qvel = batch.bind("qpos"), batch.bind("qvel")
+        self.sensors = batch.bind("sensordata")
+        self._force = batch.bind("qfrc_applied")
+        self._friction = batch.expand("geom_friction")
+        self._masses = [batch.expand(name) for name in ("body_mass", "body_inertia", "body_ipos")]
+        self._feet = np.flatnonzero(model.geom_priority > 0)
+        self.motor = robot_motor(scenario, robot)
+        self._servos: Servos | None = None
+        if self.is_full:
+            servo, joints = own_servo(scenario, robot), 3 * len(robot.legs)
+            supply = scenario.servo.supply(servo)
+            self._supply, self._ambient = supply, scenario.servo.ambient_temperature
+            parameters = servo_parameters(servo, dt, supply, self._ambient)
+            self._own = parameters[0].copy()
+            self._servos = Servos(
+                np.tile(parameters, (count, 1)),
+                np.zeros((count, joints), SERVO_STATE),
+                np.zeros((count, joints, round(servo.delay / dt))),
+            )
+
+    @property
+    def servos(self) -> np.ndarray | None:
+        """Records of `SERVO_STATE`, shape (N, 3 L), or None where the fidelity is fast."""
+        return None if self._servos is None else self._servos.state
+
+    def place(self, ids: Int[np.ndarray, " some"]) -> None:
+        """Place robots at rest on their feet, with the properties that their episodes drew."""
+        e, c, model, batch = self.episodes, self.constants, self.model, self.batch
+        batch.reset(ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
+        self.qpos[ids, :2] = c.terrain.origins[e.level[ids], e.kind[ids]]
+        self.qpos[ids, 2] = c.height
+        self.qpos[ids, 3], self.qpos[ids, 6] = (
+            np.cos(e.heading[ids] / 2),
+            np.sin(e.heading[ids] / 2),
+        )
+        self.qpos[ids, 7:] = c.neutral
+        self._friction[ids[:, None], self._feet, 0] = e.friction[ids, None]
+        mass, inertia, com = self._masses
+        mass[ids] = model.body_mass * e.mass[ids, None]
+        inertia[ids] = model.body_inertia * e.mass[ids, None, None]
+        trunk, payload = model.body("trunk").id, model.body("payload").id
+        com[ids, trunk] = model.body_ipos[trunk] + e.centre_of_mass[ids]
+        mass[ids, payload] = e.payload[ids] + LEAST_PAYLOAD
+        inertia[ids, payload] = mass[ids, payload, None] * PAYLOAD_SIDE**2 / 6
+        batch.set_const(ids)
+        if self._servos is not None:
+            parameters, state, delayed = self._servos
+            parameters[ids, 0] = self._own
+            parameters["voltage"][ids, 0] = self._supply * e.strength[ids]
+            for name in ("gain", "change_gain"):
+                parameters[name][ids, 0] = self._own[name] * e.gain[ids]
+            parameters["slope"][ids, 0] = self._own["slope"] / e.gain[ids, None]
+            state[ids] = np.zeros((), SERVO_STATE)
+            state["angle"][ids], state["temperature"][ids] = c.neutral, self._ambient
+            delayed[ids] = c.neutral[:, None]
+        batch.forward(ids)
+
+    def advance(self, ids: Int[np.ndarray, " some"]) -> None:
+        """Advance robots by a control period.
+
+        A robot whose state is no longer finite is left as it is.
+        """
+        e, c, batch = self.episodes, self.constants, self.batch
+        period = c.dt / self.steps
+        for step in range(self.steps):
+            if self._servos is None:
+                apply_motors(self.motor, e, step, period, self.qpos, self.qvel, self._force, ids)
+            else:
+                apply_servos(
+                    c.limits, self._servos, e, step, period, self.qpos, self.qvel, self._force, ids
+                )
+            batch.step(ids)
+
+
+@compiled
+def apply_motors(
+    motor: Motor,
+    e: Episodes,
+    step: int,
+    dt: float,
+    qpos: np.ndarray,
+    qvel: np.ndarray,
+    force: np.ndarray,
+    ids: np.ndarray,
+) -> None:
+    """Apply the motors' torques for the next time step, at fast fidelity.
+
+    The output follows the position error in proportion up to the stall torque. MuJoCo adds the
+    damping of the motor's counter voltage.
+
+    Args:
+        motor: The robot's motor.
+        e: Episodes, changed in place.
+        step: Time step of the control period.
+        dt: [s].
+        qpos: Shape (N, 7 + 3 L).
+        qvel: Shape (N, 6 + 3 L).
+        force: Applied torques [N·m], written, shape (N, 6 + 3 L).
+        ids: The robots.
+    """
+    joints = e.target.shape[1]
+    for n in ids:
+        strength = e.strength[n]
+        is_late = step * dt < motor.delay + e.latency[n] - 1e-9
+        gain, stall = motor.gain * e.gain[n] * strength, motor.stall * strength
+        is_damaged = e.step[n] >= e.damage_step[n]
+        for j in range(joints):
+            target = e.previous_target[n, j] if is_late else e.target[n, j]
+            speed = qvel[n, 6 + j]
+            push = gain * (target - e.joint_offset[n, j] - qpos[n, 7 + j])
+            if is_damaged and e.dies[n, j] > 0.0:
+                push = 0.0
+            elif abs(push) >= stall:
+                push = stall if push > 0.0 else -stall
+                e.saturated[n, j] += dt
+            hold = motor.friction + motor.load_loss * abs(push)
+            torque = push - hold * min(max(speed / SLOW, -1.0), 1.0)
+            force[n, 6 + j] = torque
+            torque -= motor.damping * speed
+            e.torque[n, j] = torque
+            e.work[n] += max(torque * speed, 0.0) * dt
+
+
+@compiled
+def apply_servos(
+    limits: np.ndarray,
+    servos: Servos,
+    e: Episodes,
+    step: int,
+    dt: float,
+    qpos: np.ndarray,
+    qvel: np.ndarray,
+    force: np.ndarray,
+    ids: np.ndarray,
+) -> None:
+    """Advance the servos by a time step and apply their torques, at full fidelity.
+
+    Args:
+        limits: Lowest and highest joint angle [rad], shape (2, 3 L).
+        servos: Changed in place.
+        e: Episodes, changed in place.
+        step: Time step of the control period.
+        dt: [s].
+        qpos: Shape (N, 7 + 3 L).
+        qvel: Shape (N, 6 + 3 L).
+        force: Applied torques [N·m], written, shape (N, 6 + 3 L).
+        ids: The robots.
+    """
+    joints = e.target.shape[1]
+    goal = np.empty(joints)
+    for n in ids:
+        is_late = step * dt < e.latency[n] - 1e-9
+        for j in range(joints):
+            target = e.previous_target[n, j] if is_late else e.target[n, j]
+            goal[j] = target - e.joint_offset[n, j]
+        parameters, state = servos.parameters[n], servos.state[n]
+        if e.step[n] >= e.damage_step[n]:
+            for j in range(joints):
+                if e.dies[n, j] > 0.0:
+                    state[j].shutdown = FAILED
+        servo_step(
+            goal,
+            qpos[n, 7:],
+            qvel[n, 6:],
+            limits,
+            parameters,
+            state,
+            servos.delayed[n],
+            force[n, 6:],
+        )
+        for j in range(joints):
+            torque = force[n, 6 + j]
+            e.torque[n, j] = torque
+            e.work[n] += max(torque * qvel[n, 6 + j], 0.0) * dt
+            if abs(state[j].duty) >= parameters[0].most:
+                e.saturated[n, j] += dt

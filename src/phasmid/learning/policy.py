@@ -1,0 +1,258 @@
+"""Learned policies: ONNX files, and the controller that runs one."""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.control import Command, JointTargets, Observation
+from phasmid.errors import InvalidInput
+from phasmid.learning.control_period import (
+    begin_period,
+    observation_names,
+    observe,
+    privileged_names,
+)
+from phasmid.learning.episodes import empty_episodes, task_constants
+from phasmid.learning.task import Task
+from phasmid.robot import JOINTS, Robot
+from phasmid.scenario import Scenario
+
+TASK_KEY = "phasmid_task"
+"""Metadata of an ONNX file that holds the task as JSON."""
+
+ONE = np.zeros(1, np.int64)
+"""Number of the only robot."""
+
+
+class Policy:
+    """A network that returns actions for observations; a function of `phasmid.learning.assess`.
+
+    Args:
+        source: Path of an ONNX file with one input (N, A) and one output (N, 3 L), or the name of
+            a policy that comes with phasmid.
+
+    Attributes:
+        task: The task for which it was trained; None where the file names none.
+
+    Raises:
+        InvalidInput: There is no such file, or it is no policy.
+    """
+
+    def __init__(self, source: str | Path) -> None:
+        try:
+            import onnxruntime
+        except ModuleNotFoundError as error:
+            raise InvalidInput(
+                "policies need onnxruntime, which is not installed.",
+                hint='pip install "phasmid[learn]"',
+            ) from error
+        path = _find(source)
+        options = onnxruntime.SessionOptions()
+        # A small network on one thread takes less time than waking a second one.
+        options.intra_op_num_threads = options.inter_op_num_threads = 1
+        try:
+            self._session = onnxruntime.InferenceSession(path.read_bytes(), options)
+        except Exception as error:
+            raise InvalidInput(
+                f"{path.name} is not an ONNX file that onnxruntime can run.", where=str(path)
+            ) from error
+        inputs, outputs = self._session.get_inputs(), self._session.get_outputs()
+        if len(inputs) != 1 or len(outputs) != 1 or len(inputs[0].shape) != 2:
+            raise InvalidInput(
+                f"{path.name} has {len(inputs)} inputs and {len(outputs)} outputs; a policy has "
+                "one of each, of two axes.",
+                where=str(path),
+            )
+        self._input, self.observations = inputs[0].name, inputs[0].shape[1]
+        stored = self._session.get_modelmeta().custom_metadata_map.get(TASK_KEY)
+        self.task = None if stored is None else Task.model_validate(json.loads(stored))
+
+    def __call__(self, observations: np.ndarray) -> np.ndarray:
+        """Return actions (N, 3 L) for observations (N, A)."""
+        feed = {self._input: np.asarray(observations, np.float32)}
+        actions: np.ndarray = self._session.run(None, feed)[0]
+        return actions
+
+
+def policy_names() -> tuple[str, ...]:
+    """Return the names of the policies that come with phasmid."""
+    folder = resources.files("phasmid.learning") / "policies"
+    if not folder.is_dir():
+        return ()
+    return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".onnx")))
+
+
+def _find(source: str | Path) -> Path:
+    if str(source) in policy_names():
+        return Path(str(resources.files("phasmid.learning") / "policies" / f"{source}.onnx"))
+    path = Path(source)
+    if not path.is_file():
+        known = ", ".join(policy_names()) or "none comes with phasmid"
+        raise InvalidInput(
+            f'there is no policy "{source}"; it must be an ONNX file or one of: {known}.'
+        )
+    return path
+
+
+class PolicyController:
+    """Controller that runs a learned policy, for simulated robots and real ones.
+
+    It computes actions at the rate of the policy's task, and holds the targets in between. Only the
+    velocity of a command is followed, up to the task's largest.
+
+    Args:
+        policy: A policy, or its file or name.
+        robot: Robot that is controlled; None: that of the policy's task.
+        task: Task of the policy; None: that of its file.
+
+    Attributes:
+        policy: The policy.
+        task: Its task.
+        events: Times [s] and sentences: when a command first exceeded the task's largest.
+
+    Raises:
+        InvalidInput: The file names no task, or the policy does not fit the robot.
+    """
+
+    def __init__(
+        self, policy: Policy | str | Path, robot: Robot | None = None, task: Task | None = None
+    ) -> None:
+        self.policy = policy if isinstance(policy, Policy) else Policy(policy)
+        task = task or self.policy.task
+        if task is None:
+            raise InvalidInput(
+                "the policy's file names no task; give the task for which it was trained."
+            )
+        self.task = task
+        robot = robot or Scenario().replace(robot=task.robot).load_robot()
+        self._constants = task_constants(task, robot)._replace(
+            joint_noise=0.0, gyro_noise=0.0, gravity_noise=0.0
+        )
+        legs = [leg.name for leg in robot.legs]
+        table = task.observation
+        joints = [f"{leg}.{joint}" for leg in legs for joint in JOINTS]
+        width = len(observation_names(joints, legs, table.clock, table.contacts))
+        if self.policy.observations not in (width * table.history, None):
+            raise InvalidInput(
+                f"the policy takes {self.policy.observations} observations, and a robot of "
+                f"{len(legs)} legs has {width * table.history} in this task."
+            )
+        self._shape = len(legs), 3
+        self._observed = np.zeros((1, table.history, width))
+        self._privileged = np.zeros((1, len(privileged_names(joints, legs))))
+        self._qpos, self._qvel = np.zeros((1, 7 + len(joints))), np.zeros((1, 6 + len(joints)))
+        self._begin(0.0)
+
+    def reset(self, observation: Observation) -> None:
+        """Begin with the robot as it is observed; its joints are the first targets."""
+        self._begin(observation.time)
+        position = np.ravel(observation.joint_position)
+        self._episode.target[0] = self._episode.previous_target[0] = position
+
+    def update(self, observation: Observation, command: Command) -> JointTargets:
+        """Return joint targets; a new action is computed once per period of the policy."""
+        if observation.time >= self._due - 1e-9:
+            self._due += self._constants.dt
+            self._episode.command[0] = self._within_reach(observation.time, command)
+            is_first = math.isnan(self._last_time)
+            self._observed[0, 1:] = self._observed[0, :-1]
+            self._read(observation)
+            if is_first:
+                self._observed[0, 1:] = self._observed[0, :1]
+            actions = self.policy(self._observed.reshape(1, -1))
+            begin_period(self._constants, self._episode, actions.astype(float), ONE)
+        position = self._episode.target[0].reshape(self._shape).copy()
+        return JointTargets(position, np.zeros(self._shape))
+
+    def take_events(self) -> list[tuple[float, str]]:
+        """Return the events since the last call, and forget them."""
+        events = list(self.events)
+        self.events.clear()
+        return events
+
+    def telemetry(self) -> dict[str, Float[np.ndarray, "..."]]:
+        """Return the phase of the gait's clock, in cycles."""
+        return {"gait_phase": self._episode.phase[0]}
+
+    def _begin(self, time: float) -> None:
+        self._episode = empty_episodes(1, self._shape[0])
+        self._episode.contact[:] = 1.0
+        self._due, self._last_time = time, math.nan
+        self.events: list[tuple[float, str]] = []
+        self._is_clipped = False
+        self._last_position = np.zeros(3 * self._shape[0])
+
+    def _within_reach(self, time: float, command: Command) -> np.ndarray:
+        """Return the velocity of a command, limited to those of the task."""
+        wanted, largest = np.array(command.velocity), self._constants.largest
+        if (np.abs(wanted) > largest + 1e-12).any() and not self._is_clipped:
+            self._is_clipped = True
+            x, y, turn = largest
+            self.events.append(
+                (
+                    time,
+                    f"the command exceeds what the policy was trained for: {x:g} m/s forward, "
+                    f"{y:g} m/s to the left, {turn:g} rad/s; it follows as far as that",
+                )
+            )
+        return np.clip(wanted, -largest, largest)
+
+    def _read(self, o: Observation) -> None:
+        """Observe the robot as the policy's environment does."""
+        if o.orientation is None or o.angular_velocity is None:
+            raise InvalidInput(
+                "the policy observes orientation and angular velocity; the robot measures none."
+            )
+        position = np.ravel(o.joint_position)
+        if o.joint_velocity is not None:
+            velocity = np.ravel(o.joint_velocity)
+        elif math.isnan(self._last_time) or o.time <= self._last_time:
+            velocity = np.zeros(len(position))
+        else:
+            # Servos measure no speed: the mean since the last action.
+            velocity = (position - self._last_position) / (o.time - self._last_time)
+        self._last_time, self._last_position = o.time, position.copy()
+        self._qpos[0, 3:7], self._qpos[0, 7:] = o.orientation, position
+        self._qvel[0, 3:6], self._qvel[0, 6:] = o.angular_velocity, velocity
+        if o.contact is not None:
+            self._episode.contact[0] = o.contact
+        table = self.task.observation
+        observe(
+            self._constants,
+            self._episode,
+            self._qpos,
+            self._qvel,
+            table.clock,
+            table.contacts,
+            self._observed[:, 0],
+            self._privileged,
+            ONE,
+        )
+
+
+def save_policy(onnx: Any, task: Task, path: str | Path) -> Path:
+    """Write a network with its task as an ONNX file.
+
+    Args:
+        onnx: Path of an ONNX file, or its model.
+        task: Task for which it was trained.
+        path: File to write.
+
+    Returns:
+        The file.
+    """
+    import onnx as onnx_package
+
+    model = onnx_package.load(onnx) if isinstance(onnx, str | Path) else onnx
+    entry = model.metadata_props.add()
+    entry.key, entry.value = TASK_KEY, task.model_dump_json()
+    path = Path(path)
+    onnx_package.save(model, path)
+    return path

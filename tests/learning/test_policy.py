@@ -1,0 +1,224 @@
+"""Policies: ONNX files, the controller that runs one, and the gates."""
+
+import numpy as np
+import onnx
+import pytest
+from onnx import TensorProto, helper, numpy_helper
+
+from phasmid.control import Command, Observation
+from phasmid.errors import InvalidInput
+from phasmid.learning import (
+    Policy,
+    PolicyController,
+    WalkVectorEnv,
+    assess,
+    load_task,
+    save_policy,
+)
+from phasmid.learning.control_period import reference_leg
+from phasmid.scenario import Scenario
+from phasmid.simulation.drive import drive
+
+
+def linear_policy(folder, task, seed=0, size=0.02, observations=None):
+    """A policy whose actions are a random matrix times the observations."""
+    width = observations or WalkVectorEnv(1, task=task).single_observation_space.shape[0]
+    W = np.random.default_rng(seed).normal(0, size, (width, 18)).astype(np.float32)
+    graph = helper.make_graph(
+        [helper.make_node("MatMul", ["observations", "W"], ["actions"])],
+        "linear",
+        [helper.make_tensor_value_info("observations", TensorProto.FLOAT, ["robots", width])],
+        [helper.make_tensor_value_info("actions", TensorProto.FLOAT, ["robots", 18])],
+        [numpy_helper.from_array(W, "W")],
+    )
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)])
+    model.ir_version = 10
+    return save_policy(model, task, folder / "linear.onnx"), W
+
+
+def test_a_policy_keeps_its_task_and_computes_its_network(tmp_path):
+    task = load_task("walk").replace(rate=40.0)
+    path, W = linear_policy(tmp_path, task)
+    policy = Policy(path)
+    assert policy.task == task
+    x = np.random.default_rng(1).normal(size=(4, len(W))).astype(np.float32)
+    np.testing.assert_allclose(policy(x), x @ W, atol=1e-6)
+
+
+@pytest.mark.parametrize("history", [1, 3])
+def test_the_controller_gives_the_targets_of_the_environment(tmp_path, history):
+    """Both see the same robot for 60 periods; the network's floats have seven digits."""
+    table = {"history": history, "contacts": True}
+    task = load_task("walk").replace(observation=table)
+    policy = Policy(linear_policy(tmp_path, task)[0])
+    env = WalkVectorEnv(1, task=task, autoreset_mode="Disabled")
+    command = np.array([[0.08, -0.03, 0.2]])
+    env.reset(seed=0, options={"command": command})
+    p, controller = env.physics, PolicyController(policy)
+    # The controller's clock begins at zero, the environment's anywhere.
+    p.episodes.phase[:] = 0.0
+    for _ in range(history):
+        env._observe(np.zeros(1, int))
+    seen = env._observations()
+
+    def observation(time):
+        return Observation(
+            time,
+            p.qpos[0, 7:].reshape(6, 3).copy(),
+            p.qvel[0, 6:].reshape(6, 3).copy(),
+            orientation=p.qpos[0, 3:7].copy(),
+            angular_velocity=p.qvel[0, 3:6].copy(),
+            contact=p.episodes.contact[0] > 0,
+        )
+
+    controller.reset(observation(0.0))
+    for step in range(60):
+        targets = controller.update(observation(0.02 * step), Command(tuple(command[0])))
+        seen = env.step(policy(seen))[0]
+        np.testing.assert_allclose(targets.position.ravel(), p.episodes.target[0], atol=1e-5)
+
+
+def test_targets_hold_between_actions(tmp_path):
+    """At 200 updates per second a policy of 50 Hz acts at every fourth."""
+    controller = PolicyController(linear_policy(tmp_path, load_task("walk"))[0])
+    rng = np.random.default_rng(0)
+    seen = [
+        Observation(
+            0.005 * k,
+            controller._constants.neutral.reshape(6, 3) + rng.normal(0, 0.05, (6, 3)),
+            orientation=np.array([1.0, 0.0, 0.0, 0.0]),
+            angular_velocity=rng.normal(size=3),
+        )
+        for k in range(12)
+    ]
+    controller.reset(seen[0])
+    targets = [controller.update(o, Command((0.1, 0.0, 0.0))).position for o in seen]
+    changes = [k for k in range(1, 12) if not np.array_equal(targets[k], targets[k - 1])]
+    assert changes == [4, 8]
+
+
+def test_a_driven_robot_stands_on_a_policy_without_action(tmp_path):
+    """Zero actions are the neutral stance: the robot stands for a second of full physics."""
+    path, _ = linear_policy(tmp_path, load_task("walk"), size=0.0)
+    scenario = Scenario().replace(robot="phantomx-ax", drive="servo", duration=1.0)
+    recording = drive(scenario, PolicyController(path))
+    height = recording["body_position"].values[:, 2]
+    assert recording.attrs["ending"] == "COMPLETED"
+    assert abs(height[-1] - height[0]) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda folder: "nowhere.onnx", 'there is no policy "nowhere.onnx"'),
+        (lambda folder: _file(folder, b"no network"), "bad.onnx is not an ONNX file"),
+        (
+            lambda folder: linear_policy(folder, load_task("walk"), observations=7)[0],
+            "the policy takes 7 observations, and a robot of 6 legs has 65",
+        ),
+    ],
+)
+def test_bad_policies_are_refused_in_one_sentence(tmp_path, make, sentence):
+    with pytest.raises(InvalidInput) as error:
+        PolicyController(make(tmp_path))
+    assert sentence in str(error.value)
+
+
+def _file(folder, content):
+    path = folder / "bad.onnx"
+    path.write_bytes(content)
+    return path
+
+
+def test_a_network_without_a_task_needs_one(tmp_path):
+    path, _ = linear_policy(tmp_path, load_task("walk"))
+    model = onnx.load(path)
+    del model.metadata_props[:]
+    onnx.save(model, path)
+    with pytest.raises(InvalidInput, match="names no task"):
+        PolicyController(path)
+    assert PolicyController(path, task=load_task("walk")).task == load_task("walk")
+
+
+class Reference:
+    """Follows the reference motion of the task, as a policy that sees everything."""
+
+    def __init__(self, env, change=lambda phase, leg: (phase, 1.0)):
+        self.env, self.change = env, change
+
+    def __call__(self, observations):
+        p = self.env.physics
+        c, e = p.constants, p.episodes
+        q = np.tile(c.neutral, (len(observations), 1))
+        for n in np.flatnonzero(e.command.any(axis=1)):
+            for leg in range(len(c.lifts)):
+                phase, size = self.change((e.phase[n] + c.dt / c.period) % 1.0, leg)
+                q[n, 3 * leg : 3 * leg + 3] = reference_leg(c, size * e.command[n], phase, leg)
+        return (q - c.neutral) / c.scale
+
+
+@pytest.fixture
+def reference(monkeypatch):
+    """Returns the assessment of the reference motion with a change."""
+    from phasmid.learning import gates
+
+    made = gates.WalkVectorEnv
+
+    def assessed(change=lambda phase, leg: (phase, 1.0)):
+        policy = Reference(None, change)
+
+        def make(*arguments, **options):
+            policy.env = made(*arguments, **options)
+            return policy.env
+
+        monkeypatch.setattr(gates, "WalkVectorEnv", make)
+        return assess(policy, load_task("walk"), robots=1, seconds=4.0)
+
+    return assessed
+
+
+def test_the_reference_motion_passes_every_gate(reference):
+    assert reference().failures() == []
+    assert reference().passed
+
+
+def test_gates_unmask_cheats(reference):
+    """Each policy walks in a way that a reward may allow, and fails the gate made for it."""
+
+    def restless(observations):
+        sign = 1.0 if restless.calls % 2 else -1.0
+        restless.calls += 1
+        return np.full((len(observations), 18), 0.3 * sign)
+
+    restless.calls = 0
+
+    def assessed(policy):
+        return assess(policy, load_task("walk"), robots=1, seconds=2.0)
+
+    cheats = {
+        "velocity along the command": reference(lambda phase, leg: (phase, 0.5)),
+        "largest duty factor of a leg": reference(
+            lambda phase, leg: (0.75 if leg == 0 else phase, 1.0)
+        ),
+        "least duty factor of a leg": assessed(lambda o: np.zeros((len(o), 18))),
+        "speed of the joints while the command is zero": assessed(restless),
+    }
+    for gate, assessment in cheats.items():
+        assert gate in " ".join(assessment.failures()), gate
+        assert not assessment.passed
+
+
+def test_the_table_marks_what_fails():
+    from rich.console import Console
+
+    console = Console(width=160, record=True, file=None, quiet=True)
+    console.quiet = False
+    with console.capture() as shown:
+        console.print(
+            assess(
+                lambda o: np.zeros((len(o), 18)), load_task("walk"), robots=1, seconds=1.0
+            ).table()
+        )
+    text = shown.get()
+    assert "least_duty" in text
+    assert "✗" in text
