@@ -22,11 +22,11 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait studies verify meshes cad test shapes lint reference bench fuzz bad-input stress lock clean
+.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-9s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-11s %s\n", $$1, $$2 }' Makefile
 
 setup: $(READY) ## make the virtual environment that phasmid runs in, from the locked versions
 	@echo "$(VENV) is ready"
@@ -77,6 +77,9 @@ film: $(DEVELOP) ## film two cycles of the paper's walk anew: docs/images/walk.g
 	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \
 		--video docs/images/walk.gif
 
+# Not among the locked packages: PyTorch's builds differ by machine, and most take gigabytes.
+TRAINERS = torch==2.13.0 stable-baselines3==2.9.2
+
 PYTEST = "$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 LINT = echo "== lint" && "$(BIN)/ruff" check . && "$(BIN)/ruff" format --check . && \
@@ -90,6 +93,16 @@ test: $(DEVELOP) ## run every check, the linters beside the tests
 	$(PYTEST) $(ARGS); status=$$?; \
 	wait $$lint || { cat "$(VENV)/lint.log" >&2; status=1; }; \
 	exit $$status
+
+learn-setup: $(DEVELOP) ## install PyTorch and Stable-Baselines3, with which policies are trained
+	@if command -v uv >/dev/null 2>&1; then \
+		uv pip install --quiet --python "$(BIN)/python" $(TRAINERS); \
+	else \
+		$(PIP) --quiet $(TRAINERS); \
+	fi
+
+learn: learn-setup ## train the policy of level ground: about 15 minutes on two cores (ARGS)
+	@"$(BIN)/python" examples/learning/train.py $(ARGS)
 
 shapes: $(DEVELOP) ## run the tests with array shapes and types checked at run time
 	@$(PYTEST) --shapes $(ARGS)

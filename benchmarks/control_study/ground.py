@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.control import Command, EngineSettings, LocomotionEngine
+from phasmid.control import Command, Controller, EngineSettings, LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
-from phasmid.robot import load_robot
+from phasmid.robot import Robot, load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 from phasmid.simulation.closed_loop import ClosedLoopRun
@@ -25,6 +25,9 @@ from .study import Case, grouped, markdown
 ROBOT, DRIVE = "phantomx-mk4", "ideal-servo"
 SPEED, PERIOD, STEP_HEIGHT = 0.06, 1.3, EngineSettings().step_height
 """Commanded forward velocity [m/s], duration of a cycle of the tripod [s], step height [m]."""
+
+RATE = 1 / EngineSettings().update_period
+"""Updates of a controller per second."""
 
 DISTANCE, ASTRAY, LIMIT = 0.6, 0.2, 20.0
 """Distance to walk [m], largest lateral deviation [m], time limit [s]."""
@@ -94,8 +97,10 @@ def cases(
     ]
 
 
-def scenario_of(kind: str, size: float, seed: int) -> Scenario:
-    """Return the scenario of a ground and seed."""
+def scenario_of(
+    kind: str, size: float, seed: int, robot: str = ROBOT, joints: str = DRIVE
+) -> Scenario:
+    """Return the scenario of a ground and seed, for a robot with a drive of its joints."""
     ground, rng = GROUNDS[kind], np.random.default_rng([seed, 77])
     terrain = {
         "kind": ground.terrain,
@@ -108,7 +113,7 @@ def scenario_of(kind: str, size: float, seed: int) -> Scenario:
         "terrain_start_mm": float(rng.uniform(220, 320)),
     }
     return Scenario().replace(
-        robot=ROBOT, drive=DRIVE, duration=LIMIT, record_interval_ms=20, terrain=terrain
+        robot=robot, drive=joints, duration=LIMIT, record_interval_ms=20, terrain=terrain
     )
 
 
@@ -129,13 +134,20 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
             **MODES[mode],
         ),
     )
+    return walk_over(scenario, robot, engine, kind, size)
+
+
+def walk_over(
+    scenario: Scenario, robot: Robot, controller: Controller, kind: str, size: float
+) -> Case:
+    """Let a controller walk over a ground until the result is decided."""
     command = Command(velocity=(SPEED, 0.0, 0.0))
     run = ClosedLoopRun(
         scenario,
         standing(scenario, robot, None),
-        engine,
+        controller,
         lambda *_: command,
-        rate=1 / engine.settings.update_period,
+        rate=RATE,
         between="hold",
         faults=Faults(robot, (), scenario.sensors.contact_threshold),
     )

@@ -39,8 +39,10 @@ class TrainingEnv(VecEnv):
         observations, rewards, fell, over, information = self.env.step(self._actions)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for n in np.flatnonzero(fell | over):
-            sums = information["final_info"]["reward_sums"]
+            final = information["final_info"]
+            sums = final["reward_sums"]
             infos[n] = {
+                "level": int(final["level"][n]),
                 "terminal_observation": information["final_obs"][n],
                 "TimeLimit.truncated": bool(over[n]),
                 "reward_terms": {name: float(values[n]) for name, values in sums.items()},
@@ -67,25 +69,32 @@ class Curve(BaseCallback):
     """Prints the mean reward terms of the episodes that ended, ten times per million steps.
 
     Attributes:
-        points: Wall time [s], steps, return and reward terms.
+        points: Wall time [s], steps, return, level of difficulty and reward terms.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.points: list[dict[str, float]] = []
         self._terms: list[dict[str, float]] = []
+        self._levels: list[int] = []
         self._begin = time.perf_counter()
 
     def _on_step(self) -> bool:
-        self._terms += [i["reward_terms"] for i in self.locals["infos"] if i]
+        ended = [info for info in self.locals["infos"] if info]
+        self._terms += [info["reward_terms"] for info in ended]
+        self._levels += [info["level"] for info in ended]
         if len(self._terms) < 100:
             return True
         terms = {name: float(np.mean([t[name] for t in self._terms])) for name in self._terms[0]}
-        self._terms = []
+        level = float(np.mean(self._levels))
+        self._terms, self._levels = [], []
         elapsed, total = time.perf_counter() - self._begin, sum(terms.values())
-        self.points.append({"time": elapsed, "steps": self.num_timesteps, "return": total, **terms})
+        point = {"time": elapsed, "steps": self.num_timesteps, "return": total, "level": level}
+        self.points.append({**point, **terms})
         shown = ", ".join(f"{name} {value:.2f}" for name, value in terms.items() if value)
-        print(f"{elapsed:4.0f} s, {self.num_timesteps:8d} steps, return {total:6.2f}: {shown}")
+        print(
+            f"{elapsed:4.0f} s, {self.num_timesteps:8d} steps, return {total:6.2f}, level {level:.1f}: {shown}"
+        )
         return True
 
 

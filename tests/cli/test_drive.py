@@ -25,6 +25,21 @@ def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, cap
     assert main(["replay", str(out)]) == 0
 
 
+def test_a_learned_policy_drives_its_own_robot(tmp_path, capsys):
+    """At 80 mm/s for two seconds; the shipped policy passes its gates within 10 %, and sets off."""
+    out = tmp_path / "run"
+    options = ["--duration", "3", "--no-figures", "--out", str(out)]
+    assert main(["drive", "--policy", "walk", "--velocity", "0.08,0,0", *options]) == 0
+    assert capsys.readouterr().out.startswith("phantomx-ax")
+    told = json.loads((out / "summary.json").read_text("utf-8"))
+    assert 0.06 < told["velocity"]["actual"][0] < 0.1
+    fast = ["drive", "--policy", "walk", "--velocity", "0.5,0,0", "--duration", "0.5"]
+    assert main([*fast, "--no-figures", "--out", str(tmp_path / "fast")]) == 0
+    assert "exceeds what the policy was trained for" in capsys.readouterr().out
+    assert main(["drive", "--policy", "wlk", "--velocity", "0.08,0,0"]) == 2
+    assert 'there is no policy "wlk"' in capsys.readouterr().err
+
+
 def test_a_drive_that_misses_a_waypoint_is_incomplete(tmp_path, capsys):
     out = tmp_path / "run"
     places = ["drive", "--waypoints", "0.05,0;3,0", "--duration", "3", "--period", "1"]

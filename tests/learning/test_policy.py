@@ -13,6 +13,7 @@ from phasmid.learning import (
     WalkVectorEnv,
     assess,
     load_task,
+    policy_names,
     save_policy,
 )
 from phasmid.learning.control_period import reference_leg
@@ -138,6 +139,15 @@ def test_a_network_without_a_task_needs_one(tmp_path):
     with pytest.raises(InvalidInput, match="names no task"):
         PolicyController(path)
     assert PolicyController(path, task=load_task("walk")).task == load_task("walk")
+
+
+@pytest.mark.parametrize("name", policy_names())
+def test_policies_that_come_with_phasmid_are_small_and_pass_their_gates(name):
+    policy = Policy(name)
+    assert policy.task is not None
+    assert policy.size < 300_000
+    if name == "walk":
+        assert assess(policy, policy.task).failures() == []
 
 
 class Reference:

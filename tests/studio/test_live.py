@@ -104,6 +104,25 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
     assert len(live._metrics._marks) <= 62
 
 
+def test_a_learned_policy_walks_by_the_stick():
+    """Two seconds at full stick, after one to set off: the shipped policy's least gate is 90 %."""
+    robot = setting_of(load_scenario("paper").replace(robot="phantomx-ax", drive="servo"))
+    setting = field_of("controller").changed(robot, "walk")
+    live = LiveRobot(setting)
+    assert not live.plays
+    assert live.status == "stands"
+    live.follow(setting, (1.0, 0.0, 0.0), NO_LEGS)
+    assert live.status == "walks"
+    live.advance(200)
+    start = live.sample["qpos"][0, 0]
+    live.advance(400)
+    speed = (live.sample["qpos"][0, 0] - start) / 2.0
+    assert 0.9 < speed / live.command.velocity[0] < 1.2
+    quadruped = field_of("robot").changed(setting, "quadruped")
+    with pytest.raises(InvalidInput, match="the policy takes 65 observations"):
+        LiveRobot(quadruped)
+
+
 def test_what_the_controller_says_is_told_once():
     live = LiveRobot(PAPER)
     fast = field_of("period").changed(PAPER, 0.35)

@@ -144,6 +144,7 @@ def test_what_the_robot_is_asked_to_do_needs_no_new_run():
         ("contact_law", "mujoco"),
         ("friction", 0.5),
         ("ground_sensing", False),
+        ("controller", "walk"),
     ):
         assert field_of(name).changed(PAPER, value).built_of() != PAPER.built_of(), name
 
@@ -320,6 +321,7 @@ def test_fields_that_mean_nothing_are_not_shown():
     driven, planned = names(PAPER), names(field_of("walks").changed(PAPER, "the plan"))
     assert planned - driven == {"step_length", "stance_law", "stance_timing"}
     assert driven - planned == {
+        "controller",
         "ground_sensing",
         "body_height",
         "body_x",
@@ -328,6 +330,8 @@ def test_fields_that_mean_nothing_are_not_shown():
         "pitch",
         "yaw",
     }
+    learned = names(field_of("controller").changed(PAPER, "walk"))
+    assert driven - learned == driven - planned - {"controller"}
     assert "slope" not in driven
     assert "slope" in names(field_of("terrain").changed(PAPER, "slope"))
 

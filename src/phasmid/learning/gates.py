@@ -127,11 +127,11 @@ def assess(
     name: str = "policy",
     threads: int = 1,
 ) -> Assessment:
-    """Let a policy walk in six directions and stand, and measure how it does.
+    """Let a policy walk in six directions and stand, on level ground, and measure how it does.
 
     Args:
         policy: Returns actions for observations.
-        task: The task, with its robot, fidelity and randomisation.
+        task: The task; its terrain and damage are left out.
         robots: Robots for each direction.
         seconds: Assessed time, after two seconds of settling [s].
         seed: Seed of the first robot.
@@ -140,8 +140,12 @@ def assess(
     """
     steps = round((SETTLING + seconds) * task.rate)
     duration = (steps + 1) / task.rate
-    commands = task.commands.model_copy(update={"interval": 2 * duration})
-    task = task.model_copy(update={"duration": 2 * duration, "commands": commands})
+    task = task.replace(
+        duration=2 * duration,
+        commands={"interval": 2 * duration},
+        terrain={"kinds": ()},
+        damage={"dead_servo": 0.0, "lost_leg": 0.0},
+    )
     largest = np.array([task.commands.forward, task.commands.left, task.commands.yaw])
     wanted = np.array([*DIRECTIONS.values(), (0.0, 0.0, 0.0)]) * SPEED_SHARE * largest
     env = WalkVectorEnv(len(wanted) * robots, task=task, threads=threads, autoreset_mode="Disabled")

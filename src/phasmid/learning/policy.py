@@ -40,6 +40,8 @@ class Policy:
 
     Attributes:
         task: The task for which it was trained; None where the file names none.
+        observations: Number of observations; None where the file leaves it open.
+        size: Of the file [bytes].
 
     Raises:
         InvalidInput: There is no such file, or it is no policy.
@@ -54,11 +56,13 @@ class Policy:
                 hint='pip install "phasmid[learn]"',
             ) from error
         path = _find(source)
+        content = path.read_bytes()
+        self.size = len(content)
         options = onnxruntime.SessionOptions()
         # A small network on one thread takes less time than waking a second one.
         options.intra_op_num_threads = options.inter_op_num_threads = 1
         try:
-            self._session = onnxruntime.InferenceSession(path.read_bytes(), options)
+            self._session = onnxruntime.InferenceSession(content, options)
         except Exception as error:
             raise InvalidInput(
                 f"{path.name} is not an ONNX file that onnxruntime can run.", where=str(path)
@@ -70,7 +74,8 @@ class Policy:
                 "one of each, of two axes.",
                 where=str(path),
             )
-        self._input, self.observations = inputs[0].name, inputs[0].shape[1]
+        self._input, width = inputs[0].name, inputs[0].shape[1]
+        self.observations = width if isinstance(width, int) else None
         stored = self._session.get_modelmeta().custom_metadata_map.get(TASK_KEY)
         self.task = None if stored is None else Task.model_validate(json.loads(stored))
 
@@ -149,6 +154,12 @@ class PolicyController:
         self._privileged = np.zeros((1, len(privileged_names(joints, legs))))
         self._qpos, self._qvel = np.zeros((1, 7 + len(joints))), np.zeros((1, 6 + len(joints)))
         self._begin(0.0)
+
+    @property
+    def largest_velocity(self) -> tuple[float, float, float]:
+        """Largest commanded velocity that is followed: forward, left [m/s], yaw rate [rad/s]."""
+        forward, left, yaw = self._constants.largest.tolist()
+        return forward, left, yaw
 
     def reset(self, observation: Observation) -> None:
         """Begin with the robot as it is observed; its joints are the first targets."""

@@ -17,7 +17,14 @@ from phasmid.scenario.relevance import TERRAINS
 from phasmid.scenario.simulation import SimulationTable
 from phasmid.scenario.stride import StrideTable
 from phasmid.scenario.terrain import START, TerrainTable
-from phasmid.studio.setting import MOST_PAYLOAD, OWN_SERVO, Setting, Walks
+from phasmid.studio.setting import (
+    LOCOMOTION,
+    MOST_PAYLOAD,
+    OWN_SERVO,
+    Setting,
+    Walks,
+    policies,
+)
 from phasmid.tables import Table, choices
 from phasmid.units import UNITS
 
@@ -239,7 +246,7 @@ def _by_plan(setting: Setting) -> bool:
 
 
 def _controlled(setting: Setting) -> bool:
-    return setting.walks != "the plan"
+    return setting.walks != "the plan" and setting.controller == LOCOMOTION
 
 
 MM, DEGREE = 1e-3, math.radians(1)
@@ -263,6 +270,14 @@ FIELDS = (
         help="By itself: ahead at half its largest speed; by hand: by stick and keys; the "
         "plan: the scenario's walk, planned beforehand.",
         choices=lambda _: {word: word for word in get_args(Walks)},
+    ),
+    Field(
+        **_own("controller"),
+        label="Controller",
+        group="walk",
+        help="The locomotion controller, or a policy that was learned for the phantomx-ax.",
+        choices=lambda _: {name: name for name in (LOCOMOTION, *policies())},
+        shown=lambda setting: setting.walks != "the plan" and bool(policies()),
     ),
     Field(
         name="gait",

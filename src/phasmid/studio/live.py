@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -19,8 +19,11 @@ from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.drive import scenario_controller
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.termination import Failure
-from phasmid.studio.setting import Setting
+from phasmid.studio.setting import LOCOMOTION, Setting
 from phasmid.studio.walk_metrics import Metrics, WalkMetrics
+
+if TYPE_CHECKING:
+    from phasmid.learning import PolicyController
 
 UPDATE = 0.005
 """Control period, rounded to whole time steps [s]."""
@@ -72,10 +75,16 @@ class LiveRobot:
         self._engine: LocomotionEngine | None = None
         self._sequencer: Sequencer | None = None
         self.walk: Walk | None = None
-        controller: Player | SafetyFilter
+        self._policy: PolicyController | None = None
+        controller: Player | SafetyFilter | PolicyController
         if setting.walks == "the plan":
             self.walk = plan(scenario)
             controller = Player(self.walk, rate=rate)
+        elif setting.controller != LOCOMOTION:
+            # Lazy import: policies need the extra learn.
+            from phasmid.learning import PolicyController
+
+            self._policy = controller = PolicyController(setting.controller, scenario.load_robot())
         else:
             controller = scenario_controller(scenario, rate, ground_sensing=setting.ground_sensing)
             assert isinstance(controller.controller, Sequencer)
@@ -104,7 +113,12 @@ class LiveRobot:
     @property
     def plays(self) -> bool:
         """True if it plays a plan, and takes no commands."""
-        return self._engine is None
+        return self.walk is not None
+
+    @property
+    def lifts_legs(self) -> bool:
+        """True if it can walk without lost legs."""
+        return self._engine is not None
 
     @property
     def ends_at(self) -> float:
@@ -134,6 +148,11 @@ class LiveRobot:
                 lost_legs=lost,
             )
             self.command = replace(command, velocity=self._velocity(command, share))
+        elif self._policy is not None:
+            largest = self._policy.largest_velocity
+            self.command = Command(
+                velocity=_triple([a * b for a, b in zip(share, largest, strict=True)])
+            )
         self.setting = setting
 
     def _velocity(self, command: Command, share: Velocity) -> Velocity:
@@ -246,6 +265,8 @@ class LiveRobot:
         """Present activity, in words that follow "the robot"."""
         if self.failure is not None:
             return self.failure.ending.name.lower()
+        if self._policy is not None:
+            return "walks" if any(self.command.velocity) else "stands"
         if self._engine is None or self._sequencer is None:
             return "walks"
         stage = self._sequencer.stage
@@ -257,9 +278,9 @@ class LiveRobot:
 
     def take_events(self) -> list[tuple[float, str]]:
         """Return the controller's new events: times [s] and sentences."""
-        if isinstance(self._controller, SafetyFilter):
-            return self._controller.take_events()
-        return []
+        if isinstance(self._controller, Player):
+            return []
+        return self._controller.take_events()
 
 
 def _triple(values: list[float]) -> Velocity:

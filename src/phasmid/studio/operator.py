@@ -11,7 +11,7 @@ from phasmid.errors import InvalidInput
 from phasmid.robot import JOINTS
 from phasmid.studio.fields import field_of
 from phasmid.studio.live import LiveRobot
-from phasmid.studio.setting import Setting
+from phasmid.studio.setting import LOCOMOTION, Setting
 
 STICK_TIMEOUT = 0.5
 """A stick command expires after as long [s]."""
@@ -140,6 +140,11 @@ class Operator:
             raise InvalidInput(
                 "the robot walks by its plan, without another pose of the body.", hint=BY_HAND
             )
+        if self.setting.controller != LOCOMOTION and name in POSES:
+            raise InvalidInput(
+                "a learned policy takes no pose of the body.",
+                hint='controller = "locomotion controller"',
+            )
         setting = field.changed(self.setting, value)
         if name == "walks":
             self._stick = AT_REST
@@ -186,6 +191,10 @@ class Operator:
             return
         if live.plays:
             raise InvalidInput("the robot walks by its plan, without lost legs.", hint=BY_HAND)
+        if not live.lifts_legs:
+            raise InvalidInput(
+                "a learned policy walks with all legs.", hint='controller = "locomotion controller"'
+            )
         if how == "restore" and leg in self.dead:
             raise InvalidInput(
                 f"the servos of leg {name} are dead for as long as the robot is not put back.",

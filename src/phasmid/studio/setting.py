@@ -19,6 +19,9 @@ from phasmid.scenario.robot_import import RobotImportTable
 Walks = Literal["by itself", "by hand", "the plan"]
 """Source of the commands."""
 
+LOCOMOTION = "locomotion controller"
+"""Choice of the controller that is no learned policy."""
+
 OWN_SERVO = "the robot's own"
 """Choice of the servo that the robot's file names."""
 
@@ -39,6 +42,7 @@ class Setting:
     Attributes:
         scenario: Experiment; its robot is the name of a preset, or a `Robot` from a file.
         walks: Source of the commands.
+        controller: The locomotion controller, or the name of a learned policy.
         servo: Servo of all joints.
         payload: Mass on the trunk [kg].
         pose: Displacement of the body: forward, left, up [m], roll, pitch, yaw [rad].
@@ -52,6 +56,7 @@ class Setting:
 
     scenario: Scenario
     walks: Walks = "by itself"
+    controller: str = LOCOMOTION
     servo: str = OWN_SERVO
     payload: float = 0.0
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6
@@ -143,6 +148,7 @@ class Setting:
         """Return all that a run is built of; settings that share it share the run."""
         scenario, plans = self.scenario, self.walks == "the plan"
         built: list[Any] = [scenario.robot, self.servo, self.payload, self.ground_sensing, plans]
+        built += [self.controller]
         built += [scenario.simulation, scenario.contact, scenario.terrain, scenario.servo]
         built += [scenario.stride.stance_radius, scenario.stride.body_height]
         built += [scenario.model.model_copy(update={"force_model": "minimum-norm"})]
@@ -173,6 +179,16 @@ class Setting:
             payload=min(self.payload, MOST_PAYLOAD * base.mass),
             pose=(0.0,) * 6,
         )
+
+
+@cache
+def policies() -> tuple[str, ...]:
+    """Return the names of the learned policies; none without the extra ``learn``."""
+    try:
+        from phasmid.learning import policy_names
+    except InvalidInput:
+        return ()
+    return policy_names()
 
 
 @cache
