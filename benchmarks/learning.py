@@ -1,6 +1,6 @@
 """Compare how fast batches of learning robots advance: control periods per second, in one run.
 
-    python benchmarks/learning.py [--robots 64] [--seconds 3]
+    python benchmarks/learning.py [--robots 64] [--seconds 3] [--random-steps 1000000]
 
 A step is a whole one: action, physics, reward, observation, and the reset of robots that fell.
 """
@@ -92,12 +92,31 @@ def own(robots: int, seconds: float, **options: object) -> tuple[float, float]:
     return found, found * (time.perf_counter() - spent[1]) / spent[0]
 
 
+def random_steps(robots: int, steps: int) -> None:
+    """Make random steps of randomised robots, and refuse a number that is not finite."""
+    ranges = {"friction": (0.3, 1.5), "mass": 0.2, "payload": 0.5, "strength": 0.2, "gain": 0.3}
+    env = WalkVectorEnv(robots, task="rough", randomisation={**ranges, "push": 0.5})
+    env.reset(seed=0)
+    rng, falls = np.random.default_rng(0), 0
+    for _ in range(steps // robots):
+        actions = rng.uniform(-1, 1, env.action_space.shape).astype(np.float32)
+        observations, rewards, fell, _, _ = env.step(actions)
+        assert np.isfinite(observations).all()
+        assert np.isfinite(rewards).all()
+        falls += int(fell.sum())
+    print(f"{steps} random steps of task rough: all numbers finite, {falls} falls")
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--robots", type=int, default=64)
     parser.add_argument("--seconds", type=float, default=3.0)
+    parser.add_argument("--random-steps", type=int, default=0, help="only make these")
     given = parser.parse_args()
+    if given.random_steps:
+        random_steps(given.robots, given.random_steps)
+        return
     print(f"{given.robots} robots, {os.cpu_count()} cores; control periods of 20 ms per second")
     for task, fidelity in (("walk", "fast"), ("rough", "fast"), ("walk", "full")):
         one, alone = own(given.robots, given.seconds, task=task, fidelity=fidelity)

@@ -126,15 +126,15 @@ def survivors(name: str, *, randomised: bool, robots: int = 100) -> dict[str, fl
 
 
 def draw_curves(files: list[Path]) -> None:
-    """Draw the return of each seed over wall time."""
+    """Draw the return of each seed over the control periods."""
     with styled():
         figure = Figure(figsize=(7, 3.2), layout="constrained")
         axes = figure.subplots()
         for file in files:
             points = json.loads(file.read_text())
-            minutes = [point["time"] / 60 for point in points]
-            axes.plot(minutes, [point["return"] for point in points], label=file.stem)
-        axes.set(xlabel="wall time, training on one core [min]", ylabel="return of an episode")
+            steps = [point["steps"] / 1e6 for point in points]
+            axes.plot(steps, [point["return"] for point in points], label=file.stem)
+        axes.set(xlabel="control periods [millions]", ylabel="return of an episode")
         axes.legend(ncols=2)
         save_figure(figure, ROOT / "docs/images/learning-curves.png", dpi=100)
 

@@ -41,6 +41,7 @@ PAGES = [
     "docs/control.md",
     "docs/forces.md",
     "docs/gaits.md",
+    "docs/learning.md",
     "docs/performance.md",
     "docs/recordings.md",
     "docs/servos.md",
