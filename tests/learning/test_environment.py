@@ -120,6 +120,8 @@ def test_chosen_robots_begin_anew_with_chosen_commands():
     changed = (env.physics.qpos != before).any(axis=1)
     assert changed.tolist() == [False, True, False]
     assert information["command"][1].tolist() == [0.1, 0.0, 0.0]
+    _, information = WalkEnv().reset(seed=0, options={"command": (0.0, 0.05, 0.0)})
+    assert information["command"].tolist() == [0.0, 0.05, 0.0]
 
 
 @pytest.mark.parametrize("robot", ["quadruped", "octopod"])

@@ -273,11 +273,10 @@ class WalkEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode; returns the observation and information."""
+        """Begin an episode; arguments as of `WalkVectorEnv.reset`, without the axis of robots."""
         super().reset(seed=seed)
-        if seed is None and not self.batch._is_seeded:
-            seed = int(self.np_random.integers(2**31))
-        observations, information = self.batch.reset(seed=seed, options=options)
+        chosen = {name: np.asarray(value)[None] for name, value in (options or {}).items()}
+        observations, information = self.batch.reset(seed=seed, options=chosen)
         return observations[0], _first(information)
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:

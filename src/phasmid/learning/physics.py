@@ -22,6 +22,7 @@ from phasmid.learning.model import (
 )
 from phasmid.learning.task import Task
 from phasmid.scenario import Scenario
+from phasmid.simulation.loop import collect_engine_warnings
 from phasmid.simulation.servo import FAILED, SERVO_STATE, own_servo, servo_parameters, servo_step
 
 SLOW = 1.0
@@ -139,14 +140,15 @@ class Physics:
         """
         e, c, batch = self.episodes, self.constants, self.batch
         period = c.dt / self.steps
-        for step in range(self.steps):
-            if self._servos is None:
-                apply_motors(self.motor, e, step, period, self.qpos, self.qvel, self._force, ids)
-            else:
-                apply_servos(
-                    c.limits, self._servos, e, step, period, self.qpos, self.qvel, self._force, ids
-                )
-            batch.step(ids)
+        # MuJoCo prints and logs warnings of robots that diverge; their episodes end.
+        with collect_engine_warnings([]):
+            for step in range(self.steps):
+                state = e, step, period, self.qpos, self.qvel, self._force, ids
+                if self._servos is None:
+                    apply_motors(self.motor, *state)
+                else:
+                    apply_servos(c.limits, self._servos, *state)
+                batch.step(ids)
 
 
 @compiled
