@@ -94,7 +94,8 @@ class Curve(BaseCallback):
         shown = ", ".join(f"{name} {value:.2f}" for name, value in terms.items() if value)
         print(
             f"{elapsed:4.0f} s, {self.num_timesteps:8d} steps, return {total:6.2f}, "
-            f"level {level:.1f}: {shown}"
+            f"level {level:.1f}: {shown}",
+            flush=True,
         )
         return True
 
