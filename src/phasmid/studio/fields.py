@@ -245,6 +245,11 @@ def _by_plan(setting: Setting) -> bool:
     return setting.walks == "the plan"
 
 
+def _by_gait(setting: Setting) -> bool:
+    """Return True if the gait has an effect: a learned policy has its own."""
+    return setting.walks == "the plan" or setting.controller == LOCOMOTION
+
+
 def _controlled(setting: Setting) -> bool:
     return setting.walks != "the plan" and setting.controller == LOCOMOTION
 
@@ -287,6 +292,7 @@ FIELDS = (
         read=lambda setting: setting.scenario.gait.name,
         write=_with_gait,
         choices=_gaits,
+        shown=_by_gait,
     ),
     Field(
         **_scenario("stride", "period"),
@@ -295,6 +301,7 @@ FIELDS = (
         help="Time in which every leg steps once: the shorter, the quicker the cadence.",
         unit="s",
         span=_fixed(0.3, 6.0, 0.05),
+        shown=_by_gait,
     ),
     Field(
         **_scenario("stride", "step_height"),
@@ -303,6 +310,7 @@ FIELDS = (
         help="Height to which a foot lifts.",
         unit="mm",
         span=_of_height(0.0, 0.6, MM),
+        shown=_by_gait,
     ),
     Field(
         **_scenario("stride", "step_length"),
