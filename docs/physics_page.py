@@ -53,108 +53,88 @@ WIDTH, HEAD, ROW, FOOT = 7.2, 1.12, 1.55, 0.47
 _PAGE = """\
 # Physics: three laws of contact, two simulators
 
-The paper's walk under three laws of how the ground holds a foot, one argument apart:
-`--contact-law`, or `contact_law` in `[contact]`. Two of them live in MuJoCo. The third, the law of
-the paper's own library, does not fit into it and has a simulator of its own: both share the plan
-and the places of the contact points, and no line of contact or integration, so that what they agree
-on is not an artefact of either. `make physics` simulates, computes and writes all of this anew.
+```
+phasmid walk --contact-law simscape    # or mujoco, or spring-damper, the default
+```
 
-The robot is `{robot}`, the scenario `{scenario}`, joints are prescribed. "Amid stance" is the
-middle half of each whole stance. The model's forces are of minimum norm.
+The paper's walk under three laws of contact. Two are in MuJoCo. The third is the law of the paper's own library,
+which MuJoCo cannot express; it has a simulator of its own. Both simulators share the plan and the places of the
+contact points, and no code of contact or integration. `make physics` writes this page.
+
+The robot is `{robot}`, the scenario `{scenario}`, joints are prescribed. "Amid stance" is the middle half of each
+whole stance. The model's forces are of minimum norm.
 
 ## The laws
 
-A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that sinks
-with speed v and slips with speed u:
+A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that sinks with speed v and
+slips with speed u:
 
 {laws}
 
-The ground pulls under none of them. In the engine a point also resists its own acceleration, with a
-small mass that its impedance d sets (`impedance`); that mass turns out to matter, below. `mujoco`
-keeps all of the engine's default numbers, its friction no harder than its normal force
-(`impratio` 1). All three creep below their friction limit.
+The ground never pulls. In MuJoCo a point also resists its own acceleration, with a small mass that its impedance d
+sets (`impedance`). `mujoco` keeps all of MuJoCo's default numbers. All three creep below their friction limit.
 
-## The second simulator
-
-Prescribed joints leave the trunk's six degrees of freedom. Seen from the trunk everything else is
-known beforehand: centre of mass, inertia J about it, the legs' own angular momentum l, and each
-contact point with its speed. The state is the place and momentum of the centre of mass, the
-orientation, and the angular momentum about the centre of mass:
+**The second simulator** integrates the six degrees of freedom of the trunk; the joints are prescribed. Its state is
+the place and momentum of the centre of mass, the orientation, and the angular momentum about the centre of mass:
 
     c' = p/m,   p' = m g + Σ F,   L' = Σ r × F,   R' = R [w]×,   w = J⁻¹ (Rᵀ L − l)
 
-Friction that sticks is a damper of μ N/threshold, stiff against the robot's mass, so a substep is
-linearly implicit (ROS2, second order, L-stable) with the contacts' dampers as its matrix. A time
-step of {dt:g} ms is made in {substeps} substeps, so many that each is at most a twelfth of the
-longest step that resolves the contact. Joint torques follow by inverse dynamics of the whole robot,
-with the force at each point. In flight momentum is kept to round-off; tests hold the simulator
-against closed forms, and its forces and torques against the law and the equation of motion written
-anew. Without numba, which phasmid installs, the same loop is plain Python, some hundred
-times slower.
+with J the inertia about the centre of mass and l the legs' own angular momentum. Sticking friction is stiff against
+the robot's mass, so a substep is linearly implicit (ROS2, second order, L-stable); a time step of {dt:g} ms has
+{substeps}. Joint torques follow by inverse dynamics of the whole robot, with the force at each point.
 
 ## The same walk
 
 {same}
 
-Normal forces: mean amid stance of each foot, and the largest difference from `spring-damper` of any
-sample amid stance, as a share of the mean load of its foot. On three feet statics leaves no choice
-of them. They agree within {gap:.2f} %; 2 % is asked.
+Normal forces: mean amid stance of each foot, and the largest difference from `spring-damper` of any sample amid
+stance, as a share of the mean load of its foot. Statics determines them on three feet; they agree within
+{gap:.2f} %.
 
 ![Three laws of contact](physics/contact-laws.png)
 
 {rest}
 
-Tangential force and squeeze are rms per foot amid stance; a squeeze is the part of the feet's
-forces that adds up to no force and no moment. The torque's difference is that from the model, rms
-amid stance of the worst joint. Sinkage is the mean depth of the tips, creep the mean speed of
-standing feet over the ground. A foot touches early because the robot has sunk by then. Times depend
-on the machine; read them beside each other.
+Tangential force and squeeze are rms per foot amid stance; a squeeze is the part of the feet's forces that adds up to
+no force and no moment. The torque's difference is that from the model, rms amid stance of the worst joint. Sinkage is
+the mean depth of the tips, creep the mean speed of standing feet over the ground. Times depend on the machine.
 
-## Where they differ, and why
+## Why they differ
 
-**Touchdown.** The plan sets a foot down at rest, but on springs the robot stands a little low, so
-that the foot touches earlier and takes its load as the others give it. The softer `mujoco` sinks
-deeper and touches sooner; how the laws damp shows in the first moments. Amid stance nothing of it
-is left.
+**Touchdown.** On springs the robot stands a little low, so that a foot touches before its plan. The softer `mujoco`
+sinks deeper and touches sooner. Amid stance nothing of it is left.
 
-**Sinkage.** A point sinks by its load over k. `mujoco` is softer, and has no such number.
-
-**Squeeze, and torques with it.** Three feet give nine numbers for six equations; no statics says
-how hard feet squeeze each other, and prescribed joints do not give. What is simulated is friction
-on very small slips, and these are known from the plan. Here it stands beside two causes that are
-computed, not fitted, on feet of {point:g} mm, nearly points:
+**Squeeze, and torques with it.** Statics does not determine how hard three feet press against each other, and
+prescribed joints do not give. The squeeze comes from friction on very small slips. On feet of {point:g} mm, nearly
+points, two causes are computed beside it:
 
 {squeezes}
 
-- *Mass.* The engine takes a contact's acceleration as J q̈ and leaves out J̇ q̇, so that a foot which
-  stands while its leg turns seems to be accelerated, by −J̇ q̇. Its friction resists that, at each
-  point with a mass of d/((1 − d) A) times `impratio` (A is the mobility of the foot): at the
-  default impedance, {mass:.1f} kg a foot. This makes most of the default's squeeze. It belongs to
-  the engine and to no ground; a smaller `impedance` takes it away.
-- *Slip.* A foot touches half its depth above its tip, and the turning tibia moves that point over
-  the ground. It is a matter of some hundredths of a millimetre per second, but friction is steep
-  there. A larger threshold makes it less, as does a harder ground.
+- *Mass.* MuJoCo takes a contact's acceleration as J q̈ and leaves out J̇ q̇: a foot that stands while its leg turns
+  seems to be accelerated by −J̇ q̇. Its friction resists that, at each point with a mass of d/((1 − d) A) times
+  `impratio` (A is the mobility of the foot): at the default impedance {mass:.1f} kg a foot. A smaller `impedance`
+  removes it.
+- *Slip.* A foot touches half its depth above its tip, and the turning tibia moves that point over the ground, by
+  some hundredths of a millimetre per second. A larger threshold or a harder ground reduces it.
 
-**Wide feet.** In `simscape` friction grows with the load of each point, and a standing foot turns
-about the vertical, with its coxa. Where the load lies off the middle of the square, the loaded
-points go round that middle, and their friction does not cancel. In the engine sticking friction
-does not know the load, and it cancels:
+**Wide feet.** In `simscape` friction grows with the load of each point. A standing foot turns about the vertical
+with its coxa. Where the load is off the middle of the square, the friction of its points does not cancel. In MuJoCo
+sticking friction does not depend on the load, and it cancels:
 
 {wide}
 
-So the squeeze of {squeeze_simscape:.2f} N under `simscape`, and the {torque_simscape:.3f} N·m by
-which its torques differ from the model's, come from feet of {width:g} mm that are rigid and flat,
-at the library's threshold. The minimum norm is the limit of all laws for point feet on hard, freely
-creeping ground. Normal forces do not depend on any of this. Every torque of a standing leg does: a
-quoted one names its law.
+The squeeze of {squeeze_simscape:.2f} N under `simscape`, and the {torque_simscape:.3f} N·m by which its torques
+differ from the model's, come from rigid, flat feet of {width:g} mm at the library's threshold. The minimum norm is the
+limit of all laws for point feet on hard, freely creeping ground. Normal forces do not depend on the law. Every torque
+of a standing leg does: a quoted torque names its law.
 """
 
 
 def document(comparison: Comparison) -> str:
-    """The page, in Markdown.
+    """Return the page, in Markdown.
 
     Args:
-        comparison: What was measured.
+        comparison: The measurements.
     """
     default, own = comparison.trials[LAWS[0]], comparison.trials["simscape"]
     contact, library = default.scenario.contact, own.scenario.contact
@@ -238,7 +218,7 @@ def _rest(comparison: Comparison) -> str:
         "touches before the plan [ms]": [f"{1000 * t.early:.0f}" for t in trials.values()],
         "sinkage [mm]": [f"{1000 * t.sinkage:.3f}" for t in trials.values()],
         "creep [mm/s]": [f"{1000 * t.creep:.3f}" for t in trials.values()],
-        "way [m]": [f"{t.way:.4f}" for t in trials.values()],
+        "displacement [m]": [f"{t.way:.4f}" for t in trials.values()],
         "time of a step, all channels [µs]": [f"{1e6 * times[law]:.0f}" for law in trials],
     }
     return _table(("", *(f"`{law}`" for law in trials)), [(n, *row) for n, row in lines.items()])

@@ -2,7 +2,7 @@
 
     python docs/terrain_page.py
 
-Takes about a minute. What stands before the first terrain is left as it is.
+Takes about a minute. The text above the table stays as it is.
 """
 
 import math
@@ -23,52 +23,34 @@ WALK = {"step_length_mm": 80, "period": 2, "duration": 10}
 PIXELS_PER_INCH = 80
 
 TERRAINS = {
-    "flat": ("Level ground.", 'kind = "flat"'),
-    "slope": (
-        "A plane through the origin, or from `terrain_start_mm` on. `terrain_yaw_deg` turns it, as "
-        "it does every terrain: 90 is a slope across the way, 180 one downhill.",
-        'kind = "slope"\nslope_deg = 15',
-    ),
+    "flat": ("Level ground.", ""),
+    "slope": ("A plane from `terrain_start_mm` on.", "slope_deg = 15"),
     "stairs": (
         "Equal steps; `rise_mm` below 0 leads down.",
-        'kind = "stairs"\nrise_mm = 20\nrun_mm = 120\nstair_count = 5',
+        "rise_mm = 20\nrun_mm = 120\nstair_count = 5",
     ),
-    "step": ("One step.", 'kind = "step"\nrise_mm = 40'),
-    "gap": (
-        "A ditch across the way. For other profiles `steps` has its edges at places of your own, "
-        "with the height behind each: `edge_x_mm` and `edge_z_mm`.",
-        'kind = "gap"\ngap_width_mm = 60\ngap_depth_mm = 100',
-    ),
+    "step": ("One step.", "rise_mm = 40"),
+    "gap": ("A ditch across the path.", "gap_width_mm = 60\ngap_depth_mm = 100"),
     "blocks": (
-        "A field of blocks of seeded heights, 2.4 m by 1.6 m. They touch, or stand `block_gap_mm` "
-        "apart.",
-        'kind = "blocks"\nblock_size_mm = 80\nblock_height_mm = 20\nterrain_seed = 1',
+        "Blocks of seeded heights, 2.4 m by 1.6 m, which touch or stand `block_gap_mm` apart.",
+        "block_size_mm = 80\nblock_height_mm = 20\nterrain_seed = 1",
     ),
     "waves": (
-        "A sinusoid across the way, which begins in a trough.",
-        'kind = "waves"\nwave_height_mm = 30\nwave_length_mm = 400',
+        "A sinusoid across the path, which begins in a trough.",
+        "wave_height_mm = 30\nwave_length_mm = 400",
     ),
     "rough": (
-        "Twenty-four plane waves of seeded direction, phase and length, added up to the standard "
-        "deviation that is asked; they grow out of level ground within 100 mm. The same seed is "
-        "the same ground, everywhere and on every machine.",
-        'kind = "rough"\nroughness_mm = 6\nrough_length_mm = 150\nterrain_seed = 1',
+        "24 plane waves of seeded direction, phase and length; `roughness_mm` is the standard "
+        "deviation of their sum.",
+        "roughness_mm = 6\nrough_length_mm = 150\nterrain_seed = 1",
     ),
     "height-map": (
-        "Heights from a file beside the scenario: a grey image of 8 or 16 bits, of which white is "
-        "`map_height_mm` high; or metres in a `.npy` or `.csv`. It is seen from above with the "
-        "walk from left to right, its left edge at the start, its middle row on the way. A cubic "
-        "runs through the samples. At most 4096 × 4096 samples. Maps that pack into 750 kB of "
-        "text, about 400 × 400 samples of a measured ground, travel inside the scenario: the "
-        "result folder and the recording need no file. Larger ones are named by their path and "
-        "their SHA-256, so that no other file is taken for them.",
-        'kind = "height-map"\nheight_map = "hills.png"\nmap_cell_mm = 20\nmap_height_mm = 60',
+        "Heights from a file, see below.",
+        'height_map = "hills.png"\nmap_cell_mm = 20\nmap_height_mm = 60',
     ),
     "ice": (
-        "Level ground with slippery tiles, as on a chessboard. On any terrain `patches` names "
-        "rectangles of other friction: each from x, to x, from y, to y in metres, and its "
-        "friction; where two overlap the last counts.",
-        'kind = "ice"\nfriction = 0.7\nice_friction = 0.1\ntile_mm = 100',
+        "Level ground with slippery tiles, as on a chessboard.",
+        "friction = 0.7\nice_friction = 0.1\ntile_mm = 100",
     ),
 }
 
@@ -83,9 +65,9 @@ def hills(path):
 
 
 def outcome(walk, run):
-    """How the walk went, in one sentence, and what its summary warns of."""
+    """Return the displacement, height and tilt of a walk, and its warnings."""
     target = walk.sample(run["time"].values[-1:])
-    made, planned = (
+    simulated, planned = (
         float(np.hypot(*(p[-1, :2] - start[:2])))
         for p, start in (
             (run["body_position"].values, run["body_position"].values[0]),
@@ -95,41 +77,40 @@ def outcome(walk, run):
     up = quaternion_rotation(run["body_orientation"].values)[:, 2, 2]
     tilt = math.degrees(float(np.arccos(up.min())))
     climbed = 1000 * float(np.ptp(run["body_position"].values[:, 2]))
-    ending = run.attrs["ending_reason"]
-    doubts = "".join(f"\n\n> {sentence}" for sentence in phasmid.summarise(run)["warnings"])
     return (
-        f"{ending} Way {1000 * made:.0f} mm of {1000 * planned:.0f} planned; the trunk's height "
-        f"ranges over {climbed:.0f} mm, its largest tilt is {tilt:.1f}°.{doubts}"
+        f"{run.attrs['ending_reason']} Displacement {1000 * simulated:.0f} mm of "
+        f"{1000 * planned:.0f} planned, height {climbed:.0f} mm, tilt {tilt:.1f}°.",
+        phasmid.summarise(run)["warnings"],
     )
 
 
-def section(name, words, table, folder):
-    """One terrain: words, the table, how its walk went, and its picture."""
+def row(name, words, table, folder):
+    """Walk on one terrain, draw it, and return its row of the table."""
     terrain = tomllib.loads(table)
     if "height_map" in terrain:
         terrain["height_map"] = str(folder / terrain["height_map"])
-    terrain = {"terrain" if key == "kind" else key: value for key, value in terrain.items()}
-    scenario = phasmid.load_scenario("paper").replace(**WALK, **terrain)
+    scenario = phasmid.load_scenario("paper").replace(terrain=name, **WALK, **terrain)
     walk = phasmid.plan(scenario)
     run = phasmid.simulate(scenario, walk)
     moment = swing_moment(read_run(run))
     picture = HERE / "images" / f"terrain-{name}.png"
     save_figure(draw_robot(run, moment), picture, dpi=PIXELS_PER_INCH)
-    return (
-        f"## {name}\n\n{words}\n\n```toml\n[terrain]\n{table}\n```\n\n"
-        f"{outcome(walk, run)}\n\n"
-        f"![The robot on this terrain](images/{picture.name})\n"
-    )
+    numbers, warnings = outcome(walk, run)
+    keys = ", ".join(f"`{line}`" for line in table.splitlines())
+    cell = "<br>".join(filter(None, (f"**{name}**", words, keys, numbers, *warnings)))
+    return f"| {cell} | ![The robot on this terrain](images/{picture.name}) |"
 
 
 def main():
     """Write the page."""
     with tempfile.TemporaryDirectory() as folder:
         hills(Path(folder) / "hills.png")
-        sections = [section(name, *told, Path(folder)) for name, told in TERRAINS.items()]
+        rows = [row(name, *words, Path(folder)) for name, words in TERRAINS.items()]
     page = HERE / "terrain.md"
-    top = page.read_text("utf-8").partition("\n## ")[0]
-    page.write_text("\n".join([top, *sections]), "utf-8", newline="\n")
+    top = page.read_text("utf-8").partition("\n| terrain |")[0]
+    page.write_text(
+        "\n".join([top, "| terrain | |", "|---|---|", *rows, ""]), "utf-8", newline="\n"
+    )
 
 
 if __name__ == "__main__":

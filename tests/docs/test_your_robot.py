@@ -8,7 +8,8 @@ import pytest
 from phasmid.cli import main
 
 PAGE = (Path(__file__).parents[2] / "docs/your-robot.md").read_text("utf-8")
-ROBOT, SERVO, OFFSETS = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[:3]
+ROBOT, SERVO = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[:2]
+OFFSETS = (Path(__file__).parents[2] / "examples/offset-legs.toml").read_text("utf-8")
 
 
 @pytest.mark.parametrize("servo", ["by name", "by its own table"])
@@ -38,8 +39,8 @@ def test_the_robot_of_the_page_walks_on_either_servo(tmp_path, monkeypatch, caps
 
 def test_the_robot_with_lateral_offsets_walks(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "dog.toml").write_text(OFFSETS, encoding="utf-8")
-    assert main(["check", "dog.toml"]) == 0
+    (tmp_path / "offset-legs.toml").write_text(OFFSETS, encoding="utf-8")
+    assert main(["check", "offset-legs.toml"]) == 0
     assert capsys.readouterr().out.count("mm, foot 40 mm to its left, hip") == 2
-    command = re.search(r"`phasmid (walk --robot dog.toml .*?)`", PAGE)[1].split()
+    command = re.search(r"`phasmid (walk --robot offset-legs.toml .*?)`", PAGE)[1].split()
     assert main([*command, "--duration", "0.5", "--no-figures"]) == 0, capsys.readouterr().err
