@@ -46,17 +46,18 @@ phasmid cad phantomx-paper --out results/cad
 | `stl/LINK.stl` | a mesh of each link in its own frame, in metres |
 | `ROBOT-masses.md` | masses of the file beside those of the solids |
 
-Servos are solids of their real outside and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A servo
-belongs to the link to which its case is screwed: the coxa's to the body. A femur that is long enough
-holds two servos back to back; in a shorter one the knee's sits in the tibia. Brackets, straps and blades
-are aluminium, the body's plates acrylic; battery and controller are blocks of an even density. A servo
-other than AX-12A, AX-18A, MX-28 and XL430-W250 is an AX-12 scaled to fit the shortest link. These shapes
-look and weigh about right; they are no maker's drawing.
+Servos are solids of their real outside and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A
+servo belongs to the link to which its case is screwed: the coxa's to the body. A femur that is
+long enough holds two servos back to back; in a shorter one the knee's sits in the tibia.
+Brackets, straps and blades are aluminium, the body's plates acrylic; battery and controller are
+blocks of an even density. A servo other than AX-12A, AX-18A, MX-28 and XL430-W250 is an AX-12
+scaled to fit the shortest link. These shapes look and weigh about right; they are no maker's
+drawing.
 
 ## What it weighs
 
-The paper's robot: its file (the paper's Table 2, and for the body the rest of 26 N) beside the solids.
-Frames are those of Table 1, inertias are about the centre of mass.
+The paper's robot: its file (the paper's Table 2, and for the body the rest of 26 N) beside the
+solids. Frames are those of Table 1, inertias are about the centre of mass.
 
 {table}
 {findings}
@@ -99,8 +100,8 @@ point_mm = [230.9, -167.7, -100]         # in the drawing
 Masses, centres of mass and inertias are integrals over the solids. The file is read in a process
 of its own with limits of size, memory and time, so that a damaged one costs one sentence.
 
-Robot to STEP to robot moves no axis and no foot by more than a micrometre, and changes no inertia by more
-than 1 %.
+Robot to STEP to robot moves no axis and no foot by more than a micrometre, and changes no inertia
+by more than 1 %.
 """
 
 

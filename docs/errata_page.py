@@ -32,15 +32,15 @@ Equations of IMECE2018-88226 as printed, and what stands in phasmid instead. Thi
 by `make errata` from the table in `phasmid.paper.misprints`; a test holds the
 two together.
 
-Each line gives the error of this misprint alone, all others corrected: the largest in swing and in stance
-on the paper's walk, and on random states. The robot is `phantomx-paper` with its masses as Eq 10 assumes
-(`mass_model = "mid-length"`); feet bear the forces of least norm. Random are {states} states of each leg:
-the coxa all around, femur and tibia within their limits, feet outside the coxa axis, speeds to
-{speed} rad/s, accelerations to {acceleration} rad/s², foot forces to {force} N along each axis, rolls and
-pitches to {roll}°, yaws all around.
+Each line gives the error of this misprint alone, all others corrected: the largest in swing and
+in stance on the paper's walk, and on random states. The robot is `phantomx-paper` with its masses
+as Eq 10 assumes (`mass_model = "mid-length"`); feet bear the forces of least norm. Random are
+{states} states of each leg: the coxa all around, femur and tibia within their limits, feet
+outside the coxa axis, speeds to {speed} rad/s, accelerations to {acceleration} rad/s², foot
+forces to {force} N along each axis, rolls and pitches to {roll}°, yaws all around.
 
-`kinematics.printed` and `dynamics.printed` compute every equation as printed, with all its misprints or
-with any of them.
+`kinematics.printed` and `dynamics.printed` compute every equation as printed, with all its
+misprints or with any of them.
 
 ## Frames and kinematics
 
@@ -76,8 +76,9 @@ Slips that change no number, but want reading with care:
 
 Tests in `tests/paper` fail for the printed form and hold for the right one:
 
-- *equation of motion*: the power of the joints is the rate of the leg's energy; the torques are those of
-  the recursion over the whole robot; the entry is that of Lagrange's equations, derived in symbols.
+- *equation of motion*: the power of the joints is the rate of the leg's energy; the torques are
+  those of the recursion over the whole robot; the entry is that of Lagrange's equations, derived
+  in symbols.
 - *loaded foot*: the same with a force on the foot.
 - *rigid body*: no link has radii of gyration below a thousandth of its length.
 - *chain*: the frames of Table 1, one after another, end at the foot.

@@ -30,14 +30,15 @@ phasmid plot results/a results/b joint-torque          # two runs in one figure
 phasmid plot results/paper fig13 --width-mm 85 --dpi 300 --no-title --format pdf,png
 ```
 
-`--width-mm` sets the width of the figures, such as 85 mm for a column of a paper; labels keep at least
-7 pt. `--no-title` leaves out title and subtitle. `--dpi` is the resolution of PNG files, and of pictures in
-PDF and SVG files. From Python, `phasmid.plot(recording, "support-margin")` returns the matplotlib figure, and
-`phasmid.plot([a, b], "joint-torque", labels=["a", "b"])` compares runs.
+`--width-mm` sets the width of the figures, such as 85 mm for a column of a paper; labels keep at
+least 7 pt. `--no-title` leaves out title and subtitle. `--dpi` is the resolution of PNG files,
+and of pictures in PDF and SVG files. From Python, `phasmid.plot(recording, "support-margin")`
+returns the matplotlib figure, and `phasmid.plot([a, b], "joint-torque", labels=["a", "b"])`
+compares runs.
 
-Of a walk of more than six cycles, figures over time show the last five. Where a required channel is not
-recorded, one sentence names it and the command that records it. Colours are Paul Tol's, which the
-colour-blind tell apart; runs that are compared differ in their dashes too.
+Of a walk of more than six cycles, figures over time show the last five. Where a required channel
+is not recorded, one sentence names it and the command that records it. Colours are Paul Tol's,
+which the colour-blind tell apart; runs that are compared differ in their dashes too.
 
 The figures below are of the paper's walk; `power` and those of servos are of the same walk with
 `--drive servo --measured everything`. `make gallery` draws this page.
@@ -47,18 +48,18 @@ WORDS = {
     "fig12": "The coxa, which turns by some degrees, has its own axis.",
     "gait-diagram": "The subtitle states the share of the time in which both are equal.",
     "support-margin": (
-        "Negative outside the polygon. Solid: feet in contact; dashed: planned stance. Shaded: fewer "
-        "than three feet, or all in a line."
+        "Negative outside the polygon. Solid: feet in contact; dashed: planned stance. Shaded: "
+        "fewer than three feet, or all in a line."
     ),
     "servo-envelope": (
-        "Red: the servo's torque at steady speed under its supply, "
-        "τ = k(±V − kω)/R less the friction of motor and gears, at most the stall torque. Dashed: a "
-        "fifth of the stall torque, which makers advise not to exceed for long. While a rotor "
-        "accelerates, a sample may lie beyond the line."
+        "Red: the servo's torque at steady speed under its supply, τ = k(±V − kω)/R less the "
+        "friction of motor and gears, at most the stall torque. Dashed: a fifth of the stall "
+        "torque, which makers advise not to exceed for long. While a rotor accelerates, a sample "
+        "may lie beyond the line."
     ),
     "friction-demand": (
-        "Above the dashed line a foot slides. Drawn in planned stance, at normal forces of at least "
-        "2 % of the weight."
+        "Above the dashed line a foot slides. Drawn in planned stance, at normal forces of at "
+        "least 2 % of the weight."
     ),
     "power": (
         "Net, positive and absolute power; with the servos' own law also that of the supply. The "

@@ -57,76 +57,84 @@ _PAGE = """\
 phasmid walk --contact-law simscape    # or mujoco, or spring-damper, the default
 ```
 
-The paper's walk under three laws of contact. Two are in MuJoCo. The third is the law of the paper's own library,
-which MuJoCo cannot express; it has a simulator of its own. Both simulators share the plan and the places of the
-contact points, and no code of contact or integration. `make physics` writes this page.
+The paper's walk under three laws of contact. Two are in MuJoCo. The third is the law of the
+paper's own library, which MuJoCo cannot express; it has a simulator of its own. Both simulators
+share the plan and the places of the contact points, and no code of contact or integration. `make
+physics` writes this page.
 
-The robot is `{robot}`, the scenario `{scenario}`, joints are prescribed. "Amid stance" is the middle half of each
-whole stance. The model's forces are of minimum norm.
+The robot is `{robot}`, the scenario `{scenario}`, joints are prescribed. "Amid stance" is the
+middle half of each whole stance. The model's forces are of minimum norm.
 
 ## The laws
 
-A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that sinks with speed v and
-slips with speed u:
+A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that
+sinks with speed v and slips with speed u:
 
 {laws}
 
-The ground never pulls. In MuJoCo a point also resists its own acceleration, with a small mass that its impedance d
-sets (`impedance`). `mujoco` keeps all of MuJoCo's default numbers. All three creep below their friction limit.
+The ground never pulls. In MuJoCo a point also resists its own acceleration, with a small mass
+that its impedance d sets (`impedance`). `mujoco` keeps all of MuJoCo's default numbers. All three
+creep below their friction limit.
 
-**The second simulator** integrates the six degrees of freedom of the trunk; the joints are prescribed. Its state is
-the place and momentum of the centre of mass, the orientation, and the angular momentum about the centre of mass:
+**The second simulator** integrates the six degrees of freedom of the trunk; the joints are
+prescribed. Its state is the place and momentum of the centre of mass, the orientation, and the
+angular momentum about the centre of mass:
 
     c' = p/m,   p' = m g + Σ F,   L' = Σ r × F,   R' = R [w]×,   w = J⁻¹ (Rᵀ L − l)
 
-with J the inertia about the centre of mass and l the legs' own angular momentum. Sticking friction is stiff against
-the robot's mass, so a substep is linearly implicit (ROS2, second order, L-stable); a time step of {dt:g} ms has
-{substeps}. Joint torques follow by inverse dynamics of the whole robot, with the force at each point.
+with J the inertia about the centre of mass and l the legs' own angular momentum. Sticking
+friction is stiff against the robot's mass, so a substep is linearly implicit (ROS2, second order,
+L-stable); a time step of {dt:g} ms has {substeps}. Joint torques follow by inverse dynamics of
+the whole robot, with the force at each point.
 
 ## The same walk
 
 {same}
 
-Normal forces: mean amid stance of each foot, and the largest difference from `spring-damper` of any sample amid
-stance, as a share of the mean load of its foot. Statics determines them on three feet; they agree within
+Normal forces: mean amid stance of each foot, and the largest difference from `spring-damper` of
+any sample amid stance, as a share of the mean load of its foot. Statics determines them on three
+feet; they agree within
 {gap:.2f} %.
 
 ![Three laws of contact](physics/contact-laws.png)
 
 {rest}
 
-Tangential force and squeeze are rms per foot amid stance; a squeeze is the part of the feet's forces that adds up to
-no force and no moment. The torque's difference is that from the model, rms amid stance of the worst joint. Sinkage is
-the mean depth of the tips, creep the mean speed of standing feet over the ground. Times depend on the machine.
+Tangential force and squeeze are rms per foot amid stance; a squeeze is the part of the feet's
+forces that adds up to no force and no moment. The torque's difference is that from the model, rms
+amid stance of the worst joint. Sinkage is the mean depth of the tips, creep the mean speed of
+standing feet over the ground. Times depend on the machine.
 
 ## Why they differ
 
-**Touchdown.** On springs the robot stands a little low, so that a foot touches before its plan. The softer `mujoco`
-sinks deeper and touches sooner. Amid stance nothing of it is left.
+**Touchdown.** On springs the robot stands a little low, so that a foot touches before its plan.
+The softer `mujoco` sinks deeper and touches sooner. Amid stance nothing of it is left.
 
-**Squeeze, and torques with it.** Statics does not determine how hard three feet press against each other, and
-prescribed joints do not give. The squeeze comes from friction on very small slips. On feet of {point:g} mm, nearly
-points, two causes are computed beside it:
+**Squeeze, and torques with it.** Statics does not determine how hard three feet press against
+each other, and prescribed joints do not give. The squeeze comes from friction on very small
+slips. On feet of {point:g} mm, nearly points, two causes are computed beside it:
 
 {squeezes}
 
-- *Mass.* MuJoCo takes a contact's acceleration as J q̈ and leaves out J̇ q̇: a foot that stands while its leg turns
-  seems to be accelerated by −J̇ q̇. Its friction resists that, at each point with a mass of d/((1 − d) A) times
-  `impratio` (A is the mobility of the foot): at the default impedance {mass:.1f} kg a foot. A smaller `impedance`
-  removes it.
-- *Slip.* A foot touches half its depth above its tip, and the turning tibia moves that point over the ground, by
-  some hundredths of a millimetre per second. A larger threshold or a harder ground reduces it.
+- *Mass.* MuJoCo takes a contact's acceleration as J q̈ and leaves out J̇ q̇: a foot that stands
+while its leg turns seems to be accelerated by −J̇ q̇. Its friction resists that, at each point
+with a mass of d/((1 − d) A) times `impratio` (A is the mobility of the foot): at the default
+impedance {mass:.1f} kg a foot. A smaller `impedance` removes it. - *Slip.* A foot touches half
+its depth above its tip, and the turning tibia moves that point over the ground, by some
+hundredths of a millimetre per second. A larger threshold or a harder ground reduces it.
 
-**Wide feet.** In `simscape` friction grows with the load of each point. A standing foot turns about the vertical
-with its coxa. Where the load is off the middle of the square, the friction of its points does not cancel. In MuJoCo
-sticking friction does not depend on the load, and it cancels:
+**Wide feet.** In `simscape` friction grows with the load of each point. A standing foot turns
+about the vertical with its coxa. Where the load is off the middle of the square, the friction of
+its points does not cancel. In MuJoCo sticking friction does not depend on the load, and it
+cancels:
 
 {wide}
 
-The squeeze of {squeeze_simscape:.2f} N under `simscape`, and the {torque_simscape:.3f} N·m by which its torques
-differ from the model's, come from rigid, flat feet of {width:g} mm at the library's threshold. The minimum norm is the
-limit of all laws for point feet on hard, freely creeping ground. Normal forces do not depend on the law. Every torque
-of a standing leg does: a quoted torque names its law.
+The squeeze of {squeeze_simscape:.2f} N under `simscape`, and the {torque_simscape:.3f} N·m by
+which its torques differ from the model's, come from rigid, flat feet of {width:g} mm at the
+library's threshold. The minimum norm is the limit of all laws for point feet on hard, freely
+creeping ground. Normal forces do not depend on the law. Every torque of a standing leg does: a
+quoted torque names its law.
 """
 
 
