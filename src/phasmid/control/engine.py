@@ -12,7 +12,6 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.blocked_directions import BlockedDirections
-from phasmid.control.body_clearance import BodyClearance
 from phasmid.control.command import Command
 from phasmid.control.constraints import Constraint, VelocityLimit
 from phasmid.control.event_log import EventLog
@@ -40,7 +39,6 @@ class LocomotionEngine:
     Args:
         robot: The robot, four to eight legs.
         settings: Settings of the engine.
-        memory: Record of one engine of a batch, shape (1,); None for a new one.
         keywords: Fields of the settings that replace those of `settings`.
 
     Attributes:
@@ -63,8 +61,6 @@ class LocomotionEngine:
         self,
         robot: Robot,
         settings: EngineSettings | None = None,
-        *,
-        memory: np.ndarray | None = None,
         **keywords: Any,
     ) -> None:
         settings = replace(settings or EngineSettings(), **keywords)
@@ -77,15 +73,13 @@ class LocomotionEngine:
         # Lazy import: numba takes 0.6 s.
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
-        from phasmid.control.foothold_region import foothold_regions
+        from phasmid.control.reach import foothold_regions
 
         self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
         legs = len(robot.legs)
-        self.memory = memory = np.zeros(1, MEMORY) if memory is None else memory
-        memory["states"]["leg_count"] = legs
-        self._result = np.zeros((1, 2), np.int64)
+        self.memory = memory = np.zeros(1, MEMORY)
         self.model = view_of(memory["model"], Model, legs)
         fill(self.model, model_of(robot, settings))
         self.state = view_of(memory["states"][0], State, legs)
@@ -98,7 +92,6 @@ class LocomotionEngine:
         self.gait = self._gaits.gait
         self._command: Command | None = None
         self._at_home = np.array(robot.arrays.neutral_foot)
-        self._clearance = BodyClearance(robot, self.model.height)
         # The last poses, since every change of the command needs the regions.
         self._regions = lru_cache(maxsize=8)(partial(foothold_regions, record_behind(self.model)))
         self.feed_forward: FeedForward | None = None
@@ -142,21 +135,10 @@ class LocomotionEngine:
             observation: Sensor readings.
             command: Velocity, pose and gait.
         """
-        self.prepare(observation, command)
-        self._update.update(self.memory, self.settings.update_period, self._result)
-        return self.finish(command, *self._result[0].tolist())
-
-    def prepare(self, observation: Observation, command: Command) -> None:
-        """Write observation and command into the records, before `phasmid.control.update.update`.
-
-        Args:
-            observation: Sensor readings.
-            command: Velocity, pose and gait.
-        """
-        clock, time = self.state.clock, float(observation.time)
+        state, clock, time = self.state, self.state.clock, float(observation.time)
         if math.isfinite(time) and time > clock.time:
             clock.time = time
-        self._observed = clock.time
+        observed = clock.time
         if command is not self._command:
             self._take(command)
         if self.estimator is not None and self.memory["estimates_ground"][0]:
@@ -165,19 +147,10 @@ class LocomotionEngine:
             self.applied_scale = self.feed_forward.velocity_scale
             velocity = self.applied_scale * self.feasible_velocity
             self.reference.velocity[:] = self._next_reference.velocity[:] = velocity
-
-    def finish(self, command: Command, result: int, events: int) -> JointTargets:
-        """Return the joint targets after an update, and handle its events.
-
-        Args:
-            command: Velocity, pose and gait.
-            result: Result of the update.
-            events: Its `EstimatorEvent` bits.
-        """
-        state, clock = self.state, self.state.clock
+        result, events = self._update.update(self.memory, self.settings.update_period)
         if events and self.estimator is not None:
             for sentence in self.estimator.describe(events):
-                self._log.events.append((self._observed, sentence))
+                self._log.events.append((observed, sentence))
         changed = self._changing and not self.reference.gait_pending
         resting = not clock.gait_running
         if changed or self._resting != resting or self._blocked.update():
@@ -336,7 +309,7 @@ class LocomotionEngine:
 
     def _start(self) -> None:
         self._commanded: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        self._command, self._observed = None, 0.0
+        self._command = None
         self._resting, self._changing = True, False
         if self.feed_forward is not None:
             self.feed_forward.reset()
@@ -418,10 +391,8 @@ class LocomotionEngine:
             stepping = self.memory["references"][0, 1].copy()
             if standing:
                 stepping["duty_factor"], stepping["sway"] = 1.0, 0.0
-            share, limit = min(
-                self._limits.feasible_pose_scale(record_behind(self.model), stepping, base, pose),
-                self._clearance.feasible_pose_scale(base, pose),
-                key=itemgetter(0),
+            share, limit = self._limits.feasible_pose_scale(
+                self.robot, record_behind(self.model), stepping, base, pose
             )
             reason = limit.sentence(self.robot)
             self._log.set("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
