@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.types import Model, Reference, State
+from phasmid.control.types import LegPhase, Model, Reference, State
 from phasmid.control.vectors import Path, in_odom, rotate, rotation, turned
 
 VELOCITY_BANDWIDTH, POSE_BANDWIDTH, SWAY_BANDWIDTH = 20.0, 15.0, 15.0
@@ -26,6 +26,13 @@ def com_in_odom(state: State) -> tuple[float, float]:
     """Return the centre of mass in odom, from above [m]."""
     com = rotate(state.R_odom_body, state.com)
     return com[0] + state.body_position[0], com[1] + state.body_position[1]
+
+
+@internal
+def standing_feet(state: State, used: np.ndarray) -> np.ndarray:
+    """Return which of the used feet stand, shape (L,)."""
+    legs = state.leg_count
+    return (state.leg_phase[:legs] == LegPhase.STANCE.value) & (used[:legs] == 1)
 
 
 @compiled

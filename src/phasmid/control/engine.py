@@ -16,15 +16,15 @@ from phasmid.control.command import Command
 from phasmid.control.constraints import Constraint, VelocityLimit
 from phasmid.control.event_log import EventLog
 from phasmid.control.gait_selection import GaitSelector
-from phasmid.control.memory import MEMORY, clear, new_reference
+from phasmid.control.memory import MEMORY
 from phasmid.control.observation import Observation
 from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
-from phasmid.control.types import STATE, LegPhase, Model, Reference, State, model_of
+from phasmid.control.types import STANDING, STATE, LegPhase, Model, Reference, State, model_of
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
-from phasmid.kinematics import body_from_hip, foot_position
+from phasmid.kinematics import body_from_hip, foot_position, neutral_feet
 from phasmid.robot import Robot
 
 if TYPE_CHECKING:
@@ -49,8 +49,6 @@ class LocomotionEngine:
         gait: Gait of the engine.
         estimator: Ground estimator; None where contacts are assumed as planned.
         feed_forward: Feed-forward torques; None where none are computed.
-        feasible_velocity: Feasible part of the commanded velocity, shape (3,).
-        applied_scale: Part of it that is in the reference; NaN where it must be written anew.
 
     Raises:
         InvalidInput: A setting is out of range.
@@ -70,7 +68,7 @@ class LocomotionEngine:
                 f"{MAX_LEGS} legs or fewer.",
                 hint="phasmid walk, which plans walks for any number of legs",
             )
-        # Lazy import: numba takes 0.6 s.
+        # Lazy import: compiled functions take 0.2 s to load.
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
         from phasmid.control.reach import foothold_regions
@@ -91,7 +89,6 @@ class LocomotionEngine:
         self._gaits = GaitSelector(robot, settings, self.model)
         self.gait = self._gaits.gait
         self._command: Command | None = None
-        self._at_home = np.array(robot.arrays.neutral_foot)
         # The last poses, since every change of the command needs the regions.
         self._regions = lru_cache(maxsize=8)(partial(foothold_regions, record_behind(self.model)))
         self.feed_forward: FeedForward | None = None
@@ -107,8 +104,8 @@ class LocomotionEngine:
             self.estimator = GroundEstimator(
                 robot, settings.estimator, settings.update_period, memory
             )
-        self.feasible_velocity, self.applied_scale = np.zeros(3), math.nan
-        self._start()
+        self._feasible_velocity, self._applied_scale = np.zeros(3), math.nan
+        self._begin(neutral_feet(robot), 0.0)
 
     # What a user calls
 
@@ -121,10 +118,11 @@ class LocomotionEngine:
         q = np.asarray(observation.joint_position, dtype=float)
         if not np.isfinite(q).all():
             raise InvalidInput("joint_position is not finite; the engine cannot begin with it.")
-        self._start()
-        feet = body_from_hip(self.robot, foot_position(self.robot.arrays, q))
-        self.stand(feet, time=observation.time)
+        self._begin(
+            body_from_hip(self.robot, foot_position(self.robot.arrays, q)), observation.time
+        )
         if self.estimator is not None:
+            # The first observation has the sensors of the robot.
             self.estimator.reset(observation)
             self.memory["estimates_ground"] = 1
 
@@ -143,9 +141,12 @@ class LocomotionEngine:
             self._take(command)
         if self.estimator is not None and self.memory["estimates_ground"][0]:
             self.estimator.measure(observation)
-        if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
-            self.applied_scale = self.feed_forward.velocity_scale
-            velocity = self.applied_scale * self.feasible_velocity
+        if (
+            self.feed_forward is not None
+            and self.feed_forward.velocity_scale != self._applied_scale
+        ):
+            self._applied_scale = self.feed_forward.velocity_scale
+            velocity = self._applied_scale * self._feasible_velocity
             self.reference.velocity[:] = self._next_reference.velocity[:] = velocity
         result, events = self._update.update(self.memory, self.settings.update_period)
         if events and self.estimator is not None:
@@ -206,7 +207,7 @@ class LocomotionEngine:
                 "direction is (0, 0, 0), which is none; it must be ahead, left and turn.",
                 hint="(1, 0, 0)",
             )
-        reference = new_reference(len(self.robot.legs))
+        reference = view_of(STANDING.copy(), Reference, len(self.robot.legs))
         shift = self._gaits.write(reference, gait, period, lost_legs)
         reference.step_height = self.settings.step_height if step_height is None else step_height
         reference.pose[:] = pose
@@ -220,41 +221,17 @@ class LocomotionEngine:
 
     def telemetry(self) -> dict[str, Any]:
         """Return the recorded channels of the last update."""
-        state = self.state
-        clock = state.clock
-        phase, slow, margin = clock.phase, clock.time_scale, clock.support_margin
+        state, clock = self.state, self.state.clock
         return {
             "stance": state.leg_phase == LegPhase.STANCE,
             "velocity_command": np.array(self._commanded),
-            "velocity_reference": slow * state.velocity_filter[2],
-            "slow_down": slow,
-            "support_margin": margin,
-            "gait_phase": phase,
+            "velocity_reference": clock.time_scale * state.velocity_filter[2],
+            "slow_down": clock.time_scale,
+            "support_margin": clock.support_margin,
+            "gait_phase": clock.phase,
         }
 
     # Methods for posture sequences
-
-    def stand(self, feet: Float[np.ndarray, "legs 3"], *, time: float = 0.0) -> None:
-        """Begin with the robot at rest on feet at these positions.
-
-        Args:
-            feet: Feet in the body frame [m], shape (L, 3); the body counts as level.
-            time: Time of the engine's clock [s].
-        """
-        state, feet = self.state, np.asarray(feet, dtype=float)
-        self.memory["states"] = np.zeros((), STATE)
-        self.memory["states"]["leg_count"] = len(self.robot.legs)
-        clock = state.clock
-        clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
-        # The ground is where the feet are on average; odom begins under the body.
-        ground = float(feet[:, 2].mean())
-        state.pose_filter[:, 2] = -ground - self.model.height
-        self.reference.ground_normal[:] = 0.0, 0.0, 1.0
-        self.reference.ground_height = 0.0
-        state.foot[:] = feet - [0.0, 0.0, ground]
-        state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
-        if not self._place():
-            raise InvalidInput("a foot stands where its leg cannot walk from.")
 
     def fold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
         """Set the joint angles at which a leg is held in the air when it is lost.
@@ -280,11 +257,11 @@ class LocomotionEngine:
         state.q[leg] = q
         state.qd[leg] = state.qdd[leg] = 0.0
         self.reference.used[leg] = self._next_reference.used[leg] = False
-        self._place()
+        self._update.place(self.memory)
 
     def catch(self) -> None:
         """Land all swing legs at once, without a jump of their motion."""
-        # Lazy import: numba takes 0.6 s.
+        # Lazy import, as above.
         from phasmid.control.leg_phases import land_swing_legs
 
         land_swing_legs(self.state, self.reference, self.settings.landing_depth)
@@ -303,11 +280,8 @@ class LocomotionEngine:
 
     # Reference of a command
 
-    def _place(self) -> bool:
-        """Solve body motion and joint angles at rest; return whether all feet are reachable."""
-        return bool(self._update.place(self.memory))
-
-    def _start(self) -> None:
+    def _begin(self, feet: Float[np.ndarray, "legs 3"], time: float) -> None:
+        """Begin with the robot at rest on feet in the body frame [m], level, at a time [s]."""
         self._commanded: tuple[float, float, float] = (0.0, 0.0, 0.0)
         self._command = None
         self._resting, self._changing = True, False
@@ -315,19 +289,26 @@ class LocomotionEngine:
             self.feed_forward.reset()
         self._log.clear()
         self._blocked.clear()
-        # The first observation has the sensors of the robot.
-        self.memory["estimates_ground"] = 0
+        memory, state, clock = self.memory, self.state, self.state.clock
+        memory["estimates_ground"] = 0
+        memory["references"], memory["states"] = STANDING, np.zeros((), STATE)
+        memory["states"]["leg_count"] = len(self.robot.legs)
         for reference in (self.reference, self._next_reference):
-            clear(reference)
             self._gaits.write(reference, None, None, frozenset())
             reference.step_height = self.settings.step_height
-        neutral = body_from_hip(self.robot, self._at_home)
-        self.stand(neutral)
+        clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
+        # The ground is where the feet are on average; odom begins under the body.
+        ground = float(feet[:, 2].mean())
+        state.pose_filter[:, 2] = -ground - self.model.height
+        state.foot[:] = feet - [0.0, 0.0, ground]
+        state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
+        if not self._update.place(memory):
+            raise InvalidInput("a foot stands where its leg cannot walk from.")
 
     def _take(self, command: Command) -> None:
         """Write the reference of a command, with its feasible velocity."""
         reference, next_reference = self.reference, self._next_reference
-        self._command = command
+        self._command, self._commanded = command, command.velocity
         try:
             shift = self._gaits.write(
                 next_reference, command.gait, command.period, command.lost_legs
@@ -337,7 +318,6 @@ class LocomotionEngine:
                 raise
             # A robot that cannot walk any more stands still.
             self._log.set("lame", True, f"stands: {error.what}")
-            self._commanded = command.velocity
             reference.velocity[:] = next_reference.velocity[:] = 0.0
             return
         self._log.set("lame", False, "")
@@ -345,21 +325,16 @@ class LocomotionEngine:
         reference.step_height = next_reference.step_height = (
             self.settings.step_height if height is None else height
         )
-        resting = bool(self.state.clock.gait_running == 0)
-        self._resting = resting
-        standing = resting and not any(command.velocity)
+        self._resting = not self.state.clock.gait_running
+        standing = self._resting and not any(command.velocity)
         self._set_pose(np.array(command.pose, dtype=float), shift, standing)
-        differs = (
-            (next_reference.duty_factor, next_reference.period, next_reference.sway)
-            != (reference.duty_factor, reference.period, reference.sway)
-            or not np.array_equal(next_reference.lift_phase, reference.lift_phase)
-            or not np.array_equal(next_reference.used, reference.used)
+        differs = any(
+            not np.array_equal(getattr(next_reference, name), getattr(reference, name))
+            for name in ("duty_factor", "period", "sway", "lift_phase", "used")
         )
         reference.gait_pending = int(differs)
         self._changing = differs
-        commanded = np.array(command.velocity, dtype=float)
-        self._commanded = command.velocity
-        share = 1.0
+        commanded, share = np.array(command.velocity, dtype=float), 1.0
         blocking = self._blocked.blocking_leg(commanded)
         leg = self.robot.leg_names[blocking or 0]
         sentence = f"goes no farther: leg {leg} finds no ground there"
@@ -377,10 +352,10 @@ class LocomotionEngine:
             self._log.set(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
-        reference.velocity[:] = next_reference.velocity[:] = self.feasible_velocity[:] = (
+        reference.velocity[:] = next_reference.velocity[:] = self._feasible_velocity[:] = (
             share * commanded
         )
-        self.applied_scale = math.nan
+        self._applied_scale = math.nan
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the feasible part of a pose for standing or stepping."""

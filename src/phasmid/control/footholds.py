@@ -99,7 +99,8 @@ def choose_foothold(
         x, y = in_odom(integrate_twist(there, v, stance / 2), nx, ny)
     px, py = in_path(there, x, y)
     dx, dy = px - nx, py - ny
-    share, z = region_share(state.region[leg], dx, dy), reference.touchdown_height[leg]
+    share = region_share(state.region[leg], 0.0, 0.0, dx, dy, 0.0)
+    z = reference.touchdown_height[leg]
     flat = not math.isfinite(z)
     # From the neutral place towards the body, where it will be.
     inward_x = state.pose_filter[0, 0] + state.sway_filter[3, 0] - nx

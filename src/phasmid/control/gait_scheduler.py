@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.body_motion import com_in_odom, ground_height, sway_wave
+from phasmid.control.body_motion import com_in_odom, ground_height, standing_feet, sway_wave
 from phasmid.control.footholds import is_searching
 from phasmid.control.leg_phases import lift_off, reaches_height
 from phasmid.control.reach import is_reachable
@@ -77,10 +77,7 @@ def margin_without_legs(
     In that time [s] the phase of the gait changes by `turn`.
     """
     legs, path = len(lifted), state.path
-    stance = np.zeros(legs, dtype=np.bool_)
-    for leg in range(legs):
-        stands = state.leg_phase[leg] == LegPhase.STANCE
-        stance[leg] = stands and reference.used[leg] and not lifted[leg]
+    stance = standing_feet(state, reference.used) & ~lifted
     x, y = com_in_odom(state)
     edges = np.empty((legs * legs, 5))
     count = support_edges(state.foot, stance, edges)

@@ -10,9 +10,10 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, inlined, internal
+from phasmid.compiled import compiled, internal
 from phasmid.control.types import DIRECTIONS, Model, State
 from phasmid.control.vectors import rotate_back, rotation
+from phasmid.dynamics import whole_body_kernels as kernels
 from phasmid.kinematics.leg_kernels import Triple, inverse_kinematics
 
 STRETCH, JOINT_MARGIN = 0.98, 0.02
@@ -59,24 +60,17 @@ def joints_at(
     return q1, q2, q3, share
 
 
-@inlined
+@internal
 def to_hip_frame(
     model: Model, leg: int, R: np.ndarray, body: np.ndarray, x: float, y: float, z: float
 ) -> Triple:
     """Return a point in a leg's hip frame [m]; R and `body` are the body's rotation and place.
 
-    Numbers and not arrays: to allocate these would take longer than the computation.
+    Tuples and not arrays: to allocate these would take longer than the computation.
     """
-    x, y, z = x - body[0], y - body[1], z - body[2]
-    p, H = model.p_body_hip, model.R_body_hip
-    u = R[0, 0] * x + R[1, 0] * y + R[2, 0] * z - p[leg, 0]
-    v = R[0, 1] * x + R[1, 1] * y + R[2, 1] * z - p[leg, 1]
-    w = R[0, 2] * x + R[1, 2] * y + R[2, 2] * z - p[leg, 2]
-    return (
-        H[leg, 0, 0] * u + H[leg, 1, 0] * v + H[leg, 2, 0] * w,
-        H[leg, 0, 1] * u + H[leg, 1, 1] * v + H[leg, 2, 1] * w,
-        H[leg, 0, 2] * u + H[leg, 1, 2] * v + H[leg, 2, 2] * w,
-    )
+    x, y, z = kernels.rotate_back(R, (x - body[0], y - body[1], z - body[2]))
+    hip = model.p_body_hip[leg]
+    return kernels.rotate_back(model.R_body_hip[leg], (x - hip[0], y - hip[1], z - hip[2]))
 
 
 @internal
@@ -166,13 +160,19 @@ def bound_region(
 
 
 @internal
-def region_share(region: np.ndarray, dx: float, dy: float) -> float:
-    """Return the share, at most 1, of a displacement from a neutral foot inside its region [m]."""
+def region_share(
+    region: np.ndarray, x: float, y: float, dx: float, dy: float, slack: float
+) -> float:
+    """Return the share, at most 1, of a displacement (dx, dy) that stays inside a region [m].
+
+    It begins at (x, y) from the neutral foot; the region is wider by `slack` on each side.
+    """
     share = 1.0
     for k in range(len(region)):
         along = region[k, 0] * dx + region[k, 1] * dy
-        if along > region[k, 2]:
-            share = min(share, region[k, 2] / along)
+        left = max(region[k, 2] + slack - region[k, 0] * x - region[k, 1] * y, 0.0)
+        if along > max(left, 1e-12):
+            share = min(share, left / along)
     return share
 
 

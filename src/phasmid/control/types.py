@@ -188,6 +188,14 @@ MODEL, REFERENCE, STATE = record_of(Model), record_of(Reference), record_of(Stat
 """Records of these classes."""
 
 
+STANDING = np.zeros(1, REFERENCE)
+"""Reference of standing on level ground without contact sensing, shape (1,)."""
+
+STANDING["used"] = STANDING["duty_factor"] = STANDING["period"] = 1
+STANDING["contact"], STANDING["touchdown_height"] = Contact.UNKNOWN, np.nan
+STANDING["ground_normal"] = 0.0, 0.0, 1.0
+
+
 def model_of(robot: Robot, settings: EngineSettings) -> Model:
     """Return the numbers of a robot with its engine's settings."""
     arrays = robot.arrays

@@ -179,7 +179,9 @@ def solve_leg_ik(state: State, model: Model, h: float) -> bool:
 def measure_support(state: State) -> float:
     """Return the present support margin of the whole robot [m]."""
     x, y = com_in_odom(state)
-    return line_margin(state.foot, state.leg_phase[: state.leg_count] == LegPhase.STANCE.value, x, y)
+    return line_margin(
+        state.foot, state.leg_phase[: state.leg_count] == LegPhase.STANCE.value, x, y
+    )
 
 
 @internal

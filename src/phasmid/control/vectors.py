@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
+from phasmid.dynamics import whole_body_kernels as kernels
 from phasmid.kinematics.leg_kernels import Triple
 
 Path = np.ndarray | Triple
@@ -16,27 +17,19 @@ Path = np.ndarray | Triple
 @internal
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the cross product of a and b."""
-    return np.array(
-        (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-    )
+    return np.array(kernels.cross(a, b))
 
 
 @internal
 def rotate(R: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return R times v."""
-    return np.array(
-        (
-            R[0, 0] * v[0] + R[0, 1] * v[1] + R[0, 2] * v[2],
-            R[1, 0] * v[0] + R[1, 1] * v[1] + R[1, 2] * v[2],
-            R[2, 0] * v[0] + R[2, 1] * v[1] + R[2, 2] * v[2],
-        )
-    )
+    return np.array(kernels.rotate(R, v))
 
 
 @internal
 def rotate_back(R: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the transpose of R times v."""
-    return rotate(R.T, v)
+    return np.array(kernels.rotate_back(R, v))
 
 
 @compiled

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.body_motion import com_in_odom, leg_moment, sway_wave
+from phasmid.control.body_motion import com_in_odom, leg_moment, standing_feet, sway_wave
 from phasmid.control.constraints import (
     CLEARANCE,
     NOTHING,
@@ -19,7 +19,7 @@ from phasmid.control.constraints import (
 )
 from phasmid.control.reach import PLANNED, joints_at, region_share, to_hip_frame
 from phasmid.control.swing import blend, lift
-from phasmid.control.types import DIRECTIONS, SUPPORT_MARGIN, LegPhase, Model, Reference, State
+from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, State
 from phasmid.control.vectors import (
     in_odom,
     in_path,
@@ -86,19 +86,13 @@ def region_speed_share(
         if state.leg_phase[leg] != LegPhase.STANCE or not reference.used[leg]:
             continue
         time = (1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period
-        x, y = in_path(state.path, state.foot[leg, 0], state.foot[leg, 1])
+        fx, fy = in_path(state.path, state.foot[leg, 0], state.foot[leg, 1])
         there = integrate_twist(ORIGIN, velocity, max(time, SHORTEST) + lift_lag(reference))
-        ex, ey = in_path(there, x, y)
-        dx, dy = ex - x, ey - y
-        x, y = x - model.neutral[leg, 0], y - model.neutral[leg, 1]
+        ex, ey = in_path(there, fx, fy)
+        x, y = fx - model.neutral[leg, 0], fy - model.neutral[leg, 1]
         sway = state.clock.sway_share * sway_wave(model, reference, reference.lift_phase[leg])[0]
-        x, y = x - sway[0], y - sway[1]
-        region = state.region[leg]
-        for k in range(DIRECTIONS):
-            along = region[k, 0] * dx + region[k, 1] * dy
-            if along > 1e-12:
-                left = region[k, 2] + SLACK - region[k, 0] * x - region[k, 1] * y
-                share = min(share, max(left, 0.0) / along)
+        inside = region_share(state.region[leg], x - sway[0], y - sway[1], ex - fx, ey - fy, SLACK)
+        share = min(share, inside)
     return share
 
 
@@ -116,10 +110,8 @@ def support_speed_share(state: State, used: np.ndarray, velocity: np.ndarray) ->
         return 1.0
     rx, ry = com_in_odom(state)
     wx, wy = point_velocity(state.path, velocity, rx, ry)
-    stance, edges = np.zeros(legs, dtype=np.bool_), np.empty((legs * legs, 5))
-    for leg in range(legs):
-        stance[leg] = state.leg_phase[leg] == LegPhase.STANCE and used[leg]
-    count = support_edges(state.foot, stance, edges)
+    edges = np.empty((legs * legs, 5))
+    count = support_edges(state.foot, standing_feet(state, used), edges)
     share = 1.0 if count >= 3 else 0.0
     for k in range(count):
         x, y, dx, dy = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
@@ -143,7 +135,7 @@ def stays_in_region(
         x, y = in_path(integrate_twist(ORIGIN, velocity, time), nx, ny)
         phase = reference.lift_phase[leg] + (1 - duty if lands else 0.0)
         sway = sway_wave(model, reference, phase)[0]
-        if region_share(region, x - nx - sway[0], y - ny - sway[1]) < 1.0:
+        if region_share(region, 0.0, 0.0, x - nx - sway[0], y - ny - sway[1], 0.0) < 1.0:
             return False
     return True
 
