@@ -112,10 +112,12 @@ def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():
     assert any("scaled" in sentence for _, sentence in engine.events)
 
 
-def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
+def test_joints_and_feet_move_without_a_jump_of_speed_or_acceleration():
     # Of a path with bounded jerk j the second difference changes by j dt³ at most from one update
     # to the next: with half the step, an eighth (here less than a quarter, for round numbers).
-    changes = []
+    # Central differences miss the joints' velocities by j dt²/6, which halving reduces to a quarter
+    # (less than a half), and their accelerations by j dt/2 where the jerk jumps.
+    changes, velocity_errors, acceleration_errors = [], [], []
     for dt in (0.01, 0.005):
         engine = core_engine(load_robot("phantomx-ax"), update_period=dt)
         commands = [
@@ -125,8 +127,15 @@ def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
         ]
         seen = drive(engine, commands, 6.0)
         check(seen)
+        assert seen.slow.min() == 1.0
         changes.append(np.abs(np.diff(seen.feet_in_body, n=3, axis=0)).max())
+        error = seen.qd[1:-1] - (seen.q[2:] - seen.q[:-2]) / (2 * dt)
+        velocity_errors.append(np.abs(error).max())
+        error = seen.qdd[1:-1] - (seen.qd[2:] - seen.qd[:-2]) / (2 * dt)
+        acceleration_errors.append(np.abs(error).max())
     assert changes[1] < changes[0] / 4
+    assert velocity_errors[1] < velocity_errors[0] / 2
+    assert acceleration_errors[1] < acceleration_errors[0] / 1.5
 
 
 def test_a_mirrored_command_gives_a_mirrored_walk():

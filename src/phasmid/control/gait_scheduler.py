@@ -7,13 +7,13 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.body_motion import com_in_odom, ground_height, standing_feet, sway_wave
+from phasmid.control.body_motion import com_in_odom, standing_feet, sway_wave
 from phasmid.control.footholds import is_searching
-from phasmid.control.leg_phases import lift_off, reaches_height
+from phasmid.control.leg_phases import height_above_ground, lift_off, reaches_height
 from phasmid.control.reach import is_reachable
 from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, SearchStage, State
 from phasmid.control.vectors import in_odom, is_zero, point_velocity, turned
-from phasmid.control.velocity_limits import region_speed_share
+from phasmid.control.velocity_limits import region_speed_share, time_to_lift
 from phasmid.gait.support_kernels import edge_margin, support_edges
 
 DEEP = 0.01
@@ -106,21 +106,12 @@ def best_phase(state: State, model: Model, reference: Reference) -> tuple[float,
         for leg in range(state.leg_count):
             if reference.used[leg] and state.leg_phase[leg] == LegPhase.SWING:
                 left = state.swing_duration[leg] - state.swing_elapsed[leg]
-                until = (1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period
-                fits = fits and until >= left
+                fits = fits and time_to_lift(reference, leg, phase) >= left
         if fits:
             share = region_speed_share(state, model, reference, reference.velocity, phase)
             if share > most + 1e-9:
                 best, most = phase, share
     return best, most
-
-
-@internal
-def is_in_hole(state: State, leg: int) -> bool:
-    """Return whether a foot goes down deeper than the estimated ground."""
-    foot = state.foot[leg]
-    ground = ground_height(state, foot[0], foot[1])
-    return bool(state.leg_phase[leg] == LegPhase.PROBING and foot[2] < ground - DEEP)
 
 
 @internal
@@ -165,12 +156,6 @@ def lean(state: State, model: Model, lifted: np.ndarray, h: float) -> None:
     near = math.hypot(leant[0], leant[1]) < FARTHEST_LEAN
     if near and can_lean(state, model, x / length, y / length):
         state.clock.lean[:] = leant
-
-
-@internal
-def end_lean(state: State, h: float) -> None:
-    """Let the lean of the body decay."""
-    state.clock.lean *= 1 - min(UPRIGHT * h, 1.0)
 
 
 @internal
@@ -235,7 +220,7 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
     update_running(state, model, reference, h, moving)
     if clock.gait_running == 0:
         clock.lift_wait = 0.0
-        end_lean(state, h)
+        clock.lean *= 1 - min(UPRIGHT * h, 1.0)
         return
     step, time = h / period, (1.0 - reference.duty_factor) * period
     lifted = np.zeros(legs, dtype=np.bool_)
@@ -252,10 +237,11 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
                     lift_off(state, model, reference, leg, 0.0, 0.3)
                 lifted[leg] = False
             continue
-        # A body that sways would move on over a foot that goes down into a hole.
         wait = wait or is_searching(state, leg)
-        wait = wait or (reference.sway != 0.0 and is_in_hole(state, leg))
-        if 1.0 - (clock.phase - reference.lift_phase[leg]) % 1.0 > step:
+        if reference.sway != 0.0 and state.leg_phase[leg] == LegPhase.PROBING:
+            # A body that sways would move on over a foot that goes down into a hole.
+            wait = wait or height_above_ground(state, leg) < -DEEP
+        if time_to_lift(reference, leg, clock.phase) > h:
             continue
         held = state.leg_phase[leg] == LegPhase.HELD
         if not stands and not held:
@@ -281,10 +267,10 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
             step_to_neutral(state, model, reference, time)
         return
     if clock.support_margin > 4 * SUPPORT_MARGIN + 0.01:
-        end_lean(state, h)
+        clock.lean *= 1 - min(UPRIGHT * h, 1.0)
     clock.lift_wait = 0.0
     for leg in range(legs):
         if lifted[leg]:
-            ago = h - (1.0 - (clock.phase - reference.lift_phase[leg]) % 1.0) * period
+            ago = h - time_to_lift(reference, leg, clock.phase)
             lift_off(state, model, reference, leg, max(ago, 0.0), time)
     clock.phase = (clock.phase + step) % 1.0

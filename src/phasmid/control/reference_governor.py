@@ -22,6 +22,7 @@ from phasmid.control.body_motion import (
 from phasmid.control.reach import ENOUGH, reach_margin
 from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, State
 from phasmid.control.vectors import integrate_twist, rotate
+from phasmid.control.velocity_limits import time_to_lift
 from phasmid.gait.support_kernels import edge_margin, support_edges
 
 LOOKS, SPAN = 5, 0.07
@@ -47,15 +48,6 @@ def leg_margin(model: Model, leg: int, R: np.ndarray, body: np.ndarray, foot: np
 
 
 @internal
-def remaining_stance(state: State, reference: Reference, leg: int) -> float:
-    """Return the time until a stance foot lifts [s]; infinite at rest and while a lift waits."""
-    clock = state.clock
-    if clock.gait_running == 0 or clock.lift_wait > 0.0:
-        return math.inf
-    return float((1.0 - (clock.phase - reference.lift_phase[leg]) % 1.0) * reference.period)
-
-
-@internal
 def is_recoverable(
     state: State,
     model: Model,
@@ -77,7 +69,9 @@ def is_recoverable(
         if state.leg_phase[leg] == LegPhase.STANCE and reference.used[leg]:
             R, body, stance[leg] = state.R_odom_body, state.body_position, True
             least[leg] = leg_margin(model, leg, R, body, state.foot[leg])
-            stays[leg] = remaining_stance(state, reference, leg)
+            # At rest and while a lift waits it stays.
+            if clock.gait_running == 1 and clock.lift_wait == 0.0:
+                stays[leg] = time_to_lift(reference, leg, clock.phase)
         elif state.leg_phase[leg] == LegPhase.SWING:
             # From then on it stands where it lands.
             stays[leg] = state.swing_duration[leg] - state.swing_elapsed[leg]

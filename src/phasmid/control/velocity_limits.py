@@ -72,6 +72,12 @@ def lift_lag(reference: Reference) -> float:
 
 
 @internal
+def time_to_lift(reference: Reference, leg: int, phase: float) -> float:
+    """Return the time until a leg lifts, where the gait's clock is at a phase [s]."""
+    return float((1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period)
+
+
+@internal
 def region_speed_share(
     state: State, model: Model, reference: Reference, velocity: np.ndarray, phase: float
 ) -> float:
@@ -85,7 +91,7 @@ def region_speed_share(
     for leg in range(state.leg_count):
         if state.leg_phase[leg] != LegPhase.STANCE or not reference.used[leg]:
             continue
-        time = (1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period
+        time = time_to_lift(reference, leg, phase)
         fx, fy = in_path(state.path, state.foot[leg, 0], state.foot[leg, 1])
         there = integrate_twist(ORIGIN, velocity, max(time, SHORTEST) + lift_lag(reference))
         ex, ey = in_path(there, fx, fy)
