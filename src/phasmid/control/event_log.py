@@ -59,8 +59,9 @@ class EventLog:
         clock, stage = self._state.clock, self._state.search_stage
         waits = clock.lift_wait > LONG_WAIT
         hindered = waits and clock.pose_hinders == 1
-        searching = ((stage > SearchStage.NONE) & (stage < SearchStage.RETURNED)).any()
-        weak = waits and not hindered and not searching
+        weak = waits and not hindered
+        if weak:
+            weak = not ((stage > SearchStage.NONE) & (stage < SearchStage.RETURNED)).any()
         self.set("slowed", result == 1, "slowed down: a joint would turn too fast")
         self.set("braked", result == 2, "braked: a leg could not follow, or feet would not hold it")
         self.set("held", result == 3, "held all: a leg could not follow")

@@ -118,7 +118,7 @@ def support_speed_share(state: State, used: np.ndarray, velocity: np.ndarray) ->
     wx, wy = point_velocity(state.path, velocity, rx, ry)
     edges = np.empty((legs * legs, 5))
     count = support_edges(state.foot, standing_feet(state, used), edges)
-    share = 1.0 if count >= 3 else 0.0
+    share = 1.0
     for k in range(count):
         x, y, dx, dy = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
         # Only edges that come nearer.
