@@ -287,12 +287,12 @@ class LocomotionEngine:
         self._resting, self._changing = True, False
         if self.feed_forward is not None:
             self.feed_forward.reset()
-        self._log.clear()
-        self._blocked.clear()
         memory, state, clock = self.memory, self.state, self.state.clock
         memory["estimates_ground"] = 0
         memory["references"], memory["states"] = STANDING, np.zeros((), STATE)
         memory["states"]["leg_count"] = len(self.robot.legs)
+        self._log.clear()
+        self._blocked.clear()
         for reference in (self.reference, self._next_reference):
             self._gaits.write(reference, None, None, frozenset())
             reference.step_height = self.settings.step_height
