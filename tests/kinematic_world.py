@@ -20,6 +20,7 @@ class Seen:
     dt: float
     q: np.ndarray
     qd: np.ndarray
+    qdd: np.ndarray
     stance: np.ndarray
     leg: np.ndarray
     body: np.ndarray
@@ -58,7 +59,8 @@ class Seen:
 def drive(engine, commands, duration):
     """Let an engine follow commands (time, command) for a time [s]."""
     dt = engine.settings.update_period
-    rows = {name: [] for name in ("q", "qd", "leg", "body", "place", "path", "velocity", "slow")}
+    names = "q", "qd", "qdd", "leg", "body", "place", "path", "velocity", "slow"
+    rows = {name: [] for name in names}
     rest, now = list(commands), Command()
     q = engine.state.q.copy()
     for k in range(round(duration / dt)):
@@ -69,6 +71,7 @@ def drive(engine, commands, duration):
         s = engine.state
         rows["q"].append(q)
         rows["qd"].append(targets.velocity)
+        rows["qdd"].append(s.qdd.copy())
         rows["leg"].append(s.leg_phase.copy())
         rows["body"].append(s.R_odom_body.copy())
         rows["place"].append(s.body_position.copy())

@@ -7,6 +7,7 @@ import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control.velocity_limits import LEAST_CLEARANCE, trunk_clearance
 from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, load_gait
 from phasmid.kinematics import joint_angles, neutral_feet
@@ -62,12 +63,9 @@ def test_any_sequence_of_commands_keeps_feet_joints_and_balance(name, seed):
 # are left behind (25).
 @pytest.mark.parametrize("seed", [3, 5, 25, 36, 38, 155, 160, 482, 832])
 def test_commands_are_followed_without_an_abrupt_stop_with_sensing_and_torque(seed):
-    if "whole" not in ENGINES:
-        ENGINES["whole"] = LocomotionEngine(load_robot("phantomx-ax"))
-    engine = ENGINES["whole"]
+    engine = LocomotionEngine(load_robot("phantomx-ax"))
     commands = random_commands(engine.robot, np.random.default_rng(seed), 22.0)
     commands.append((22.0, Command(gait=commands[-1][1].gait)))
-    engine._start()
     seen = drive(engine, commands, 30.0)
     check(seen)
     assert engine.is_standing
@@ -114,10 +112,12 @@ def test_beyond_the_limit_a_command_is_scaled_in_all_its_components():
     assert any("scaled" in sentence for _, sentence in engine.events)
 
 
-def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
+def test_joints_and_feet_move_without_a_jump_of_speed_or_acceleration():
     # Of a path with bounded jerk j the second difference changes by j dt³ at most from one update
     # to the next: with half the step, an eighth (here less than a quarter, for round numbers).
-    changes = []
+    # Central differences miss the joints' velocities by j dt²/6, which halving reduces to a quarter
+    # (less than a half), and their accelerations by j dt/2 where the jerk jumps.
+    changes, velocity_errors, acceleration_errors = [], [], []
     for dt in (0.01, 0.005):
         engine = core_engine(load_robot("phantomx-ax"), update_period=dt)
         commands = [
@@ -127,8 +127,15 @@ def test_feet_lift_and_land_without_a_jump_of_speed_or_acceleration():
         ]
         seen = drive(engine, commands, 6.0)
         check(seen)
+        assert seen.slow.min() == 1.0
         changes.append(np.abs(np.diff(seen.feet_in_body, n=3, axis=0)).max())
+        error = seen.qd[1:-1] - (seen.q[2:] - seen.q[:-2]) / (2 * dt)
+        velocity_errors.append(np.abs(error).max())
+        error = seen.qdd[1:-1] - (seen.qd[2:] - seen.qd[:-2]) / (2 * dt)
+        acceleration_errors.append(np.abs(error).max())
     assert changes[1] < changes[0] / 4
+    assert velocity_errors[1] < velocity_errors[0] / 2
+    assert acceleration_errors[1] < acceleration_errors[0] / 1.5
 
 
 def test_a_mirrored_command_gives_a_mirrored_walk():
@@ -158,6 +165,26 @@ def test_a_robot_walks_on_five_legs_and_on_six_again():
     way = seen.path[k, 0] - seen.path[round(6.0 / seen.dt), 0]
     assert way > 0.05
     assert engine.is_standing
+
+
+def test_a_pose_does_not_lay_the_trunk_on_the_ground():
+    """Low and tilted, each of which alone the legs and the ground allow."""
+    robot = load_robot("phantomx-ax")
+    length, width, height = robot.body.size
+    # A box that is turned about one axis, and lowered.
+    pitched = 0.14 - height / 2 * np.cos(0.3) - length / 2 * np.sin(0.3)
+    pose = np.array([0.0, 0.0, -0.01, 0.0, 0.3, 0.5])
+    assert trunk_clearance(robot, 0.15, pose) == pytest.approx(pitched)
+    rolled = 0.15 - height / 2 * np.cos(0.2) - width / 2 * np.sin(0.2)
+    pose = np.array([0.1, 0.0, 0.0, -0.2, 0.0, 0.0])
+    assert trunk_clearance(robot, 0.15, pose) == pytest.approx(rolled)
+    engine = engine_of("phantomx-ax")
+    command = Command(pose=(0.0, 0.0, -0.0568, -0.311, 0.3745, -0.4686))
+    drive(engine, [(0.0, command)], 3.0)
+    assert any("too near to the ground" in sentence for _, sentence in engine.events)
+    clearance = trunk_clearance(robot, engine.model.height, engine.state.pose_filter[3])
+    assert trunk_clearance(robot, engine.model.height, np.array(command.pose)) < 0.0
+    assert LEAST_CLEARANCE - 1e-6 <= clearance < LEAST_CLEARANCE + 0.002
 
 
 def test_a_robot_with_more_legs_than_a_record_has_is_refused():

@@ -21,21 +21,18 @@ def written(folder, text, name="mine.toml"):
     return path
 
 
-def test_offsets_go_by_the_order_of_the_legs(tmp_path):
+def by_name(offsets):
+    """Return the text of a gait file with offsets by the names of legs."""
+    return "duty_factor = 0.8\n[offsets]\n" + "".join(f"{k} = {v}\n" for k, v in offsets.items())
+
+
+def test_offsets_go_by_the_order_of_the_legs_or_by_their_names_in_any_order(tmp_path):
     gait = load_gait(written(tmp_path, WAVE + "sway = 0.1\n"))
     assert (gait.name, gait.duty_factor, gait.sway) == ("mine", 0.8, 0.1)
     assert gait.offsets == (0, 0.8, 0.6, 0.2, 0.3, 0.5)
-
-
-def test_offsets_go_by_the_names_of_the_legs_in_any_order(tmp_path):
-    by_name = {name: i / 8 for i, name in enumerate(reversed(NAMES))}
-    text = "duty_factor = 0.75\n[offsets]\n" + "".join(f"{k} = {v}\n" for k, v in by_name.items())
-    gait = load_gait(str(written(tmp_path, text)), leg_names=NAMES)
-    assert gait.offsets == tuple(by_name[name] for name in NAMES)
-
-
-def test_a_gait_that_is_copied_out_of_a_scenario_is_read(tmp_path):
-    assert load_gait(written(tmp_path, f"[gait]\n{WAVE}")).duty_factor == 0.8
+    offsets = {name: i / 8 for i, name in enumerate(reversed(NAMES))}
+    gait = load_gait(str(written(tmp_path, by_name(offsets))), leg_names=NAMES)
+    assert gait.offsets == tuple(offsets[name] for name in NAMES)
 
 
 def test_a_scenario_takes_its_gait_from_a_file_beside_it(tmp_path):
@@ -47,21 +44,16 @@ def test_a_scenario_takes_its_gait_from_a_file_beside_it(tmp_path):
 
 
 def test_a_scenario_repeats_without_the_file_of_its_gait(tmp_path):
-    by_name = dict(zip(NAMES, (0, 0.8, 0.6, 0.2, 0.3, 0.5), strict=True))
-    text = "duty_factor = 0.8\n[offsets]\n" + "".join(f"{k} = {v}\n" for k, v in by_name.items())
-    path = written(tmp_path, text)
+    offsets = dict(zip(NAMES, (0, 0.8, 0.6, 0.2, 0.3, 0.5), strict=True))
+    path = written(tmp_path, by_name(offsets))
     scenario = load_scenario("paper").replace(gait=str(path), duration=2.0)
+    assert scenario.replace(duty_factor=0.9).load_gait(6, NAMES).duty_factor == 0.9
     walk = plan(scenario)
     path.unlink()
     again = load_scenario(written(tmp_path, scenario_to_toml(scenario, "phantomx-paper")))
     assert again.gait == scenario.gait
     assert plan(again).gait == walk.gait
-    assert walk.gait.offsets == tuple(by_name.values())
-
-
-def test_a_duty_factor_beside_a_file_replaces_its_own(tmp_path):
-    scenario = load_scenario("paper").replace(gait=str(written(tmp_path, WAVE)), duty_factor=0.9)
-    assert scenario.load_gait().duty_factor == 0.9
+    assert walk.gait.offsets == tuple(offsets.values())
 
 
 @pytest.mark.parametrize(
@@ -104,24 +96,10 @@ def test_a_duty_factor_beside_a_file_replaces_its_own(tmp_path):
         ),
         pytest.param(
             "offsets = [0, 0.5, 0, 0.5, 0, 0.5]\n",
-            "gait.duty_factor is missing; a gait file has duty_factor and offsets.",
+            "duty_factor is missing.",
             "mine.toml",
-            "duty_factor = 0.5 and offsets = [0, 0.5, 0, 0.5, 0, 0.5]",
+            "duty_factor = ...",
             id="incomplete",
-        ),
-        pytest.param(
-            'name = "empty"\n',
-            "gait.offsets is missing; a gait file has duty_factor and offsets.",
-            "mine.toml",
-            "duty_factor = 0.5 and offsets = [0, 0.5, 0, 0.5, 0, 0.5]",
-            id="no-offsets",
-        ),
-        pytest.param(
-            "duty_factor = 0.5\noffsets = []\n",
-            "gait.offsets is empty; it must have a value per leg.",
-            "mine.toml",
-            "",
-            id="empty",
         ),
         pytest.param(
             "duty_factor = 0.5\noffsets = { right_front = 0, left_front = 0.5, x = 0, y = 0 }\n",
@@ -140,19 +118,17 @@ def test_a_gait_file_that_cannot_be_says_why(tmp_path, request, text, what, wher
     assert caught.value.where == where
 
 
-def test_legs_of_other_names_are_told(tmp_path):
-    by_name = dict.fromkeys(NAMES[:5], 0.5) | {"left_fornt": 0.0, NAMES[0]: 0.0, NAMES[2]: 0.0}
-    text = "duty_factor = 0.8\n[offsets]\n" + "".join(
-        f"{k} = {i / 6}\n" for i, k in enumerate(by_name)
-    )
+def test_offsets_of_legs_that_the_robot_lacks_are_refused(tmp_path):
+    legs = (*NAMES[:5], "left_fornt")
+    path = written(tmp_path, by_name({name: i / 6 for i, name in enumerate(legs)}))
     with pytest.raises(InvalidGait) as caught:
-        load_gait(written(tmp_path, text), leg_names=NAMES)
+        load_gait(path, leg_names=NAMES)
     assert caught.value.what == (
         'gait.offsets names a leg "left_fornt"; the robot has none of that name.'
     )
     assert caught.value.hint == '"left_front"'
     with pytest.raises(InvalidGait, match=r"gait\.offsets go by the names of legs"):
-        load_gait(tmp_path / "mine.toml")
+        load_gait(path)
 
 
 def test_a_gait_file_that_is_absent_too_large_or_no_toml_is_refused(tmp_path):

@@ -18,14 +18,6 @@ from phasmid.gait import (
 )
 from walks import HEXAPODS, neutral_and_mass
 
-# Phases at which legs 1 to 6 lift, and the duty factor: RF, RM, RR, LR, LM, LF.
-PHASES = {
-    "tripod": ("0 1/2 0 1/2 0 1/2", "1/2"),
-    "wave": ("0 5/6 4/6 1/6 2/6 3/6", "5/6"),
-    "ripple": ("0 2/6 4/6 1/6 5/6 3/6", "2/3"),
-    "amble": ("0 2/3 1/3 0 2/3 1/3", "2/3"),
-}
-
 # OpenSHC: stance, swing, offset, and multipliers in the same order of legs.
 MULTIPLIERS = {
     "wave": (10, 2, 2, (2, 3, 4, 1, 0, 5)),
@@ -47,14 +39,6 @@ def fractions(numbers, largest=24):
     found = [Fraction(number).limit_denominator(largest) for number in numbers]
     assert [float(fraction) for fraction in found] == list(numbers)
     return found
-
-
-@pytest.mark.parametrize("name", PHASES)
-def test_the_library_has_the_published_phases_exactly(name):
-    phases, duty = PHASES[name]
-    gait = load_gait(name)
-    assert fractions(gait.offsets) == [Fraction(phase) for phase in phases.split()]
-    assert fractions([gait.duty_factor]) == [Fraction(duty)]
 
 
 @pytest.mark.parametrize("name", MULTIPLIERS)
@@ -161,8 +145,3 @@ def test_a_gait_that_leaves_two_feet_is_not_made():
 def test_no_gaits_are_made_for_numbers_of_legs_that_no_robot_has():
     assert not gaits_of(3)
     assert not gaits_of(101)
-    with pytest.raises(InvalidGait) as caught:
-        load_gait("alternating", 6)
-    assert caught.value.what == (
-        'gait "alternating" has no meaning for 6 legs; it is one of 10, 12 or more legs.'
-    )

@@ -1,6 +1,5 @@
 """Control in closed loop: observations and commands in, joint targets out."""
 
-from phasmid.control.batch import EngineBatch
 from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.control.constraints import VelocityLimit
 from phasmid.control.controller import Controller
@@ -20,7 +19,6 @@ from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 
 __all__ = [
-    "EngineBatch",
     "Command",
     "CommandScript",
     "Controller",

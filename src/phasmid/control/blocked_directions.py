@@ -7,8 +7,8 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.body_motion import point_velocity
 from phasmid.control.types import SearchStage, State
+from phasmid.control.vectors import point_velocity
 
 SAME_DIRECTION = 0.5
 """Cosine of the angle up to which two directions count as the same."""

@@ -6,22 +6,12 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import internal
-from phasmid.control.body_kernels import rotation
-from phasmid.control.types import Model, Reference, State
-from phasmid.kinematics.leg_kernels import Triple
+from phasmid.compiled import compiled, internal
+from phasmid.control.types import LegPhase, Model, Reference, State
+from phasmid.control.vectors import Path, in_odom, rotate, rotation, turned
 
 VELOCITY_BANDWIDTH, POSE_BANDWIDTH, SWAY_BANDWIDTH = 20.0, 15.0, 15.0
 """Bandwidths of the filters of velocity, pose and ground, and sway [1/s]."""
-
-Path = np.ndarray | Triple
-"""Place and heading in odom [m, rad]."""
-
-
-@internal
-def is_zero(velocity: np.ndarray) -> bool:
-    """Return whether a velocity is exactly zero."""
-    return bool(velocity[0] == 0.0 and velocity[1] == 0.0 and velocity[2] == 0.0)
 
 
 @internal
@@ -34,36 +24,31 @@ def ground_height(state: State, x: float, y: float) -> float:
 @internal
 def com_in_odom(state: State) -> tuple[float, float]:
     """Return the centre of mass in odom, from above [m]."""
-    R, com, body = state.R_odom_body, state.com, state.body_position
-    return (
-        R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2] + body[0],
-        R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2] + body[1],
-    )
+    com = rotate(state.R_odom_body, state.com)
+    return com[0] + state.body_position[0], com[1] + state.body_position[1]
 
 
 @internal
-def in_odom(path: Path, x: float, y: float) -> tuple[float, float]:
-    """Return a point of the path's axes in odom [m]."""
-    c, s = math.cos(path[2]), math.sin(path[2])
-    return path[0] + c * x - s * y, path[1] + s * x + c * y
+def standing_feet(state: State, used: np.ndarray) -> np.ndarray:
+    """Return which of the used feet stand, shape (L,)."""
+    legs = state.leg_count
+    return (state.leg_phase[:legs] == LegPhase.STANCE.value) & (used[:legs] == 1)
 
 
-@internal
-def in_path(path: Path, x: float, y: float) -> tuple[float, float]:
-    """Return a point of odom in the path's axes [m]."""
-    c, s = math.cos(path[2]), math.sin(path[2])
-    x, y = x - path[0], y - path[1]
-    return c * x + s * y, c * y - s * x
-
-
-@internal
-def point_velocity(path: Path, velocity: np.ndarray, x: float, y: float) -> tuple[float, float]:
-    """Return the velocity in odom of a point of odom that moves with the path [m/s]."""
-    c, s = math.cos(path[2]), math.sin(path[2])
-    return (
-        c * velocity[0] - s * velocity[1] - velocity[2] * (y - path[1]),
-        s * velocity[0] + c * velocity[1] + velocity[2] * (x - path[0]),
-    )
+@compiled
+def leg_moment(model: Model, leg: int, q: np.ndarray) -> np.ndarray:
+    """Return a leg's first moment of mass about the body's origin, body axes [kg·m], shape (3,)."""
+    lengths, com, mass = model.lengths[leg], model.link_com[leg], model.link_mass[leg]
+    c2, s2 = math.cos(q[1]), math.sin(q[1])
+    c3, s3 = math.cos(q[1] + q[2]), math.sin(q[1] + q[2])
+    # Outwards, to the side and up in the leg's plane.
+    out = mass[0] * com[0, 0] + mass[1] * (lengths[0] + com[1, 0] * c2 - com[1, 1] * s2)
+    out += mass[2] * (lengths[0] + lengths[1] * c2 + com[2, 0] * c3 - com[2, 1] * s3)
+    side = mass[0] * com[0, 1] - mass[1] * com[1, 2] - mass[2] * com[2, 2]
+    up = mass[0] * com[0, 2] + mass[1] * (com[1, 0] * s2 + com[1, 1] * c2)
+    up += mass[2] * (lengths[1] * s2 + com[2, 0] * s3 + com[2, 1] * c3)
+    x, y = turned(q[0], out, side)
+    return mass.sum() * model.p_body_hip[leg] + rotate(model.R_body_hip[leg], np.array((x, y, up)))
 
 
 @internal
@@ -76,10 +61,9 @@ def follow(stages: np.ndarray, omega: float, h: float) -> None:
     """
     x = omega * h
     decay = math.exp(-x)
-    count = len(stages) - 1
     for k in range(stages.shape[1]):
         r = stages[0, k]
-        for n in range(count, 0, -1):
+        for n in range(len(stages) - 1, 0, -1):
             # y_n - r receives the earlier stages' shares x^m / m!.
             total, term = 0.0, 1.0
             for m in range(n):
@@ -89,139 +73,103 @@ def follow(stages: np.ndarray, omega: float, h: float) -> None:
 
 
 @internal
-def lag_motion(stages: np.ndarray, omega: float, i: int) -> Triple:
-    """Return one number of the last output of a chain of lags, and its first two derivatives."""
-    n = len(stages) - 1
-    before, y = stages[n - 1, i], stages[n, i]
-    return y, omega * (before - y), omega * omega * (stages[n - 2, i] - 2 * before + y)
+def lag_motion(stages: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the last output of a chain of lags, and its first two derivatives."""
+    earlier, before, y = stages[-3], stages[-2], stages[-1]
+    return y.copy(), omega * (before - y), omega * omega * (earlier - 2 * before + y)
 
 
 @internal
-def approach(
-    reference: np.ndarray, target: np.ndarray, first: int, scale: float, most: float
-) -> None:
-    """Move three numbers of a reference straight towards a target, by `most` at most.
-
-    They begin at index `first`; the third counts `scale` times in that length.
-    """
-    dx = target[first] - reference[first]
-    dy = target[first + 1] - reference[first + 1]
-    dz = (target[first + 2] - reference[first + 2]) * scale
-    length = math.sqrt(dx * dx + dy * dy + dz * dz)
-    share = 1.0 if length <= most else most / length
-    for i in range(first, first + 3):
-        gap = target[i] - reference[i]
-        reference[i] = target[i] if share == 1.0 else reference[i] + share * gap
+def speed_of(velocity: np.ndarray, radius: float) -> float:
+    """Return the size of a velocity vx, vy, wz whose yaw rate counts at a radius [m/s]."""
+    return math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + (radius * velocity[2]) ** 2)
 
 
 @internal
-def integrate_twist(path: Path, twist: np.ndarray, time: float) -> Triple:
-    """Return the path after a time [s] at constant vx, vy, wz in its axes: an arc or a line."""
-    turn = twist[2] * time
-    if abs(turn) < 1e-4:
-        along, across = 1.0 - turn * turn / 6, turn / 2
+def approach(reference: np.ndarray, target: np.ndarray, radius: float, most: float) -> None:
+    """Move three numbers straight towards a target, by `most` at most as by `speed_of`."""
+    gap = target - reference
+    length = speed_of(gap, radius)
+    if length <= most:
+        reference[:] = target
     else:
-        along, across = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
-    dx = (along * twist[0] - across * twist[1]) * time
-    dy = (across * twist[0] + along * twist[1]) * time
-    x, y = in_odom(path, dx, dy)
-    return x, y, path[2] + turn
+        reference += most / length * gap
 
 
 @internal
-def sway_wave(model: Model, reference: Reference, phase: float, out: np.ndarray) -> None:
-    """Write the gait's sway and its two derivatives by phase: see `phasmid.gait.sway`.
+def sway_wave(model: Model, reference: Reference, phase: float) -> np.ndarray:
+    """Return the gait's sway and its derivative by phase: see `phasmid.gait.sway`.
 
-    Each is a displacement forward and left [m]; `out` has shape (3, 2).
+    Each is a displacement forward and left [m]; the shape is (2, 2).
     """
-    out[:] = 0.0
+    wave = np.zeros((2, 2))
     if reference.sway == 0.0:
-        return
-    used, rate = reference.used, 2 * math.pi
-    mx, my, count = 0.0, 0.0, 0
+        return wave
+    centre, rate = np.zeros(2), 2 * math.pi
     for leg in range(model.leg_count):
-        if used[leg]:
-            mx += model.neutral[leg, 0]
-            my += model.neutral[leg, 1]
-            count += 1
-    mx, my = mx / max(count, 1), my / max(count, 1)
+        if reference.used[leg]:
+            centre += model.neutral[leg, :2]
+    centre /= max(reference.used[: model.leg_count].sum(), 1)
     for leg in range(model.leg_count):
-        if not used[leg]:
-            continue
-        x = reference.sway * (mx - model.neutral[leg, 0])
-        y = reference.sway * (my - model.neutral[leg, 1])
-        angle = rate * (phase - reference.lift_phase[leg] - (1 - reference.duty_factor) / 2)
-        c, s = math.cos(angle), math.sin(angle)
-        out[0, 0] += c * x
-        out[0, 1] += c * y
-        out[1, 0] -= rate * s * x
-        out[1, 1] -= rate * s * y
-        out[2, 0] -= rate * rate * c * x
-        out[2, 1] -= rate * rate * c * y
+        if reference.used[leg]:
+            arm = reference.sway * (centre - model.neutral[leg, :2])
+            angle = rate * (phase - reference.lift_phase[leg] - (1 - reference.duty_factor) / 2)
+            wave[0] += math.cos(angle) * arm
+            wave[1] -= rate * math.sin(angle) * arm
+    return wave
 
 
 @internal
 def place_body(
-    state: State,
-    model: Model,
-    path: Path,
-    pose: np.ndarray,
-    x: float,
-    y: float,
-    R: np.ndarray,
-    body: np.ndarray,
-) -> None:
-    """Write rotation and place of a body with a pose relative to a path, and (x, y) beside it."""
-    rotation(pose[3], pose[4], pose[5] + path[2], R)
-    body[0], body[1] = in_odom(path, x + pose[0], y + pose[1])
-    body[2] = ground_height(state, path[0], path[1]) + model.height + pose[2]
+    state: State, model: Model, path: Path, pose: np.ndarray, x: float, y: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return rotation and place of a body with a pose relative to a path, and (x, y) beside it."""
+    px, py = in_odom(path, x + pose[0], y + pose[1])
+    pz = ground_height(state, path[0], path[1]) + model.height + pose[2]
+    return rotation(pose[3], pose[4], pose[5] + path[2]), np.array((px, py, pz))
 
 
 @internal
 def set_body_motion(state: State, model: Model) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
-    path, v, a = state.path, state.velocity_filter[2], np.empty(3)
-    c, s = math.cos(path[2]), math.sin(path[2])
+    path, v = state.path, state.velocity_filter[2]
+    _, a, _ = lag_motion(state.velocity_filter, VELOCITY_BANDWIDTH)
     # Pose relative to the path, in the path's axes; the ground's height and slopes.
-    b, bd, bdd = np.empty(6), np.empty(6), np.empty(6)
-    g, gd, gdd = np.empty(3), np.empty(3), np.empty(3)
-    for i in range(3):
-        _, a[i], _ = lag_motion(state.velocity_filter, VELOCITY_BANDWIDTH, i)
-        g[i], gd[i], gdd[i] = lag_motion(state.ground_filter, POSE_BANDWIDTH, i)
-    for i in range(6):
-        b[i], bd[i], bdd[i] = lag_motion(state.pose_filter, POSE_BANDWIDTH, i)
-    for i in range(2):
-        sway, rate, acceleration = lag_motion(state.sway_filter, SWAY_BANDWIDTH, i)
-        b[i], bd[i], bdd[i] = b[i] + sway, bd[i] + rate, bdd[i] + acceleration
+    b, bd, bdd = lag_motion(state.pose_filter, POSE_BANDWIDTH)
+    g, gd, gdd = lag_motion(state.ground_filter, POSE_BANDWIDTH)
+    sway, sway_rate, sway_acceleration = lag_motion(state.sway_filter, SWAY_BANDWIDTH)
+    b[:2] += sway
+    bd[:2] += sway_rate
+    bdd[:2] += sway_acceleration
     w, wd = v[2], a[2]
-    # d/dt of R(yaw) b is R (b' + w J b), with J a quarter turn to the left.
-    vx, vy = v[0] + bd[0] - w * b[1], v[1] + bd[1] + w * b[0]
-    ax = a[0] - w * v[1] + bdd[0] - 2 * w * bd[1] - wd * b[1] - w * w * b[0]
-    ay = a[1] + w * v[0] + bdd[1] + 2 * w * bd[0] + wd * b[0] - w * w * b[1]
     position, velocity = state.body_position, state.body_velocity
-    # The path rises with the plane under it.
-    sx, sy = g[1], g[2]
-    px, py = c * v[0] - s * v[1], s * v[0] + c * v[1]
-    qx, qy = a[0] - w * v[1], a[1] + w * v[0]
+    acceleration = state.body_acceleration
+    # d/dt of R(yaw) b is R (b' + w J b), with J a quarter turn to the left.
     position[0], position[1] = in_odom(path, b[0], b[1])
-    position[2] = g[0] + sx * path[0] + sy * path[1] + model.height + b[2]
-    velocity[0], velocity[1] = c * vx - s * vy, s * vx + c * vy
-    velocity[2] = sx * px + sy * py + gd[0] + gd[1] * path[0] + gd[2] * path[1] + bd[2]
-    state.body_acceleration[0] = c * ax - s * ay
-    state.body_acceleration[1] = s * ax + c * ay
-    state.body_acceleration[2] = (sx * (c * qx - s * qy) + sy * (s * qx + c * qy) + bdd[2]) + (
+    velocity[0], velocity[1] = turned(path[2], v[0] + bd[0] - w * b[1], v[1] + bd[1] + w * b[0])
+    acceleration[0], acceleration[1] = turned(
+        path[2],
+        a[0] - w * v[1] + bdd[0] - 2 * w * bd[1] - wd * b[1] - w * w * b[0],
+        a[1] + w * v[0] + bdd[1] + 2 * w * bd[0] + wd * b[0] - w * w * b[1],
+    )
+    # The path rises with the plane under it.
+    px, py = turned(path[2], v[0], v[1])
+    qx, qy = turned(path[2], a[0] - w * v[1], a[1] + w * v[0])
+    position[2] = g[0] + g[1] * path[0] + g[2] * path[1] + model.height + b[2]
+    velocity[2] = g[1] * px + g[2] * py + gd[0] + gd[1] * path[0] + gd[2] * path[1] + bd[2]
+    acceleration[2] = (g[1] * qx + g[2] * qy + bdd[2]) + (
         gdd[0] + gdd[1] * path[0] + gdd[2] * path[1] + 2 * (gd[1] * px + gd[2] * py)
     )
-    roll, pitch, yaw = b[3], b[4], b[5] + path[2]
-    rotation(roll, pitch, yaw, state.R_odom_body)
+    pitch, yaw = b[4], b[5] + path[2]
+    state.R_odom_body[:] = rotation(b[3], pitch, yaw)
     # Angular velocity of fixed-axes angles, and its derivative.
     r1, p1, y1 = bd[3], bd[4], bd[5] + w
     r2, p2, y2 = bdd[3], bdd[4], bdd[5] + wd
-    cy, sy2, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+    cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
     w_body, dw_body = state.angular_velocity, state.angular_acceleration
-    w_body[0] = cy * cp * r1 - sy2 * p1
-    w_body[1] = sy2 * cp * r1 + cy * p1
+    w_body[0] = cy * cp * r1 - sy * p1
+    w_body[1] = sy * cp * r1 + cy * p1
     w_body[2] = y1 - sp * r1
-    dw_body[0] = cy * cp * r2 - sy2 * p2 - (sy2 * cp * y1 + cy * sp * p1) * r1 - cy * y1 * p1
-    dw_body[1] = sy2 * cp * r2 + cy * p2 + (cy * cp * y1 - sy2 * sp * p1) * r1 - sy2 * y1 * p1
+    dw_body[0] = cy * cp * r2 - sy * p2 - (sy * cp * y1 + cy * sp * p1) * r1 - cy * y1 * p1
+    dw_body[1] = sy * cp * r2 + cy * p2 + (cy * cp * y1 - sy * sp * p1) * r1 - sy * y1 * p1
     dw_body[2] = y2 - sp * r2 - cp * p1 * r1

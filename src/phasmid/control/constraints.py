@@ -24,9 +24,9 @@ class Constraint(NamedTuple):
     """
 
     kind: int
-    leg: int = -1
-    joint: int = -1
-    margin: float = 0.0
+    leg: int
+    joint: int
+    margin: float
 
     def sentence(self, robot: Robot) -> str:
         """Return the constraint in words."""

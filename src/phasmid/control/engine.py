@@ -12,20 +12,19 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.blocked_directions import BlockedDirections
-from phasmid.control.body_clearance import BodyClearance
 from phasmid.control.command import Command
 from phasmid.control.constraints import Constraint, VelocityLimit
 from phasmid.control.event_log import EventLog
 from phasmid.control.gait_selection import GaitSelector
-from phasmid.control.memory import MEMORY, clear, new_reference
+from phasmid.control.memory import MEMORY
 from phasmid.control.observation import Observation
 from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
-from phasmid.control.types import STATE, LegPhase, Model, Reference, State, model_of
+from phasmid.control.types import STANDING, STATE, LegPhase, Model, Reference, State, model_of
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
-from phasmid.kinematics import body_from_hip, foot_position
+from phasmid.kinematics import body_from_hip, foot_position, neutral_feet
 from phasmid.robot import Robot
 
 if TYPE_CHECKING:
@@ -40,7 +39,6 @@ class LocomotionEngine:
     Args:
         robot: The robot, four to eight legs.
         settings: Settings of the engine.
-        memory: Record of one engine of a batch, shape (1,); None for a new one.
         keywords: Fields of the settings that replace those of `settings`.
 
     Attributes:
@@ -51,8 +49,6 @@ class LocomotionEngine:
         gait: Gait of the engine.
         estimator: Ground estimator; None where contacts are assumed as planned.
         feed_forward: Feed-forward torques; None where none are computed.
-        feasible_velocity: Feasible part of the commanded velocity, shape (3,).
-        applied_scale: Part of it that is in the reference; NaN where it must be written anew.
 
     Raises:
         InvalidInput: A setting is out of range.
@@ -63,8 +59,6 @@ class LocomotionEngine:
         self,
         robot: Robot,
         settings: EngineSettings | None = None,
-        *,
-        memory: np.ndarray | None = None,
         **keywords: Any,
     ) -> None:
         settings = replace(settings or EngineSettings(), **keywords)
@@ -74,18 +68,16 @@ class LocomotionEngine:
                 f"{MAX_LEGS} legs or fewer.",
                 hint="phasmid walk, which plans walks for any number of legs",
             )
-        # Lazy import: numba takes 0.6 s.
+        # Lazy import: compiled functions take 0.2 s to load.
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
-        from phasmid.control.foothold_region import foothold_regions
+        from phasmid.control.reach import foothold_regions
 
         self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
         legs = len(robot.legs)
-        self.memory = memory = np.zeros(1, MEMORY) if memory is None else memory
-        memory["states"]["leg_count"] = legs
-        self._result = np.zeros((1, 2), np.int64)
+        self.memory = memory = np.zeros(1, MEMORY)
         self.model = view_of(memory["model"], Model, legs)
         fill(self.model, model_of(robot, settings))
         self.state = view_of(memory["states"][0], State, legs)
@@ -97,8 +89,6 @@ class LocomotionEngine:
         self._gaits = GaitSelector(robot, settings, self.model)
         self.gait = self._gaits.gait
         self._command: Command | None = None
-        self._at_home = np.array(robot.arrays.neutral_foot)
-        self._clearance = BodyClearance(robot, self.model.height)
         # The last poses, since every change of the command needs the regions.
         self._regions = lru_cache(maxsize=8)(partial(foothold_regions, record_behind(self.model)))
         self.feed_forward: FeedForward | None = None
@@ -114,8 +104,8 @@ class LocomotionEngine:
             self.estimator = GroundEstimator(
                 robot, settings.estimator, settings.update_period, memory
             )
-        self.feasible_velocity, self.applied_scale = np.zeros(3), math.nan
-        self._start()
+        self._feasible_velocity, self._applied_scale = np.zeros(3), math.nan
+        self._begin(neutral_feet(robot), 0.0)
 
     # What a user calls
 
@@ -128,10 +118,11 @@ class LocomotionEngine:
         q = np.asarray(observation.joint_position, dtype=float)
         if not np.isfinite(q).all():
             raise InvalidInput("joint_position is not finite; the engine cannot begin with it.")
-        self._start()
-        feet = body_from_hip(self.robot, foot_position(self.robot.arrays, q))
-        self.stand(feet, time=observation.time)
+        self._begin(
+            body_from_hip(self.robot, foot_position(self.robot.arrays, q)), observation.time
+        )
         if self.estimator is not None:
+            # The first observation has the sensors of the robot.
             self.estimator.reset(observation)
             self.memory["estimates_ground"] = 1
 
@@ -142,42 +133,25 @@ class LocomotionEngine:
             observation: Sensor readings.
             command: Velocity, pose and gait.
         """
-        self.prepare(observation, command)
-        self._update.update(self.memory, self.settings.update_period, self._result)
-        return self.finish(command, *self._result[0].tolist())
-
-    def prepare(self, observation: Observation, command: Command) -> None:
-        """Write observation and command into the records, before `phasmid.control.update.update`.
-
-        Args:
-            observation: Sensor readings.
-            command: Velocity, pose and gait.
-        """
-        clock, time = self.state.clock, float(observation.time)
+        state, clock, time = self.state, self.state.clock, float(observation.time)
         if math.isfinite(time) and time > clock.time:
             clock.time = time
-        self._observed = clock.time
+        observed = clock.time
         if command is not self._command:
             self._take(command)
         if self.estimator is not None and self.memory["estimates_ground"][0]:
             self.estimator.measure(observation)
-        if self.feed_forward is not None and self.feed_forward.velocity_scale != self.applied_scale:
-            self.applied_scale = self.feed_forward.velocity_scale
-            velocity = self.applied_scale * self.feasible_velocity
+        if (
+            self.feed_forward is not None
+            and self.feed_forward.velocity_scale != self._applied_scale
+        ):
+            self._applied_scale = self.feed_forward.velocity_scale
+            velocity = self._applied_scale * self._feasible_velocity
             self.reference.velocity[:] = self._next_reference.velocity[:] = velocity
-
-    def finish(self, command: Command, result: int, events: int) -> JointTargets:
-        """Return the joint targets after an update, and handle its events.
-
-        Args:
-            command: Velocity, pose and gait.
-            result: Result of the update.
-            events: Its `EstimatorEvent` bits.
-        """
-        state, clock = self.state, self.state.clock
+        result, events = self._update.update(self.memory, self.settings.update_period)
         if events and self.estimator is not None:
             for sentence in self.estimator.describe(events):
-                self._log.events.append((self._observed, sentence))
+                self._log.events.append((observed, sentence))
         changed = self._changing and not self.reference.gait_pending
         resting = not clock.gait_running
         if changed or self._resting != resting or self._blocked.update():
@@ -233,7 +207,7 @@ class LocomotionEngine:
                 "direction is (0, 0, 0), which is none; it must be ahead, left and turn.",
                 hint="(1, 0, 0)",
             )
-        reference = new_reference(len(self.robot.legs))
+        reference = view_of(STANDING.copy(), Reference, len(self.robot.legs))
         shift = self._gaits.write(reference, gait, period, lost_legs)
         reference.step_height = self.settings.step_height if step_height is None else step_height
         reference.pose[:] = pose
@@ -247,41 +221,17 @@ class LocomotionEngine:
 
     def telemetry(self) -> dict[str, Any]:
         """Return the recorded channels of the last update."""
-        state = self.state
-        clock = state.clock
-        phase, slow, margin = clock.phase, clock.time_scale, clock.support_margin
+        state, clock = self.state, self.state.clock
         return {
             "stance": state.leg_phase == LegPhase.STANCE,
             "velocity_command": np.array(self._commanded),
-            "velocity_reference": slow * state.velocity_filter[2],
-            "slow_down": slow,
-            "support_margin": margin,
-            "gait_phase": phase,
+            "velocity_reference": clock.time_scale * state.velocity_filter[2],
+            "slow_down": clock.time_scale,
+            "support_margin": clock.support_margin,
+            "gait_phase": clock.phase,
         }
 
     # Methods for posture sequences
-
-    def stand(self, feet: Float[np.ndarray, "legs 3"], *, time: float = 0.0) -> None:
-        """Begin with the robot at rest on feet at these positions.
-
-        Args:
-            feet: Feet in the body frame [m], shape (L, 3); the body counts as level.
-            time: Time of the engine's clock [s].
-        """
-        state, feet = self.state, np.asarray(feet, dtype=float)
-        self.memory["states"] = np.zeros((), STATE)
-        self.memory["states"]["leg_count"] = len(self.robot.legs)
-        clock = state.clock
-        clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
-        # The ground is where the feet are on average; odom begins under the body.
-        ground = float(feet[:, 2].mean())
-        state.pose_filter[:, 2] = -ground - self.model.height
-        self.reference.ground_normal[:] = 0.0, 0.0, 1.0
-        self.reference.ground_height = 0.0
-        state.foot[:] = feet - [0.0, 0.0, ground]
-        state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
-        if not self._place():
-            raise InvalidInput("a foot stands where its leg cannot walk from.")
 
     def fold(self, leg: int, q: Float[np.ndarray, "3"]) -> None:
         """Set the joint angles at which a leg is held in the air when it is lost.
@@ -307,11 +257,11 @@ class LocomotionEngine:
         state.q[leg] = q
         state.qd[leg] = state.qdd[leg] = 0.0
         self.reference.used[leg] = self._next_reference.used[leg] = False
-        self._place()
+        self._update.place(self.memory)
 
     def catch(self) -> None:
         """Land all swing legs at once, without a jump of their motion."""
-        # Lazy import: numba takes 0.6 s.
+        # Lazy import, as above.
         from phasmid.control.leg_phases import land_swing_legs
 
         land_swing_legs(self.state, self.reference, self.settings.landing_depth)
@@ -330,31 +280,35 @@ class LocomotionEngine:
 
     # Reference of a command
 
-    def _place(self) -> bool:
-        """Solve body motion and joint angles at rest; return whether all feet are reachable."""
-        return bool(self._update.place(self.memory))
-
-    def _start(self) -> None:
+    def _begin(self, feet: Float[np.ndarray, "legs 3"], time: float) -> None:
+        """Begin with the robot at rest on feet in the body frame [m], level, at a time [s]."""
         self._commanded: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        self._command, self._observed = None, 0.0
+        self._command = None
         self._resting, self._changing = True, False
         if self.feed_forward is not None:
             self.feed_forward.reset()
+        memory, state, clock = self.memory, self.state, self.state.clock
+        memory["estimates_ground"] = 0
+        memory["references"], memory["states"] = STANDING, np.zeros((), STATE)
+        memory["states"]["leg_count"] = len(self.robot.legs)
         self._log.clear()
         self._blocked.clear()
-        # The first observation has the sensors of the robot.
-        self.memory["estimates_ground"] = 0
         for reference in (self.reference, self._next_reference):
-            clear(reference)
             self._gaits.write(reference, None, None, frozenset())
             reference.step_height = self.settings.step_height
-        neutral = body_from_hip(self.robot, self._at_home)
-        self.stand(neutral)
+        clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
+        # The ground is where the feet are on average; odom begins under the body.
+        ground = float(feet[:, 2].mean())
+        state.pose_filter[:, 2] = -ground - self.model.height
+        state.foot[:] = feet - [0.0, 0.0, ground]
+        state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
+        if not self._update.place(memory):
+            raise InvalidInput("a foot stands where its leg cannot walk from.")
 
     def _take(self, command: Command) -> None:
         """Write the reference of a command, with its feasible velocity."""
         reference, next_reference = self.reference, self._next_reference
-        self._command = command
+        self._command, self._commanded = command, command.velocity
         try:
             shift = self._gaits.write(
                 next_reference, command.gait, command.period, command.lost_legs
@@ -364,7 +318,6 @@ class LocomotionEngine:
                 raise
             # A robot that cannot walk any more stands still.
             self._log.set("lame", True, f"stands: {error.what}")
-            self._commanded = command.velocity
             reference.velocity[:] = next_reference.velocity[:] = 0.0
             return
         self._log.set("lame", False, "")
@@ -372,21 +325,16 @@ class LocomotionEngine:
         reference.step_height = next_reference.step_height = (
             self.settings.step_height if height is None else height
         )
-        resting = bool(self.state.clock.gait_running == 0)
-        self._resting = resting
-        standing = resting and not any(command.velocity)
+        self._resting = not self.state.clock.gait_running
+        standing = self._resting and not any(command.velocity)
         self._set_pose(np.array(command.pose, dtype=float), shift, standing)
-        differs = (
-            (next_reference.duty_factor, next_reference.period, next_reference.sway)
-            != (reference.duty_factor, reference.period, reference.sway)
-            or not np.array_equal(next_reference.lift_phase, reference.lift_phase)
-            or not np.array_equal(next_reference.used, reference.used)
+        differs = any(
+            not np.array_equal(getattr(next_reference, name), getattr(reference, name))
+            for name in ("duty_factor", "period", "sway", "lift_phase", "used")
         )
         reference.gait_pending = int(differs)
         self._changing = differs
-        commanded = np.array(command.velocity, dtype=float)
-        self._commanded = command.velocity
-        share = 1.0
+        commanded, share = np.array(command.velocity, dtype=float), 1.0
         blocking = self._blocked.blocking_leg(commanded)
         leg = self.robot.leg_names[blocking or 0]
         sentence = f"goes no farther: leg {leg} finds no ground there"
@@ -404,10 +352,10 @@ class LocomotionEngine:
             self._log.set(
                 "scaled", share < 1.0, f"the velocity was scaled by {share:.2f}: {reason}"
             )
-        reference.velocity[:] = next_reference.velocity[:] = self.feasible_velocity[:] = (
+        reference.velocity[:] = next_reference.velocity[:] = self._feasible_velocity[:] = (
             share * commanded
         )
-        self.applied_scale = math.nan
+        self._applied_scale = math.nan
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the feasible part of a pose for standing or stepping."""
@@ -418,10 +366,8 @@ class LocomotionEngine:
             stepping = self.memory["references"][0, 1].copy()
             if standing:
                 stepping["duty_factor"], stepping["sway"] = 1.0, 0.0
-            share, limit = min(
-                self._limits.feasible_pose_scale(record_behind(self.model), stepping, base, pose),
-                self._clearance.feasible_pose_scale(base, pose),
-                key=itemgetter(0),
+            share, limit = self._limits.feasible_pose_scale(
+                self.robot, record_behind(self.model), stepping, base, pose
             )
             reason = limit.sentence(self.robot)
             self._log.set("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")

@@ -9,9 +9,6 @@ from phasmid.control.types import SearchStage, State
 LONG_WAIT = 0.25
 """Waiting time of a lift from which on it is an event [s]."""
 
-UNEVENTFUL = 0, False, False, "", 0
-"""Flags of an update without events."""
-
 
 class EventLog:
     """Events, each once for as long as its cause lasts.
@@ -32,7 +29,7 @@ class EventLog:
         """Forget all events."""
         self.events: list[tuple[float, str]] = []
         self._active: set[str] = set()
-        self._flags: tuple[int, bool, bool, str, int] = UNEVENTFUL
+        self._search_changes = 0
 
     def set(self, cause: str, active: bool | np.bool_, sentence: str) -> None:
         """Set whether a cause is active; add an event where it begins.
@@ -59,25 +56,21 @@ class EventLog:
             result: Result of `phasmid.control.update.advance_engine`.
             limit_reason: Limit of ground or servos that the motion exceeds; empty where none.
         """
-        state, clock = self._state, self._state.clock
+        clock, stage = self._state.clock, self._state.search_stage
         waits = clock.lift_wait > LONG_WAIT
         hindered = waits and clock.pose_hinders == 1
-        flags = result, waits, hindered, limit_reason, clock.search_changes
-        if flags == self._flags:
-            return
-        searched = clock.search_changes != self._flags[-1]
-        self._flags = flags
+        weak = waits and not hindered
+        if weak:
+            weak = not ((stage > SearchStage.NONE) & (stage < SearchStage.RETURNED)).any()
         self.set("slowed", result == 1, "slowed down: a joint would turn too fast")
         self.set("braked", result == 2, "braked: a leg could not follow, or feet would not hold it")
         self.set("held", result == 3, "held all: a leg could not follow")
         self.set("back", hindered, "a lift waits: the body comes back from a farther pose")
-        stage = state.search_stage
-        searching = ((stage > SearchStage.NONE) & (stage < SearchStage.RETURNED)).any()
-        weak = waits and not hindered and not searching
         self.set("waits", weak, "a lift waits: the feet that stay would not hold the robot")
         self.set("effort", bool(limit_reason), f"slows down: {limit_reason.rstrip('.')}")
-        if not searched:
+        if clock.search_changes == self._search_changes:
             return
+        self._search_changes = clock.search_changes
         for name, now in zip(self._names, stage, strict=True):
             no_ground = f"leg {name} finds no ground"
             looks = SearchStage.NONE < now < SearchStage.RETURNED

@@ -7,19 +7,13 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.body_motion import (
-    com_in_odom,
-    ground_height,
-    in_odom,
-    is_zero,
-    point_velocity,
-    sway_wave,
-)
-from phasmid.control.foothold_search import is_searching
-from phasmid.control.leg_phases import lift_off, reaches_height
+from phasmid.control.body_motion import com_in_odom, standing_feet, sway_wave
+from phasmid.control.footholds import is_searching
+from phasmid.control.leg_phases import height_above_ground, lift_off, reaches_height
 from phasmid.control.reach import is_reachable
 from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, SearchStage, State
-from phasmid.control.velocity_limits import region_speed_share
+from phasmid.control.vectors import in_odom, is_zero, point_velocity, turned
+from phasmid.control.velocity_limits import region_speed_share, time_to_lift
 from phasmid.gait.support_kernels import edge_margin, support_edges
 
 DEEP = 0.01
@@ -38,6 +32,9 @@ OVERRUN = 3 * LEAN_SPEED / 15.0
 
 FORESIGHT = 0.004
 """Displacement of the centre of mass by the legs' own motion, which is not predicted [m]."""
+
+PATIENCE = 1.0
+"""Time for which a lift waits for support before feet step to neutral [s]."""
 
 UPRIGHT = 1.0
 """Rate at which the lean decays [1/s]."""
@@ -68,8 +65,7 @@ def is_away(state: State, model: Model, reference: Reference, leg: int, near: fl
     if stays_at_foothold(state, reference, leg):
         return False
     x, y = in_odom(state.path, model.neutral[leg, 0], model.neutral[leg, 1])
-    dx, dy = state.foot[leg, 0] - x, state.foot[leg, 1] - y
-    return bool(math.sqrt(dx * dx + dy * dy) > near)
+    return math.hypot(state.foot[leg, 0] - x, state.foot[leg, 1] - y) > near
 
 
 @internal
@@ -81,22 +77,17 @@ def margin_without_legs(
     In that time [s] the phase of the gait changes by `turn`.
     """
     legs, path = len(lifted), state.path
-    stance = np.zeros(legs, dtype=np.int64)
-    for leg in range(legs):
-        stands = state.leg_phase[leg] == LegPhase.STANCE
-        stance[leg] = stands and reference.used[leg] and not lifted[leg]
+    stance = standing_feet(state, reference.used) & ~lifted
     x, y = com_in_odom(state)
     edges = np.empty((legs * legs, 5))
     count = support_edges(state.foot, stance, edges)
     now = edge_margin(edges, count, x, y)
     vx, vy = point_velocity(path, state.velocity_filter[2], x, y)
     if reference.sway != 0.0:
-        a, b = np.empty((3, 2)), np.empty((3, 2))
-        sway_wave(model, reference, state.clock.phase, a)
-        sway_wave(model, reference, state.clock.phase + turn, b)
-        dx, dy = b[0, 0] - a[0, 0], b[0, 1] - a[0, 1]
-        c, s, share = math.cos(path[2]), math.sin(path[2]), state.clock.sway_share
-        x, y = x + share * (c * dx - s * dy), y + share * (s * dx + c * dy)
+        phase = state.clock.phase
+        sway = sway_wave(model, reference, phase + turn) - sway_wave(model, reference, phase)
+        dx, dy = turned(path[2], sway[0, 0], sway[0, 1])
+        x, y = x + state.clock.sway_share * dx, y + state.clock.sway_share * dy
     then = edge_margin(edges, count, x + vx * time, y + vy * time)
     return min(now, then + FORESIGHT)
 
@@ -115,8 +106,7 @@ def best_phase(state: State, model: Model, reference: Reference) -> tuple[float,
         for leg in range(state.leg_count):
             if reference.used[leg] and state.leg_phase[leg] == LegPhase.SWING:
                 left = state.swing_duration[leg] - state.swing_elapsed[leg]
-                until = (1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period
-                fits = fits and until >= left
+                fits = fits and time_to_lift(reference, leg, phase) >= left
         if fits:
             share = region_speed_share(state, model, reference, reference.velocity, phase)
             if share > most + 1e-9:
@@ -125,19 +115,9 @@ def best_phase(state: State, model: Model, reference: Reference) -> tuple[float,
 
 
 @internal
-def is_in_hole(state: State, leg: int) -> bool:
-    """Return whether a foot goes down deeper than the estimated ground."""
-    foot = state.foot[leg]
-    ground = ground_height(state, foot[0], foot[1])
-    return bool(state.leg_phase[leg] == LegPhase.PROBING and foot[2] < ground - DEEP)
-
-
-@internal
 def is_hindered_by_pose(state: State, model: Model, reference: Reference, leg: int) -> bool:
     """Return whether a foot can hardly rise while the pose is still changing."""
-    away = 0.0
-    for i in range(6):
-        away = max(away, abs(state.pose_filter[3, i] - state.pose_filter[0, i]))
+    away = np.abs(state.pose_filter[3] - state.pose_filter[0]).max()
     height = LEAST_RISE * reference.step_height
     return away > ON_ITS_WAY and not reaches_height(state, model, leg, height)
 
@@ -159,34 +139,23 @@ def lean(state: State, model: Model, lifted: np.ndarray, h: float) -> None:
     """Let the body lean towards the middle of the remaining stance feet while a lift waits."""
     if state.clock.lift_wait < LEAN_AFTER:
         return
-    x, y, count = 0.0, 0.0, 0
+    middle, count = np.zeros(3), 0
     for leg in range(len(lifted)):
         if state.leg_phase[leg] == LegPhase.STANCE and not lifted[leg]:
-            x += state.foot[leg, 0]
-            y += state.foot[leg, 1]
+            middle += state.foot[leg]
             count += 1
     if count < 3:
         return
-    cx, cy = com_in_odom(state)
-    x, y = x / count - cx, y / count - cy
+    x, y = com_in_odom(state)
+    x, y = middle[0] / count - x, middle[1] / count - y
     length = math.sqrt(x * x + y * y)
     if length < 1e-3:
         return
-    c, s = math.cos(state.path[2]), math.sin(state.path[2])
-    step = LEAN_SPEED * h / length
-    leant_x = state.clock.lean[0] + step * (c * x + s * y)
-    leant_y = state.clock.lean[1] + step * (c * y - s * x)
-    near = math.sqrt(leant_x**2 + leant_y**2) < FARTHEST_LEAN
+    ahead, aside = turned(-state.path[2], LEAN_SPEED * h / length * x, LEAN_SPEED * h / length * y)
+    leant = state.clock.lean + np.array((ahead, aside))
+    near = math.hypot(leant[0], leant[1]) < FARTHEST_LEAN
     if near and can_lean(state, model, x / length, y / length):
-        state.clock.lean[0], state.clock.lean[1] = leant_x, leant_y
-
-
-@internal
-def end_lean(state: State, h: float) -> None:
-    """Let the lean of the body decay."""
-    left = 1 - min(UPRIGHT * h, 1.0)
-    state.clock.lean[0] *= left
-    state.clock.lean[1] *= left
+        state.clock.lean[:] = leant
 
 
 @internal
@@ -195,7 +164,7 @@ def step_to_neutral(state: State, model: Model, reference: Reference, time: floa
 
     Only one foot at a time is in the air. The swing takes a time [s].
     """
-    lifted = np.zeros(state.leg_count, dtype=np.int64)
+    lifted = np.zeros(state.leg_count, dtype=np.bool_)
     best, most = -1, SUPPORT_MARGIN
     for leg in range(state.leg_count):
         if state.leg_phase[leg] == LegPhase.HELD:
@@ -207,9 +176,9 @@ def step_to_neutral(state: State, model: Model, reference: Reference, time: floa
             and is_away(state, model, reference, leg, HOME)
             and not is_hindered_by_pose(state, model, reference, leg)
         ):
-            lifted[leg] = 1
+            lifted[leg] = True
             margin = margin_without_legs(state, model, reference, lifted, time, 0.0)
-            lifted[leg] = 0
+            lifted[leg] = False
             if margin > most:
                 best, most = leg, margin
     if best >= 0:
@@ -247,16 +216,14 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
     The clock waits while a due foot cannot be spared, or a foot is late.
     """
     legs, clock, period = state.leg_count, state.clock, reference.period
-    moving = not is_zero(reference.velocity)
-    for i in range(3):
-        moving = moving or abs(state.velocity_filter[2, i]) > 1e-4
+    moving = not is_zero(reference.velocity) or np.abs(state.velocity_filter[2]).max() > 1e-4
     update_running(state, model, reference, h, moving)
     if clock.gait_running == 0:
         clock.lift_wait = 0.0
-        end_lean(state, h)
+        clock.lean *= 1 - min(UPRIGHT * h, 1.0)
         return
     step, time = h / period, (1.0 - reference.duty_factor) * period
-    lifted = np.zeros(legs, dtype=np.int64)
+    lifted = np.zeros(legs, dtype=np.bool_)
     due, wait, short = 0, False, False
     clock.pose_hinders = 0
     for leg in range(legs):
@@ -264,16 +231,17 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
         if not reference.used[leg]:
             # A leg that is no longer used leaves the ground as soon as it can be spared.
             if stands:
-                lifted[leg] = 1
+                lifted[leg] = True
                 margin = margin_without_legs(state, model, reference, lifted, 0.5 * period, 0.0)
                 if margin > SUPPORT_MARGIN:
                     lift_off(state, model, reference, leg, 0.0, 0.3)
-                lifted[leg] = 0
+                lifted[leg] = False
             continue
-        # A body that sways would move on over a foot that goes down into a hole.
         wait = wait or is_searching(state, leg)
-        wait = wait or (reference.sway != 0.0 and is_in_hole(state, leg))
-        if 1.0 - (clock.phase - reference.lift_phase[leg]) % 1.0 > step:
+        if reference.sway != 0.0 and state.leg_phase[leg] == LegPhase.PROBING:
+            # A body that sways would move on over a foot that goes down into a hole.
+            wait = wait or height_above_ground(state, leg) < -DEEP
+        if time_to_lift(reference, leg, clock.phase) > h:
             continue
         held = state.leg_phase[leg] == LegPhase.HELD
         if not stands and not held:
@@ -282,7 +250,7 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
         elif not stays_at_foothold(state, reference, leg) and (
             held or moving or is_away(state, model, reference, leg, HOME)
         ):
-            lifted[leg] = 1
+            lifted[leg] = True
             due += 1
             if stands and is_hindered_by_pose(state, model, reference, leg):
                 clock.pose_hinders = 1
@@ -295,14 +263,14 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
         clock.lift_wait += h
         if clock.pose_hinders == 0 and short:
             lean(state, model, lifted, h)
-        if clock.lift_wait > model.patience:
+        if clock.lift_wait > PATIENCE:
             step_to_neutral(state, model, reference, time)
         return
     if clock.support_margin > 4 * SUPPORT_MARGIN + 0.01:
-        end_lean(state, h)
+        clock.lean *= 1 - min(UPRIGHT * h, 1.0)
     clock.lift_wait = 0.0
     for leg in range(legs):
         if lifted[leg]:
-            ago = h - (1.0 - (clock.phase - reference.lift_phase[leg]) % 1.0) * period
+            ago = h - time_to_lift(reference, leg, clock.phase)
             lift_off(state, model, reference, leg, max(ago, 0.0), time)
     clock.phase = (clock.phase + step) % 1.0

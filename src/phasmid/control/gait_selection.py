@@ -8,7 +8,7 @@ from jaxtyping import Float
 from phasmid.control.settings import EngineSettings
 from phasmid.control.types import Model, Reference
 from phasmid.errors import InvalidInput
-from phasmid.gait import GAITS, Gait, Limp, load_gait, without_legs
+from phasmid.gait import Gait, Limp, gaits_of, load_gait, without_legs
 from phasmid.kinematics import centre_of_mass, joint_angles
 from phasmid.robot import Robot
 
@@ -78,12 +78,7 @@ class GaitSelector:
     def _find(self, gait: str | Gait | None) -> Gait:
         legs = len(self._robot.legs)
         if gait is None:
-            if legs not in GAITS:
-                raise InvalidInput(
-                    f"the library has no gait for {legs} legs.",
-                    hint="LocomotionEngine(robot, gait=Gait(...))",
-                )
-            return next(iter(GAITS[legs].values()))
+            return next(iter(gaits_of(legs).values()))
         if isinstance(gait, str):
             return load_gait(gait, legs)
         if len(gait.offsets) != legs:

@@ -8,16 +8,9 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.body_motion import ground_height
-from phasmid.control.foothold_search import end_search, set_search, start_search
-from phasmid.control.foothold_selection import choose_foothold
+from phasmid.control.footholds import choose_foothold, end_search, set_search, start_search
 from phasmid.control.reach import is_reachable
-from phasmid.control.swing import (
-    advance_quintic,
-    raise_foot,
-    restart_line,
-    set_times,
-    stop_foot,
-)
+from phasmid.control.swing import advance_quintic, raise_foot, restart_line, set_times, stop_foot
 from phasmid.control.types import (
     Contact,
     LegPhase,
@@ -83,8 +76,7 @@ def lift_off(
     """
     if state.leg_phase[leg] == LegPhase.STANCE:
         if reference.contact[leg] == Contact.GROUND:
-            for i in range(3):
-                state.last_foothold[leg, i] = state.foot[leg, i]
+            state.last_foothold[leg] = state.foot[leg]
         if state.search_stage[leg] == SearchStage.RETURNED:
             set_search(state, leg, SearchStage.NONE)
     state.leg_phase[leg] = LegPhase.SWING
@@ -95,8 +87,7 @@ def lift_off(
         if reaches_height(state, model, leg, state.swing_height[leg]):
             break
         state.swing_height[leg] *= 0.8
-    for i in range(3):
-        state.touchdown[leg, i] = state.foot[leg, i]
+    state.touchdown[leg] = state.foot[leg]
     restart_line(state, leg)
 
 
@@ -140,8 +131,7 @@ def stand(state: State, leg: int) -> None:
 @internal
 def end_curve(state: State, model: Model, reference: Reference, leg: int) -> None:
     """Let a foot at the end of its curve stand; without contact it goes on down or searches."""
-    for i in range(3):
-        state.foot[leg, i] = state.touchdown[leg, i]
+    state.foot[leg] = state.touchdown[leg]
     phase, in_air = state.leg_phase[leg], reference.contact[leg] == Contact.AIR
     if phase == LegPhase.SWING and in_air and model.landing_depth > 0:
         stop_foot(state, leg)
@@ -172,9 +162,8 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
 def draw_back(state: State, leg: int) -> None:
     """Let a swinging foot go back and up from an obstacle, continuing its present motion."""
     foot, goal = state.foot[leg], state.touchdown[leg]
-    dx, dy = foot[0] - goal[0], foot[1] - goal[1]
-    size = max(math.sqrt(dx * dx + dy * dy), 1e-6)
-    goal[0], goal[1] = foot[0] + BACK * dx / size, foot[1] + BACK * dy / size
+    back = foot - goal
+    goal[:] = foot + BACK / max(math.hypot(back[0], back[1]), 1e-6) * back
     goal[2] = foot[2] + BACK_RISE
     state.manoeuvre[leg] = Manoeuvre.DRAW_BACK
     set_times(state, leg, BACK_TIME, 0.0)
@@ -184,8 +173,7 @@ def draw_back(state: State, leg: int) -> None:
 @internal
 def stop_at_contact(state: State, leg: int) -> None:
     """Bring a foot to rest a little beyond its contact, without a jump of its velocity."""
-    for i in range(3):
-        state.touchdown[leg, i] = state.foot[leg, i] + 0.4 * SETTLE * state.foot_velocity[leg, i]
+    state.touchdown[leg] = state.foot[leg] + 0.4 * SETTLE * state.foot_velocity[leg]
     state.manoeuvre[leg] = Manoeuvre.NONE
     set_times(state, leg, SETTLE, 0.0)
     restart_line(state, leg)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-import numpy as np
-
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState, Measurements
 from phasmid.control.feed_forward.state import Parameters as FeedForwardParameters
 from phasmid.control.feed_forward.state import State as FeedForwardState
-from phasmid.control.records import record_of, view_of
-from phasmid.control.types import REFERENCE, Model, Reference, State
+from phasmid.control.records import record_of
+from phasmid.control.types import Model, Reference, State
 
 
 @dataclass(eq=False)
@@ -31,27 +29,3 @@ class Memory:
 
 
 MEMORY = record_of(Memory)
-
-
-def clear(reference: Reference) -> None:
-    """Set a reference to standing on level ground without contact sensing."""
-    for array in (reference.velocity, reference.pose, reference.pose_correction):
-        array[:] = 0.0
-    reference.lift_phase[:] = reference.sway = 0.0
-    reference.duty_factor = reference.period = 1.0
-    reference.gait_pending = 0
-    reference.step_height = 0.0
-    reference.used[:] = 1
-    reference.contact[:] = -1
-    reference.ground_normal[:] = 0.0, 0.0, 1.0
-    reference.ground_height = 0.0
-    reference.touchdown_height[:] = np.nan
-    reference.foot_offset[:] = 0.0
-    reference.foot_sag[:] = 0.0
-
-
-def new_reference(legs: int) -> Reference:
-    """Return a reference that stands."""
-    reference = view_of(np.zeros(1, REFERENCE), Reference, legs)
-    clear(reference)
-    return reference

@@ -26,11 +26,8 @@ class EngineSettings:
         update_period: Time from one update to the next [s].
         acceleration: Largest acceleration of the body, and of the neutral feet where it turns
             [m/s²].
-        stretch: Share of its full length to which a leg may be stretched.
-        joint_margin: Margin of the targets to the joint limits [rad].
         landing_depth: Depth to which a foot without contact goes on down, before it searches
             elsewhere [m].
-        patience: Time for which a lift waits for support before feet step to neutral [s].
         dynamics: ``feed-forward``: targets include the torques of the motion, and the velocity is
             reduced where ground or servos cannot give them; ``none``: without.
         feed_forward: Choice and limits of the foot forces.
@@ -46,10 +43,7 @@ class EngineSettings:
     step_height: float = 0.03
     update_period: float = 0.005
     acceleration: float = 0.6
-    stretch: float = 0.98
-    joint_margin: float = 0.02
     landing_depth: float = 0.05
-    patience: float = 1.0
     dynamics: str = "feed-forward"
     feed_forward: FeedForwardSettings = field(default_factory=FeedForwardSettings)
     ground_sensing: bool = True
@@ -76,8 +70,5 @@ _RANGES = {
     "step_height": (0.0, 1.0),
     "update_period": (0.0005, 0.05),
     "acceleration": (0.01, 100.0),
-    "stretch": (0.5, 1.0),
-    "joint_margin": (0.0, 0.5),
     "landing_depth": (0.0, 0.5),
-    "patience": (0.05, 60.0),
 }

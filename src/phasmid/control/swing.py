@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid.compiled import internal
+from phasmid.control.reach import joint_margin
 from phasmid.control.types import Manoeuvre, Model, State
+from phasmid.control.vectors import cross, rotate
 from phasmid.kinematics.leg_kernels import forward_kinematics
 
 FREE = 0.15
@@ -77,20 +79,25 @@ def set_times(state: State, leg: int, duration: float, height: float) -> None:
 @internal
 def restart_line(state: State, leg: int) -> None:
     """Begin the line of a foot's curve at its present place, velocity and acceleration."""
-    for i in range(3):
-        state.line_position[leg, i] = state.foot[leg, i]
-        state.line_velocity[leg, i] = state.foot_velocity[leg, i]
-        state.line_acceleration[leg, i] = state.foot_acceleration[leg, i]
+    state.line_position[leg] = state.foot[leg]
+    state.line_velocity[leg] = state.foot_velocity[leg]
+    state.line_acceleration[leg] = state.foot_acceleration[leg]
+
+
+@internal
+def halt_foot(state: State, leg: int) -> None:
+    """Bring a foot to rest where it is, at once."""
+    state.foot_velocity[leg] = 0.0
+    state.foot_acceleration[leg] = 0.0
+    restart_line(state, leg)
 
 
 @internal
 def stop_foot(state: State, leg: int) -> None:
-    """Bring a foot to rest where it is, at once."""
+    """Bring a foot to rest where it is, at once, and make that its touchdown."""
     state.manoeuvre[leg] = Manoeuvre.NONE
-    for i in range(3):
-        state.foot_velocity[leg, i] = state.foot_acceleration[leg, i] = 0.0
-        state.touchdown[leg, i] = state.foot[leg, i]
-    restart_line(state, leg)
+    state.touchdown[leg] = state.foot[leg]
+    halt_foot(state, leg)
 
 
 @internal
@@ -98,10 +105,9 @@ def raise_foot(state: State, leg: int) -> None:
     """Write the place and motion of a swinging foot in odom: those of its line and of its lift."""
     s = state.swing_elapsed[leg] / state.swing_duration[leg]
     z, v, a = lift(min(s, 1.0), state.swing_duration[leg], state.swing_height[leg])
-    for i in range(3):
-        state.foot[leg, i] = state.line_position[leg, i]
-        state.foot_velocity[leg, i] = state.line_velocity[leg, i]
-        state.foot_acceleration[leg, i] = state.line_acceleration[leg, i]
+    state.foot[leg] = state.line_position[leg]
+    state.foot_velocity[leg] = state.line_velocity[leg]
+    state.foot_acceleration[leg] = state.line_acceleration[leg]
     state.foot[leg, 2] += z
     state.foot_velocity[leg, 2] += v
     state.foot_acceleration[leg, 2] += a
@@ -148,8 +154,7 @@ def soften_joint_limits(state: State, model: Model, leg: int) -> bool:
         share_rate = -share_rate
     for k in range(3):
         low, high = model.limits[leg, k, 0], model.limits[leg, k, 1]
-        margin = min(model.joint_margin, (high - low) / 8)
-        width = min(SOFT, (high - low) / 8)
+        margin, width = joint_margin(model, leg, k), min(SOFT, (high - low) / 8)
         for sign in (-1.0, 1.0):
             limit = high if sign > 0 else low
             depth = sign * q[k] - (sign * limit - margin / 4 - width)
@@ -167,54 +172,35 @@ def soften_joint_limits(state: State, model: Model, leg: int) -> bool:
 
 
 @internal
-def foot_at_joints(state: State, model: Model, leg: int, arm: np.ndarray) -> None:
-    """Write a foot in odom from its joint angles, and its vector from the body [m], shape (3,)."""
-    q = state.q[leg]
-    lengths = model.lengths[leg]
-    x, y, z = forward_kinematics(lengths, lengths[3], q[0], q[1], q[2])
-    R, p = model.R_body_hip[leg], np.empty(3)
-    for i in range(3):
-        p[i] = model.p_body_hip[leg, i] + R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
-    for i in range(3):
-        arm[i] = (
-            state.R_odom_body[i, 0] * p[0]
-            + state.R_odom_body[i, 1] * p[1]
-            + state.R_odom_body[i, 2] * p[2]
-        )
-        # Joint angles include the offset.
-        state.foot[leg, i] = state.body_position[i] + arm[i] - state.foot_offset[leg, i]
+def foot_at_joints(state: State, model: Model, leg: int) -> np.ndarray:
+    """Write a foot in odom from its joint angles; return its vector from the body [m]."""
+    q, lengths = state.q[leg], model.lengths[leg]
+    foot = np.array(forward_kinematics(lengths, lengths[3], q[0], q[1], q[2]))
+    arm = rotate(state.R_odom_body, model.p_body_hip[leg] + rotate(model.R_body_hip[leg], foot))
+    # Joint angles include the offset.
+    state.foot[leg] = state.body_position + arm - state.foot_offset[leg]
+    return arm
 
 
 @internal
 def hold_leg(state: State, model: Model, leg: int, h: float) -> None:
     """Fold a leg that is held in the air, and write its foot in odom."""
-    q, qd, qdd, left = (
-        state.q[leg],
-        state.qd[leg],
-        state.qdd[leg],
-        state.swing_duration[leg] - state.swing_elapsed[leg],
-    )
+    q, qd, qdd = state.q[leg], state.qd[leg], state.qdd[leg]
+    left = state.swing_duration[leg] - state.swing_elapsed[leg]
     if h < left:
         advance_quintic(q, qd, qdd, model.folded[leg], left, h)
         state.swing_elapsed[leg] += h
     else:
         state.swing_elapsed[leg] = state.swing_duration[leg]
-        for k in range(3):
-            q[k] = model.folded[leg, k]
-            qd[k] = qdd[k] = 0.0
-    arm = np.empty(3)
-    foot_at_joints(state, model, leg, arm)
+        q[:] = model.folded[leg]
+        qd[:] = 0.0
+        qdd[:] = 0.0
+    arm, w, wd = (
+        foot_at_joints(state, model, leg),
+        state.angular_velocity,
+        state.angular_acceleration,
+    )
     # As if it were fixed to the body: its own motion has ended when it is used again.
-    w, v = state.angular_velocity, state.foot_velocity[leg]
-    wd, a = state.angular_acceleration, state.foot_acceleration[leg]
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        v[i] = w[j] * arm[k] - w[k] * arm[j]
-        a[i] = wd[j] * arm[k] - wd[k] * arm[j]
-    ux, uy, uz = v[0], v[1], v[2]
-    a[0] += w[1] * uz - w[2] * uy
-    a[1] += w[2] * ux - w[0] * uz
-    a[2] += w[0] * uy - w[1] * ux
-    for i in range(3):
-        v[i] += state.body_velocity[i]
-        a[i] += state.body_acceleration[i]
+    v = cross(w, arm)
+    state.foot_velocity[leg] = state.body_velocity + v
+    state.foot_acceleration[leg] = state.body_acceleration + cross(wd, arm) + cross(w, v)

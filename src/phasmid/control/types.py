@@ -90,17 +90,13 @@ class Model:
     folded: Float[np.ndarray, "legs 3"]  # Joint angles of a leg that is held in the air [rad]
     link_mass: Float[np.ndarray, "legs 3"]  # Masses of the links [kg]
     link_com: Float[np.ndarray, "legs 3 3"]  # Centres of mass of the links in the leg plane [m]
-    reach: Float[np.ndarray, "2 legs 8"]  # Bounds of each leg's reach, see `reach_bounds`
     body_moment: Float[np.ndarray, "3"]  # Mass of the trunk times the place of its centre [kg·m]
     mass: float  # Mass of the robot [kg]
     height: float  # Height of the body's origin over the neutral feet [m]
     radius: float  # Mean distance of the neutral feet from the body's vertical axis [m]
     joint_speed: float  # Largest speed of a joint's target [rad/s]
-    acceleration: float  # This and the following numbers are those of `EngineSettings`
-    stretch: float
-    joint_margin: float
-    landing_depth: float
-    patience: float
+    acceleration: float  # Largest acceleration of the body [m/s²]
+    landing_depth: float  # Depth to which a foot without contact goes on down [m]
     leg_count: int  # Number of legs
 
 
@@ -192,11 +188,16 @@ MODEL, REFERENCE, STATE = record_of(Model), record_of(Reference), record_of(Stat
 """Records of these classes."""
 
 
+STANDING = np.zeros(1, REFERENCE)
+"""Reference of standing on level ground without contact sensing, shape (1,)."""
+
+STANDING["used"] = STANDING["duty_factor"] = STANDING["period"] = 1
+STANDING["contact"], STANDING["touchdown_height"] = Contact.UNKNOWN, np.nan
+STANDING["ground_normal"] = 0.0, 0.0, 1.0
+
+
 def model_of(robot: Robot, settings: EngineSettings) -> Model:
     """Return the numbers of a robot with its engine's settings."""
-    # Imported here, since `reach` imports this module.
-    from phasmid.control.reach import reach_bounds
-
     arrays = robot.arrays
     lengths, neutral = np.column_stack(geometry(arrays)), neutral_feet(robot)
     limits = np.array(arrays.joint_limits)
@@ -212,16 +213,12 @@ def model_of(robot: Robot, settings: EngineSettings) -> Model:
         folded=folded,
         link_mass=np.array(arrays.mass),
         link_com=arrays.com - in_plane(arrays),
-        reach=reach_bounds(lengths, limits, settings.stretch, settings.joint_margin),
         body_moment=robot.body.mass * np.asarray(robot.body.com),
         mass=robot.mass,
         height=-float(neutral[:, 2].mean()),
         radius=float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
         joint_speed=JOINT_SPEED_SHARE * robot.servo.no_load_speed,
         acceleration=settings.acceleration,
-        stretch=settings.stretch,
-        joint_margin=settings.joint_margin,
         landing_depth=settings.landing_depth,
-        patience=settings.patience,
         leg_count=len(robot.legs),
     )

@@ -1,6 +1,6 @@
 """The compiled update of the locomotion engine.
 
-`LocomotionEngine` and `EngineBatch` call `update` on records of `Memory`.
+`LocomotionEngine` calls `update` on the record of its `Memory`.
 """
 
 from __future__ import annotations
@@ -10,32 +10,38 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, inlined, internal
-from phasmid.control.body_kernels import moment_of, support_margin, to_hip
 from phasmid.control.body_motion import (
     POSE_BANDWIDTH,
     SWAY_BANDWIDTH,
     VELOCITY_BANDWIDTH,
     approach,
+    com_in_odom,
     follow,
-    integrate_twist,
+    leg_moment,
     set_body_motion,
+    speed_of,
     sway_wave,
 )
 from phasmid.control.estimation.estimator import estimate_ground
 from phasmid.control.feed_forward.feed_forward import compute_feed_forward
-from phasmid.control.foothold_region import bound_region
-from phasmid.control.foothold_search import end_search, is_returning, is_searching
+from phasmid.control.footholds import end_search, is_returning, is_searching
 from phasmid.control.gait_scheduler import advance_phase, best_phase
 from phasmid.control.leg_phases import land_here, move_feet, stand
-from phasmid.control.reach import HARD, joint_limit_margin
+from phasmid.control.reach import HARD, bound_region, joints_at, to_hip_frame
 from phasmid.control.reference_governor import is_recoverable, is_settled
-from phasmid.control.swing import (
-    foot_at_joints,
-    hold_leg,
-    soften_joint_limits,
+from phasmid.control.swing import foot_at_joints, halt_foot, hold_leg, soften_joint_limits
+from phasmid.control.types import (
+    SUPPORT_MARGIN,
+    Contact,
+    LegPhase,
+    Manoeuvre,
+    Model,
+    Reference,
+    State,
 )
-from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Manoeuvre, Model, Reference, State
+from phasmid.control.vectors import cross, integrate_twist, rotate_back, turned
 from phasmid.control.velocity_limits import region_speed_share, support_speed_share
+from phasmid.gait.support_kernels import line_margin
 from phasmid.kinematics.leg_kernels import joint_motion
 
 OFFSET_SPEED = 0.1
@@ -64,23 +70,15 @@ RECOVERY = 2.0
 
 
 @internal
-def return_velocity(state: State, velocity: np.ndarray) -> None:
-    """Write the velocity of the body while feet return to their last footholds.
-
-    Args:
-        state: State of the engine.
-        velocity: Written: vx, vy [m/s] and wz [rad/s], shape (3,).
-    """
-    x, y = 0.0, 0.0
+def return_velocity(state: State) -> np.ndarray:
+    """Return the velocity vx, vy, wz of the body while feet return to their last footholds."""
+    back = np.zeros(3)
     for leg in range(state.leg_count):
         if is_returning(state, leg):
-            x += state.last_foothold[leg, 0] - state.missed_foothold[leg, 0]
-            y += state.last_foothold[leg, 1] - state.missed_foothold[leg, 1]
-    size = max(math.sqrt(x * x + y * y), 1e-6)
-    c, s = math.cos(state.path[2]), math.sin(state.path[2])
-    velocity[0] = RETURN_SPEED * (c * x + s * y) / size
-    velocity[1] = RETURN_SPEED * (c * y - s * x) / size
-    velocity[2] = 0.0
+            back += state.last_foothold[leg] - state.missed_foothold[leg]
+    speed = RETURN_SPEED / max(math.hypot(back[0], back[1]), 1e-6)
+    vx, vy = turned(-state.path[2], speed * back[0], speed * back[1])
+    return np.array((vx, vy, 0.0))
 
 
 @internal
@@ -92,9 +90,7 @@ def advance_body(state: State, model: Model, reference: Reference, h: float) -> 
         probing = probing or state.leg_phase[leg] == LegPhase.PROBING
         looking = looking or is_searching(state, leg)
         returns = returns or is_returning(state, leg)
-    velocity = reference.velocity.copy()
-    if returns:
-        return_velocity(state, velocity)
+    velocity = return_velocity(state) if returns else reference.velocity.copy()
     share = region_speed_share(state, model, reference, velocity, clock.phase)
     share = min(share, support_speed_share(state, reference.used, velocity))
     if reference.gait_pending:
@@ -106,121 +102,86 @@ def advance_body(state: State, model: Model, reference: Reference, h: float) -> 
         # A body that does not sway yet would move beyond its feet before one may lift.
         share *= clock.sway_share
     clock.velocity_share = 0.0 if returns else share
-    target, old = np.empty(3), np.empty(3)
-    for i in range(3):
-        target[i] = share * velocity[i]
-    next_reference = np.empty(6)
-    for i in range(6):
-        next_reference[i] = reference.pose[i] + reference.pose_correction[i]
+    target, next_pose = share * velocity, reference.pose + reference.pose_correction
     draft, goal = speed[0].copy(), pose[0].copy()
-    approach(draft, target, 0, model.radius, model.acceleration * h)
-    approach(goal, next_reference, 0, 1.0, POSE_SPEED * h)
-    approach(goal, next_reference, 3, 1.0, POSE_TURN_SPEED * h)
-    changes = not (is_settled(pose, next_reference, 1e-4) and is_settled(speed, target, 1e-3))
+    approach(draft, target, model.radius, model.acceleration * h)
+    approach(goal[:3], next_pose[:3], 1.0, POSE_SPEED * h)
+    approach(goal[3:], next_pose[3:], 1.0, POSE_TURN_SPEED * h)
+    changes = not (is_settled(pose, next_pose, 1e-4) and is_settled(speed, target, 1e-3))
     if changes and not is_recoverable(state, model, reference, draft, goal):
         # The pose waits; if that is not enough, the walk does.
         goal[:] = pose[0]
         if not is_recoverable(state, model, reference, draft, goal):
             clock.velocity_share = 0.0
             draft[:] = speed[0]
-            approach(draft, np.zeros(3), 0, model.radius, model.acceleration * h)
-    for i in range(3):
-        old[i] = speed[2, i]
-        speed[0, i] = draft[i]
+            approach(draft, np.zeros(3), model.radius, model.acceleration * h)
+    before = speed[2].copy()
+    speed[0] = draft
     follow(speed, VELOCITY_BANDWIDTH, h)
-    for i in range(3):
-        old[i] = (old[i] + speed[2, i]) / 2
-    state.path[0], state.path[1], state.path[2] = integrate_twist(state.path, old, h)
-    for i in range(6):
-        pose[0, i] = goal[i]
+    mean = (before + speed[2]) / 2
+    state.path[0], state.path[1], state.path[2] = integrate_twist(state.path, mean, h)
+    pose[0] = goal
     follow(pose, POSE_BANDWIDTH, h)
     n, ground = reference.ground_normal, state.ground_filter
     ground[0, 0], ground[0, 1], ground[0, 2] = reference.ground_height, -n[0] / n[2], -n[1] / n[2]
     follow(ground, POSE_BANDWIDTH, h)
     for leg in range(state.leg_count):
-        approach(state.foot_offset[leg], reference.foot_offset[leg], 0, 1.0, OFFSET_SPEED * h)
+        approach(state.foot_offset[leg], reference.foot_offset[leg], 1.0, OFFSET_SPEED * h)
 
 
 @internal
 def advance_sway(state: State, model: Model, reference: Reference, h: float) -> None:
     """Let the body sway with the gait's clock, and lean where that is commanded."""
-    clock, sway, aside = state.clock, state.sway_filter, np.empty((3, 2))
+    clock, sway = state.clock, state.sway_filter
     # What the filter's three lags delay and weaken is made up for, at the gait's own rate.
     x = 2 * math.pi / (reference.period * SWAY_BANDWIDTH)
     lead, gain = 3 * math.atan(x) / (2 * math.pi), (1 + x * x) ** 1.5
-    sway_wave(model, reference, clock.phase + lead, aside)
-    for i in range(2):
-        sway[0, i] = clock.sway_share * gain * aside[0, i] + clock.lean[i]
+    wave = sway_wave(model, reference, clock.phase + lead)[0]
+    sway[0] = clock.sway_share * gain * wave + clock.lean
     follow(sway, SWAY_BANDWIDTH, h)
 
 
 @internal
 def solve_leg_ik(state: State, model: Model, h: float) -> bool:
     """Write joint angles, speeds and accelerations for body and feet; return whether all reach."""
-    R = state.R_odom_body
-    p, v, a = np.empty(3), np.empty(3), np.empty(3)
-    rp, rv, ra, hip = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    w, wd = state.angular_velocity, state.angular_acceleration
-    for i in range(3):
-        state.com[i] = model.body_moment[i]
+    R, w, wd = state.R_odom_body, state.angular_velocity, state.angular_acceleration
+    moment = model.body_moment.copy()
     for leg in range(state.leg_count):
+        q = state.q[leg]
         if state.leg_phase[leg] == LegPhase.HELD:
             hold_leg(state, model, leg, h)
-            moment_of(model, leg, state.q[leg], state.com)
+            moment += leg_moment(model, leg, q)
             continue
-        for i in range(3):
-            p[i] = state.foot[leg, i] + state.foot_offset[leg, i] - state.body_position[i]
-            v[i] = state.foot_velocity[leg, i] - state.body_velocity[i]
-            a[i] = state.foot_acceleration[leg, i] - state.body_acceleration[i]
-        # In the turning body: v' = v - w x p, a' = a - w' x p - 2 w x v' - w x (w x p).
-        for i in range(3):
-            j, k = (i + 1) % 3, (i + 2) % 3
-            rv[i] = w[j] * p[k] - w[k] * p[j]
-        for i in range(3):
-            j, k = (i + 1) % 3, (i + 2) % 3
-            ra[i] = (
-                a[i]
-                - (wd[j] * p[k] - wd[k] * p[j])
-                - (w[j] * rv[k] - w[k] * rv[j])
-                - 2 * (w[j] * (v[k] - rv[k]) - w[k] * (v[j] - rv[j]))
-            )
-        for i in range(3):
-            rv[i] = v[i] - rv[i]
-        R_hip = model.R_body_hip[leg]
-        to_hip(R, p, rp)
-        for i in range(3):
-            rp[i] -= model.p_body_hip[leg, i]
-        to_hip(R_hip, rp, hip)
+        foot = state.foot[leg] + state.foot_offset[leg]
+        x, y, z = to_hip_frame(model, leg, R, state.body_position, foot[0], foot[1], foot[2])
+        # In the turning body: v' = v - w x p, a' = a - w' x p - w x (w x p) - 2 w x v'.
+        p = foot - state.body_position
+        v = state.foot_velocity[leg] - state.body_velocity - cross(w, p)
+        a = state.foot_acceleration[leg] - state.body_acceleration
+        a = a - cross(wd, p) - cross(w, cross(w, p)) - 2 * cross(w, v)
         # A probing foot may come from a swing that was softened at the joint limits.
         swings = state.leg_phase[leg] in (LegPhase.SWING, LegPhase.PROBING)
-        room = joint_limit_margin(model, leg, hip, state.q[leg])
-        bent = state.q[leg, 2] < STRAIGHT
-        if room < HARD and (room == -math.inf or not (swings and bent)):
+        q[0], q[1], q[2], margin = joints_at(model, leg, x, y, z)
+        if margin < HARD and (margin == -math.inf or not (swings and q[2] < STRAIGHT)):
             return False
-        to_hip(R, rv, rp)
-        to_hip(R_hip, rp, v)
-        to_hip(R, ra, rp)
-        to_hip(R_hip, rp, a)
+        v_hip = rotate_back(model.R_body_hip[leg], rotate_back(R, v))
+        a_hip = rotate_back(model.R_body_hip[leg], rotate_back(R, a))
         lengths, qd, qdd = model.lengths[leg], state.qd[leg], state.qdd[leg]
-        joint_motion(lengths, lengths[3], state.q[leg], v, a, qd, qdd)
+        joint_motion(lengths, lengths[3], q, v_hip, a_hip, qd, qdd)
         if swings and not soften_joint_limits(state, model, leg):
             return False
-        moment_of(model, leg, state.q[leg], state.com)
-    for i in range(3):
-        state.com[i] /= model.mass
+        moment += leg_moment(model, leg, q)
+    state.com[:] = moment / model.mass
     return True
 
 
 @internal
 def measure_support(state: State) -> float:
     """Return the present support margin of the whole robot [m]."""
-    R, com, trunk = state.R_odom_body, state.com, state.body_position
-    standing = np.zeros(state.leg_count, dtype=np.int64)
-    for leg in range(state.leg_count):
-        standing[leg] = 1 if state.leg_phase[leg] == LegPhase.STANCE else 0
-    x = trunk[0] + R[0, 0] * com[0] + R[0, 1] * com[1] + R[0, 2] * com[2]
-    y = trunk[1] + R[1, 0] * com[0] + R[1, 1] * com[1] + R[1, 2] * com[2]
-    return support_margin(state.foot, standing, x, y)
+    x, y = com_in_odom(state)
+    return line_margin(
+        state.foot, state.leg_phase[: state.leg_count] == LegPhase.STANCE.value, x, y
+    )
 
 
 @internal
@@ -231,23 +192,14 @@ def change_gait(
     if not reference.gait_pending:
         return
     phase, share = best_phase(state, model, next_reference)
-    speed, commanded = 0.0, 0.0
-    for i in range(3):
-        scale = model.radius if i == 2 else 1.0
-        speed += (scale * state.velocity_filter[2, i]) ** 2
-        commanded += (scale * next_reference.velocity[i]) ** 2
-    ready = state.clock.gait_running == 0 or share >= 1.0 - 1e-9 or speed < 1e-8
-    if not ready and not share > 0:
-        return
-    if ready or math.sqrt(speed) <= share * math.sqrt(commanded):
-        reference.duty_factor, reference.period, reference.sway = (
-            next_reference.duty_factor,
-            next_reference.period,
-            next_reference.sway,
-        )
+    speed = speed_of(state.velocity_filter[2], model.radius)
+    commanded = speed_of(next_reference.velocity, model.radius)
+    ready = state.clock.gait_running == 0 or share >= 1.0 - 1e-9 or speed < 1e-4
+    if ready or (share > 0 and speed <= share * commanded):
+        reference.duty_factor, reference.period = next_reference.duty_factor, next_reference.period
+        reference.sway, reference.gait_pending = next_reference.sway, 0
         reference.lift_phase[:] = next_reference.lift_phase
         reference.used[:] = next_reference.used
-        reference.gait_pending = 0
         if share >= 0:
             state.clock.phase = phase
 
@@ -278,45 +230,28 @@ def advance(state: State, model: Model, reference: Reference, h: float, held: bo
 
 
 @internal
-def scale_stages(stages: np.ndarray, share: float) -> None:
-    """Scale the differences of a filter's stages to its last one."""
-    last = len(stages) - 1
-    for i in range(stages.shape[1]):
-        for k in range(last):
-            stages[k, i] = stages[last, i] + share * (stages[k, i] - stages[last, i])
-
-
-@internal
 def brake(state: State, share: float) -> None:
     """Scale the speed of the trunk's motion at once."""
-    for i in range(3):
-        for k in range(3):
-            state.velocity_filter[k, i] *= share
-    scale_stages(state.pose_filter, share)
-    scale_stages(state.sway_filter, share)
+    state.velocity_filter *= share
+    pose, sway = state.pose_filter, state.sway_filter
+    for k in range(3):
+        pose[k] = pose[3] + share * (pose[k] - pose[3])
+        sway[k] = sway[3] + share * (sway[k] - sway[3])
 
 
 @internal
 def update_region(state: State, model: Model, leg: int) -> None:
     """Compute a foothold region anew if body, ground or foot have changed by `STALE`."""
-    g, posed, slope = state.ground_filter[3], state.region_pose[leg], np.empty(3)
-    c, s = math.cos(state.path[2]), math.sin(state.path[2])
-    slope[0], slope[1] = c * g[1] + s * g[2], c * g[2] - s * g[1]
-    foot = state.touchdown[leg]
-    slope[2] = foot[2] - g[0] - g[1] * foot[0] - g[2] * foot[1]
+    g, foot, now = state.ground_filter[3], state.touchdown[leg], np.empty(9)
+    now[:6] = state.pose_filter[3]
+    now[6], now[7] = turned(-state.path[2], g[1], g[2])
+    now[8] = foot[2] - g[0] - g[1] * foot[0] - g[2] * foot[1]
     # Angles count by the distance that they move a foot.
-    away = abs(slope[2] - posed[8])
-    for i in range(3):
-        away = max(away, abs(state.pose_filter[3, i] - posed[i]))
-        away = max(away, model.radius * abs(state.pose_filter[3, 3 + i] - posed[3 + i]))
-    for i in range(2):
-        away = max(away, model.radius * abs(slope[i] - posed[6 + i]))
-    if away < STALE and state.region[leg, 0, 0] != 0.0:
-        return
-    for i in range(6):
-        posed[i] = state.pose_filter[3, i]
-    posed[6], posed[7], posed[8] = slope[0], slope[1], slope[2]
-    bound_region(model, leg, state.pose_filter[3], slope, state.region[leg])
+    change = np.abs(now - state.region_pose[leg])
+    change[3:8] *= model.radius
+    if change.max() >= STALE or state.region[leg, 0, 0] == 0.0:
+        state.region_pose[leg] = now
+        bound_region(model, leg, now[:6], now[6:], state.region[leg])
 
 
 @internal
@@ -365,20 +300,16 @@ def advance_engine(
     reference, next_reference = references[0], references[1]
     clock = state.clock
     change_gait(state, model, reference, next_reference)
-    state.clock.region_leg = (state.clock.region_leg + 1) % state.leg_count
-    update_region(state, model, state.clock.region_leg)
+    clock.region_leg = (clock.region_leg + 1) % state.leg_count
+    update_region(state, model, clock.region_leg)
     slow, outcome, failed = min(1.0, clock.time_scale + RECOVERY * dt), 0, 0
     most = model.joint_speed * dt
     for _ in range(12):
         states[1] = states[0]
         held = failed >= 3
         good = advance(trial, model, reference, slow * dt, held)
-        topples = (
-            trial.clock.support_margin < LEAST * SUPPORT_MARGIN
-            and trial.clock.support_margin < clock.support_margin
-        )
-        if good and topples and not held:
-            good = False
+        if good and not held:
+            good = trial.clock.support_margin >= min(LEAST * SUPPORT_MARGIN, clock.support_margin)
         if not good:
             if held:
                 break
@@ -386,10 +317,7 @@ def advance_engine(
             brake(state, 0.5 if failed < 3 else 0.0)
             outcome = 2
             continue
-        ratio = 0.0
-        for leg in range(state.leg_count):
-            for k in range(3):
-                ratio = max(ratio, abs(trial.q[leg, k] - state.q[leg, k]) / most)
+        ratio = np.abs(trial.q - state.q).max() / most
         if ratio <= 1.0:
             trial.clock.time = clock.time + dt
             trial.clock.time_scale = slow
@@ -399,66 +327,58 @@ def advance_engine(
         outcome = max(outcome, 1)
         if slow < STUCK:
             break
-    # No trial was feasible: stay. Feet in the air continue from rest, straight.
+    stay(state, model, reference)
+    clock.time += dt
+    clock.time_scale = slow
+    return 3
+
+
+@internal
+def stay(state: State, model: Model, reference: Reference) -> None:
+    """Stop everything at once. Feet in the air continue from rest, straight."""
     brake(state, 0.0)
-    arm = np.empty(3)
+    state.qd[:] = 0.0
+    state.qdd[:] = 0.0
     for leg in range(state.leg_count):
-        if state.leg_phase[leg] != LegPhase.STANCE and state.leg_phase[leg] != LegPhase.HELD:
+        phase, touches = state.leg_phase[leg], reference.contact[leg] == Contact.GROUND
+        if phase not in (LegPhase.STANCE, LegPhase.HELD):
             # The joints' position is within reach; that of the swing curve may not be.
-            foot_at_joints(state, model, leg, arm)
-        swings = state.leg_phase[leg] == LegPhase.SWING
+            foot_at_joints(state, model, leg)
+        swings = phase == LegPhase.SWING
         # A foot that draws back goes straight before it is stopped.
-        stopped = (
-            swings
-            and state.swing_height[leg] == 0.0
-            and state.manoeuvre[leg] != Manoeuvre.DRAW_BACK
-        )
-        if state.leg_phase[leg] in (LegPhase.STANCE, LegPhase.PROBING, LegPhase.SETTLING) or (
-            stopped and reference.contact[leg] == 1
-        ):
+        straight = state.swing_height[leg] == 0.0
+        stopped = swings and straight and state.manoeuvre[leg] != Manoeuvre.DRAW_BACK
+        if phase != LegPhase.HELD and (not swings or (stopped and touches)):
             # It reaches neither farther down nor straight on: it stands.
             stand(state, leg)
-            end_search(state, leg, reference.contact[leg] == 1)
+            end_search(state, leg, touches)
         elif stopped:
             # It probes for ground here.
             land_here(state, model, reference, leg)
         elif swings:
             state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
             stop_manoeuvre(state, leg)
-            for i in range(3):
-                state.line_position[leg, i] = state.foot[leg, i]
-                state.line_velocity[leg, i] = state.line_acceleration[leg, i] = 0.0
-                state.foot_velocity[leg, i] = state.foot_acceleration[leg, i] = 0.0
-    clock.time += dt
-    clock.time_scale = slow
-    state.qd[:] = 0.0
-    state.qdd[:] = 0.0
-    return 3
+            halt_foot(state, leg)
 
 
 @compiled
-def update(memories: np.ndarray, dt: float, results: np.ndarray) -> None:
-    """Advance engines by an update period: estimate the ground, walk, compute feed-forward.
+def update(memories: np.ndarray, dt: float) -> tuple[int, int]:
+    """Advance the engine by an update period: estimate the ground, walk, compute feed-forward.
 
     Args:
-        memories: Records of `Memory`, changed, shape (N,).
+        memories: Record of `Memory`, changed, shape (1,).
         dt: Update period [s].
-        results: Written: result of `advance_engine`, and `EstimatorEvent` bits, shape (N, 2).
+
+    Returns:
+        Result of `advance_engine`, and `EstimatorEvent` bits.
     """
-    for i in range(len(memories)):
-        memory = memories[i]
-        state, reference = memory.states[0], memory.references[0]
-        results[i, 1] = 0
-        if memory.estimates_ground != 0:
-            results[i, 1] = estimate_ground(
-                state,
-                reference,
-                memory.estimator,
-                memory.estimator_parameters,
-                memory.measurements,
-            )
-        results[i, 0] = advance_engine(memory.states, memory.references, memory.model, dt)
-        if memory.computes_torque != 0:
-            compute_feed_forward(
-                state, reference, memory.feed_forward, memory.feed_forward_parameters
-            )
+    memory, events = memories[0], 0
+    state, reference = memory.states[0], memory.references[0]
+    if memory.estimates_ground != 0:
+        events = estimate_ground(
+            state, reference, memory.estimator, memory.estimator_parameters, memory.measurements
+        )
+    result = advance_engine(memory.states, memory.references, memory.model, dt)
+    if memory.computes_torque != 0:
+        compute_feed_forward(state, reference, memory.feed_forward, memory.feed_forward_parameters)
+    return result, events

@@ -1,4 +1,4 @@
-"""Limits of the velocity: of a gait's steady walk, and of the walk from its present state."""
+"""Limits of velocity and pose: of a gait's steady walk, and of the walk from its present state."""
 
 from __future__ import annotations
 
@@ -7,17 +7,9 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.body_kernels import moment_of, rotation, support_margin, to_hip
-from phasmid.control.body_motion import (
-    com_in_odom,
-    in_odom,
-    in_path,
-    integrate_twist,
-    is_zero,
-    point_velocity,
-    sway_wave,
-)
+from phasmid.control.body_motion import com_in_odom, leg_moment, standing_feet, sway_wave
 from phasmid.control.constraints import (
+    CLEARANCE,
     NOTHING,
     REACH,
     SPEED,
@@ -25,12 +17,23 @@ from phasmid.control.constraints import (
     Constraint,
     largest_share,
 )
-from phasmid.control.foothold_region import region_share
-from phasmid.control.reach import PLANNED, joint_limit_margin, to_hip_frame
+from phasmid.control.reach import PLANNED, joints_at, region_share, to_hip_frame
 from phasmid.control.swing import blend, lift
-from phasmid.control.types import DIRECTIONS, SUPPORT_MARGIN, LegPhase, Model, Reference, State
-from phasmid.gait.support_kernels import edge_depth
+from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, State
+from phasmid.control.vectors import (
+    in_odom,
+    in_path,
+    integrate_twist,
+    is_zero,
+    point_velocity,
+    rotate,
+    rotate_back,
+    rotation,
+    turned,
+)
+from phasmid.gait.support_kernels import line_margin, support_edges
 from phasmid.kinematics.leg_kernels import joint_motion
+from phasmid.robot import Robot
 
 PLANNED_SPEED_SHARE, PLANNED_MARGIN = 0.9, 0.004
 """Share of the largest joint speed for a steady walk, and its additional support margin [m]; the
@@ -48,8 +51,12 @@ ORIGIN = 0.0, 0.0, 0.0
 SAMPLES = 32
 """Samples of a cycle of a steady walk."""
 
-CLOSE = 1e-3
-"""Relative error of largest velocities; that of the scale of a command is four times it."""
+CLOSE, CLOSE_POSE = 1e-3, 2**-10
+"""Relative error of largest velocities, a quarter of that of the scale of a command; error of the
+scale of a pose."""
+
+LEAST_CLEARANCE = 0.02
+"""Least clearance of the trunk over the ground; compliant joints take part of it [m]."""
 
 
 @internal
@@ -65,6 +72,12 @@ def lift_lag(reference: Reference) -> float:
 
 
 @internal
+def time_to_lift(reference: Reference, leg: int, phase: float) -> float:
+    """Return the time until a leg lifts, where the gait's clock is at a phase [s]."""
+    return float((1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period)
+
+
+@internal
 def region_speed_share(
     state: State, model: Model, reference: Reference, velocity: np.ndarray, phase: float
 ) -> float:
@@ -75,26 +88,17 @@ def region_speed_share(
     share = 1.0
     if is_zero(velocity):
         return share
-    sway, lag = np.empty((3, 2)), lift_lag(reference)
     for leg in range(state.leg_count):
         if state.leg_phase[leg] != LegPhase.STANCE or not reference.used[leg]:
             continue
-        time = (1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period
-        x, y = in_path(state.path, state.foot[leg, 0], state.foot[leg, 1])
-        there = integrate_twist(ORIGIN, velocity, max(time, SHORTEST) + lag)
-        ex, ey = in_path(there, x, y)
-        dx, dy = ex - x, ey - y
-        x, y = x - model.neutral[leg, 0], y - model.neutral[leg, 1]
-        if reference.sway * state.clock.sway_share > 0.0:
-            sway_wave(model, reference, reference.lift_phase[leg], sway)
-            x -= state.clock.sway_share * sway[0, 0]
-            y -= state.clock.sway_share * sway[0, 1]
-        region = state.region[leg]
-        for k in range(DIRECTIONS):
-            along = region[k, 0] * dx + region[k, 1] * dy
-            if along > 1e-12:
-                left = region[k, 2] + SLACK - region[k, 0] * x - region[k, 1] * y
-                share = min(share, max(left, 0.0) / along)
+        time = time_to_lift(reference, leg, phase)
+        fx, fy = in_path(state.path, state.foot[leg, 0], state.foot[leg, 1])
+        there = integrate_twist(ORIGIN, velocity, max(time, SHORTEST) + lift_lag(reference))
+        ex, ey = in_path(there, fx, fy)
+        x, y = fx - model.neutral[leg, 0], fy - model.neutral[leg, 1]
+        sway = state.clock.sway_share * sway_wave(model, reference, reference.lift_phase[leg])[0]
+        inside = region_share(state.region[leg], x - sway[0], y - sway[1], ex - fx, ey - fy, SLACK)
+        share = min(share, inside)
     return share
 
 
@@ -112,21 +116,16 @@ def support_speed_share(state: State, used: np.ndarray, velocity: np.ndarray) ->
         return 1.0
     rx, ry = com_in_odom(state)
     wx, wy = point_velocity(state.path, velocity, rx, ry)
-    share, feet, stance = 1.0, state.foot, np.zeros(legs, dtype=np.int64)
-    for leg in range(legs):
-        stance[leg] = state.leg_phase[leg] == LegPhase.STANCE and used[leg]
-    for i in range(legs):
-        for j in range(legs):
-            if i == j or not stance[i] or not stance[j]:
-                continue
-            dx, dy = feet[j, 0] - feet[i, 0], feet[j, 1] - feet[i, 1]
-            # Only edges that come nearer; `closing` and `depth` are multiplied by their length.
-            closing = (dy * wx - dx * wy) * left
-            length = math.sqrt(dx * dx + dy * dy)
-            if closing > 1e-12 * length and edge_depth(feet, stance, i, j) >= 0.0:
-                depth = dx * (ry - feet[i, 1]) - dy * (rx - feet[i, 0])
-                depth += length * PLANNED_MARGIN / 2
-                share = min(share, max(depth, 0.0) / closing)
+    edges = np.empty((legs * legs, 5))
+    count = support_edges(state.foot, standing_feet(state, used), edges)
+    share = 1.0
+    for k in range(count):
+        x, y, dx, dy = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]
+        # Only edges that come nearer.
+        closing = (dy * wx - dx * wy) * left
+        if closing > 1e-12:
+            depth = dx * (ry - y) - dy * (rx - x) + PLANNED_MARGIN / 2
+            share = min(share, max(depth, 0.0) / closing)
     return share
 
 
@@ -137,13 +136,12 @@ def stays_in_region(
     """Return whether a steady walk keeps a foot in its region, from touchdown to lift-off."""
     duty, period = reference.duty_factor, reference.period
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
-    sway = np.empty((3, 2))
     for lands in (True, False):
         time = -duty * period / 2 if lands else duty * period / 2 + lift_lag(reference)
         x, y = in_path(integrate_twist(ORIGIN, velocity, time), nx, ny)
         phase = reference.lift_phase[leg] + (1 - duty if lands else 0.0)
-        sway_wave(model, reference, phase, sway)
-        if region_share(region, x - nx - sway[0, 0], y - ny - sway[0, 1]) < 1.0:
+        sway = sway_wave(model, reference, phase)[0]
+        if region_share(region, 0.0, 0.0, x - nx - sway[0], y - ny - sway[1], 0.0) < 1.0:
             return False
     return True
 
@@ -178,9 +176,9 @@ def set_steady_foot(
         x, y, vx, vy = nx + share * dx, ny + share * dy, rate * dx, rate * dy
         foot[2], foot_velocity[2], _ = lift(part, air, reference.step_height)
     foot[0], foot[1] = in_path(there, x, y)
-    c, s = math.cos(there[2]), math.sin(there[2])
-    foot_velocity[0] = c * vx + s * vy - velocity[0] + velocity[2] * foot[1]
-    foot_velocity[1] = c * vy - s * vx - velocity[1] - velocity[2] * foot[0]
+    vx, vy = turned(-there[2], vx, vy)
+    foot_velocity[0] = vx - velocity[0] + velocity[2] * foot[1]
+    foot_velocity[1] = vy - velocity[1] - velocity[2] * foot[0]
     return bool(stance)
 
 
@@ -207,43 +205,37 @@ def steady_walk_constraint(
             model, reference, regions[leg], leg, velocity
         ):
             return Constraint(REACH, leg, -1, 0.0)
-    R, body, moment, sway = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty((3, 2))
-    rotation(pose[3], pose[4], pose[5], R)
-    feet, stance = np.zeros((legs, 3)), np.zeros(legs, dtype=np.int64)
-    p, v, v_body, a = np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
-    q, qd, qdd = np.empty(3), np.empty(3), np.empty(3)
+    R, body = rotation(pose[3], pose[4], pose[5]), np.empty(3)
+    feet, stance = np.zeros((legs, 3)), np.zeros(legs, dtype=np.bool_)
+    q, qd, qdd, v, zero = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
     for n in range(SAMPLES):
         phase, quickest, fast_leg, fast_joint = n / SAMPLES, 0.0, -1, -1
-        sway_wave(model, reference, phase, sway)
-        body[0], body[1] = pose[0] + sway[0, 0], pose[1] + sway[0, 1]
+        sway = sway_wave(model, reference, phase)
+        body[:2] = pose[:2] + sway[0]
         body[2] = model.height + pose[2]
-        for i in range(3):
-            moment[i] = model.body_moment[i]
+        moment = model.body_moment.copy()
         for leg in range(legs):
             if not reference.used[leg]:
-                moment_of(model, leg, model.folded[leg], moment)
+                moment += leg_moment(model, leg, model.folded[leg])
                 continue
             own = (phase - reference.lift_phase[leg]) % 1.0
             foot = feet[leg]
             stance[leg] = set_steady_foot(model, reference, leg, velocity, own, foot, v)
-            p[0], p[1], p[2] = to_hip_frame(model, leg, R, body, foot[0], foot[1], foot[2])
-            if not joint_limit_margin(model, leg, p, q) >= PLANNED:
+            x, y, z = to_hip_frame(model, leg, R, body, foot[0], foot[1], foot[2])
+            q[0], q[1], q[2], margin = joints_at(model, leg, x, y, z)
+            if not margin >= PLANNED:
                 return Constraint(REACH, leg, -1, 0.0)
-            v[0], v[1] = v[0] - sway[1, 0] / period, v[1] - sway[1, 1] / period
-            to_hip(R, v, v_body)
-            to_hip(model.R_body_hip[leg], v_body, v)
-            joint_motion(model.lengths[leg], model.lengths[leg, 3], q, v, a, qd, qdd)
+            v[:2] -= sway[1] / period
+            v_hip = rotate_back(model.R_body_hip[leg], rotate_back(R, v))
+            joint_motion(model.lengths[leg], model.lengths[leg, 3], q, v_hip, zero, qd, qdd)
             for k in range(3):
                 if abs(qd[k]) > quickest:
                     quickest, fast_leg, fast_joint = abs(qd[k]), leg, k
-            moment_of(model, leg, q, moment)
+            moment += leg_moment(model, leg, q)
         if quickest > model.joint_speed * PLANNED_SPEED_SHARE:
             return Constraint(SPEED, fast_leg, fast_joint, 0.0)
-        for i in range(3):
-            moment[i] /= model.mass
-        x = body[0] + R[0, 0] * moment[0] + R[0, 1] * moment[1] + R[0, 2] * moment[2]
-        y = body[1] + R[1, 0] * moment[0] + R[1, 1] * moment[1] + R[1, 2] * moment[2]
-        margin = support_margin(feet, stance, x, y)
+        com = body + rotate(R, moment / model.mass)
+        margin = line_margin(feet, stance, com[0], com[1])
         if margin < SUPPORT_MARGIN + PLANNED_MARGIN:
             return Constraint(SUPPORT, -1, -1, margin)
     return Constraint(NOTHING, -1, -1, 0.0)
@@ -268,22 +260,40 @@ def feasible_velocity_scale(
     )
 
 
+def trunk_clearance(robot: Robot, height: float, pose: np.ndarray) -> float:
+    """Return the height of the trunk's lowest corner over the plane of the feet [m].
+
+    Args:
+        robot: Its trunk is a box.
+        height: Height of the body's origin over the feet in its neutral pose [m].
+        pose: Pose relative to the path and the neutral height [m, rad], shape (6,).
+    """
+    roll, pitch = pose[3], pose[4]
+    # Extents of the box along the vertical.
+    down = abs(
+        np.array((-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)))
+    )
+    return float(height + pose[2] - down @ robot.body.size / 2)
+
+
 def feasible_pose_scale(
-    model: np.void,
-    reference: np.void,
-    base: np.ndarray,
-    pose: np.ndarray,
+    robot: Robot, model: np.void, reference: np.void, base: np.ndarray, pose: np.ndarray
 ) -> tuple[float, Constraint]:
     """Return the largest share of a pose at which a robot can step on the spot.
 
-    The pose adds to a base that is not scaled. A duty factor of 1 in the reference is standing.
+    The pose adds to a base that is not scaled; where the base has less than `LEAST_CLEARANCE`, the
+    pose must not reduce it. A duty factor of 1 in the reference is standing.
     """
     # On the spot the feet stay at their neutral places, which need no region.
     regions = np.zeros((int(model["leg_count"]), 1, 3))
     regions[:, :, 2] = 1.0
-    return largest_share(
-        lambda share: steady_walk_constraint(
-            model, regions, reference, base + share * pose, np.zeros(3)
-        ),
-        absolute=2**-10,
-    )
+    height = float(model["height"])
+    least = min(LEAST_CLEARANCE, trunk_clearance(robot, height, base))
+
+    def constraint_at(share: float) -> Constraint:
+        scaled = base + share * pose
+        if trunk_clearance(robot, height, scaled) < least:
+            return Constraint(CLEARANCE, -1, -1, 0.0)
+        return steady_walk_constraint(model, regions, reference, scaled, np.zeros(3))
+
+    return largest_share(constraint_at, absolute=CLOSE_POSE)

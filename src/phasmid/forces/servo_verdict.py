@@ -295,7 +295,7 @@ def _instants(
     """
     neutral = neutral_feet(robot)
     way = np.array([min(STEP, longest_stride(robot)), 0.0, 0.0])
-    cycle = timing(np.asarray(gait.offsets, dtype=float), gait.duty_factor, PHASES)
+    cycle = timing(gait, PHASES)
     swayed = sway(gait, neutral, 1.0, cycle.phase).way[:, None]
     share = np.where(cycle.stance, cycle.share, 0.0)
     feet = np.repeat(neutral[None], len(share) + 1, axis=0)

@@ -13,7 +13,6 @@ from phasmid.gait.library import (
     wave_gait,
 )
 from phasmid.gait.limp import Limp, without_legs
-from phasmid.gait.pace import choose_gait, choose_period
 from phasmid.gait.search import SearchedGait, best_order
 from phasmid.gait.support import shortfall, support_margin
 
@@ -27,8 +26,6 @@ __all__ = [
     "alternating_gait",
     "best_order",
     "check_gait_name",
-    "choose_gait",
-    "choose_period",
     "gait_diagram",
     "gaits_of",
     "is_gait_file",

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.gait.gait import Gait, events, leg_phase
+from phasmid.gait.gait import Gait
 from phasmid.gait.support import support_margin
 
 COMFORTABLE_STEP = (0.04, 0.0, 0.0)
@@ -31,25 +31,27 @@ class Timing(NamedTuple):
     share: Float[np.ndarray, "samples legs"]
 
 
-def timing(lifts: Float[np.ndarray, " legs"], duty_factor: float, count: int) -> Timing:
-    """Return stance and its progress over one cycle.
+def sample_count(gait: Gait, step: Float[np.ndarray, "3"]) -> int:
+    """Return the number of samples between two events that contain the least margin.
 
-    Args:
-        lifts: Phases at which legs lift, shape (L,).
-        duty_factor: Fraction of the cycle for which each foot stands.
-        count: Samples between two events.
+    Where the body neither turns nor sways, the centre of mass moves straight over the feet. The
+    margin is a concave function of its position, so that both ends are enough.
     """
-    swing = 1 - duty_factor
-    begin = events(lifts, swing)
+    return BENT_SAMPLES if gait.sway or step[2] else 2
+
+
+def timing(gait: Gait, count: int) -> Timing:
+    """Return stance and its progress over one cycle, in samples between any two events."""
+    begin = gait.events
     end = np.append(begin[1:], 1.0 + begin[0])
     middle = (begin + end) / 2
     offset = (end - begin)[:, None] * np.linspace(-0.5, 0.5, count)
-    own = leg_phase(middle, lifts)
-    share = (own[:, None, :] + offset[:, :, None] - swing) / duty_factor - 0.5
+    own, swing = gait.leg_phase(middle), 1 - gait.duty_factor
+    share = (own[:, None, :] + offset[:, :, None] - swing) / gait.duty_factor - 0.5
     return Timing(
         (middle[:, None] + offset).reshape(-1),
         np.repeat(own > swing, count, axis=0),
-        share.reshape(-1, len(lifts)),
+        share.reshape(-1, own.shape[1]),
     )
 
 
@@ -119,13 +121,30 @@ def sway(
     return Sway(c, -rate * s, -(rate**2) * c)
 
 
-def sample_count(step: Float[np.ndarray, "3"], share: float) -> int:
-    """Return the number of samples between two events that contain the least margin.
+class Cycle(NamedTuple):
+    """Samples of one cycle in the body frame.
 
-    Where the body neither turns nor sways, the centre of mass moves straight over the feet. The
-    margin is a concave function of its position, so that both ends are enough.
+    Attributes:
+        feet: Feet [m], shape (N, L, 2).
+        stance: Feet that stand, shape (N, L).
+        com: Centre of mass [m], shape (N, 2).
     """
-    return BENT_SAMPLES if share or step[2] else 2
+
+    feet: Float[np.ndarray, "samples legs 2"]
+    stance: Bool[np.ndarray, "samples legs"]
+    com: Float[np.ndarray, "samples 2"]
+
+
+def one_cycle(
+    gait: Gait,
+    neutral: Float[np.ndarray, "legs 2"],
+    centre_of_mass: Float[np.ndarray, "2"],
+    step: Float[np.ndarray, "3"],
+) -> Cycle:
+    """Return one cycle of a walk at a constant velocity; arguments are those of `least_margin`."""
+    samples = timing(gait, sample_count(gait, step))
+    com = centre_of_mass + sway(gait, neutral, 1.0, samples.phase).way
+    return Cycle(foot_way(neutral, step, samples.share), samples.stance, com)
 
 
 def least_margin(
@@ -142,9 +161,5 @@ def least_margin(
         centre_of_mass: In the body frame, x and y [m], shape (2,).
         step: Motion of the body while a foot stands: forward, left [m], yaw [rad].
     """
-    way = np.asarray(step, dtype=float)
-    feet = np.asarray(neutral, dtype=float)[:, :2]
-    lifts = np.asarray(gait.offsets, dtype=float)
-    cycle = timing(lifts, gait.duty_factor, sample_count(way, gait.sway))
-    com = np.asarray(centre_of_mass, dtype=float)[:2] + sway(gait, feet, 1.0, cycle.phase).way
-    return float(support_margin(foot_way(feet, way, cycle.share), cycle.stance, com).min())
+    feet, com = np.asarray(neutral, dtype=float)[:, :2], np.asarray(centre_of_mass, dtype=float)[:2]
+    return float(support_margin(*one_cycle(gait, feet, com, np.asarray(step, dtype=float))).min())

@@ -94,7 +94,11 @@ class Gait:
     @property
     def events(self) -> Float[np.ndarray, " events"]:
         """Phases at which a foot lifts or lands, sorted, from 0, shape (E,)."""
-        return events(np.asarray(self.offsets, dtype=float), self.swing_fraction)
+        lifts = np.asarray(self.offsets, dtype=float)
+        phases = np.concatenate([[0.0], lifts, lifts + self.swing_fraction]) % 1.0
+        phases[phases > 1 - PHASE_TOLERANCE] = 0.0
+        phases.sort()
+        return phases[np.concatenate([[True], np.diff(phases) > PHASE_TOLERANCE])]
 
     def leg_phase(self, phase: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch legs"]:
         """Return each leg's phase: 0 at lift-off, 1 - duty factor at touchdown.
@@ -105,40 +109,13 @@ class Gait:
         Returns:
             Phase in [0, 1), shape (..., L).
         """
-        return leg_phase(np.asarray(phase, dtype=float), np.asarray(self.offsets))
+        own = (np.asarray(phase, dtype=float)[..., None] - self.offsets) % 1.0
+        own[own > 1 - PHASE_TOLERANCE] = 0.0
+        return own
 
     def stance(self, phase: Float[np.ndarray, "*batch"]) -> Bool[np.ndarray, "*batch legs"]:
         """Return the standing legs at a phase of the cycle, shape (..., L)."""
         return self.leg_phase(phase) >= self.swing_fraction - PHASE_TOLERANCE
-
-
-def events(
-    lifts: Float[np.ndarray, " legs"], swing_fraction: float
-) -> Float[np.ndarray, " events"]:
-    """Return the phases of lift-off and touchdown, sorted, from 0, shape (E,).
-
-    Args:
-        lifts: Phases at which legs lift, shape (L,).
-        swing_fraction: Fraction of the cycle for which each foot is in the air.
-    """
-    phases = np.concatenate([[0.0], lifts, lifts + swing_fraction]) % 1.0
-    phases[phases > 1 - PHASE_TOLERANCE] = 0.0
-    phases.sort()
-    return phases[np.concatenate([[True], np.diff(phases) > PHASE_TOLERANCE])]
-
-
-def leg_phase(
-    phase: Float[np.ndarray, "*batch"], lifts: Float[np.ndarray, " legs"]
-) -> Float[np.ndarray, "*batch legs"]:
-    """Return each leg's phase in [0, 1), 0 at lift-off, shape (..., L).
-
-    Args:
-        phase: Phase of the cycle; whole numbers are full cycles.
-        lifts: Phases at which legs lift, shape (L,).
-    """
-    own = (phase[..., None] - lifts) % 1.0
-    own[own > 1 - PHASE_TOLERANCE] = 0.0
-    return own
 
 
 def gait_diagram(gait: Gait, columns: int = COLUMNS) -> tuple[str, ...]:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
-from phasmid.errors import InvalidGait, nearest
-from phasmid.gait.file import gait_from_file, is_gait_file
+from phasmid.errors import InvalidGait, located, nearest
+from phasmid.gait.file import is_gait_file, offsets_in_order, read_gait
 from phasmid.gait.gait import FEWEST_FEET, Gait
 from phasmid.robot.table import MOST_LEGS
 
@@ -77,52 +78,41 @@ def alternating_gait(leg_count: int, name: str = "alternating") -> Gait:
     return Gait(name, 1 / 2, tuple(leg % 2 / 2 for leg in range(leg_count)))
 
 
-QUADRUPED_GAITS = {
-    gait.name: gait
-    for gait in (
-        # One foot after the other around the body, which sways ahead of them.
-        Gait("crawl", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=0.08),
-    )
-}
+def _by_name(*gaits: Gait) -> dict[str, Gait]:
+    return {gait.name: gait for gait in gaits}
+
+
+QUADRUPED_GAITS = _by_name(
+    # One foot after the other around the body, which sways ahead of them.
+    Gait("crawl", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=0.08),
+)
 """The gaits of a quadruped: right front, right rear, left rear, left front."""
 
-HEXAPOD_GAITS = {
-    gait.name: gait
-    for gait in (
-        Gait("tripod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
-        Gait("wave", 5 / 6, (0, 5 / 6, 4 / 6, 1 / 6, 2 / 6, 3 / 6)),
-        Gait("ripple", 2 / 3, (0, 2 / 6, 4 / 6, 1 / 6, 5 / 6, 3 / 6)),
-        Gait("amble", 2 / 3, (0, 2 / 3, 1 / 3, 0, 2 / 3, 1 / 3)),
-        # Pairs from rear to front on each side, the left side a third of a cycle ahead.
-        Gait("tetrapod", 2 / 3, (0, 2 / 3, 1 / 3, 2 / 3, 0, 1 / 3)),
-        wave_gait(6, 2, "metachronal"),
-        # The gaits of the PhantomX's original firmware; docs/gaits.md has its tables.
-        Gait("firmware-ripple", 2 / 3, (0, 4 / 6, 2 / 6, 5 / 6, 1 / 6, 3 / 6)),
-        Gait("firmware-tripod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
-        Gait("firmware-wave", 5 / 6, (0, 5 / 6, 4 / 6, 1 / 6, 2 / 6, 3 / 6)),
-    )
-}
+HEXAPOD_GAITS = _by_name(
+    Gait("tripod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
+    Gait("wave", 5 / 6, (0, 5 / 6, 4 / 6, 1 / 6, 2 / 6, 3 / 6)),
+    Gait("ripple", 2 / 3, (0, 2 / 6, 4 / 6, 1 / 6, 5 / 6, 3 / 6)),
+    Gait("amble", 2 / 3, (0, 2 / 3, 1 / 3, 0, 2 / 3, 1 / 3)),
+    # Pairs from rear to front on each side, the left side a third of a cycle ahead.
+    Gait("tetrapod", 2 / 3, (0, 2 / 3, 1 / 3, 2 / 3, 0, 1 / 3)),
+    wave_gait(6, 2, "metachronal"),
+    # The gaits of the PhantomX's original firmware; docs/gaits.md has its tables.
+    Gait("firmware-ripple", 2 / 3, (0, 4 / 6, 2 / 6, 5 / 6, 1 / 6, 3 / 6)),
+    Gait("firmware-tripod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
+    Gait("firmware-wave", 5 / 6, (0, 5 / 6, 4 / 6, 1 / 6, 2 / 6, 3 / 6)),
+)
 """The gaits of a hexapod, legs in the paper's order; phases at which each leg lifts."""
 
-OCTOPOD_GAITS = {
-    gait.name: gait
-    for gait in (
-        Gait("tetrapod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
-        Gait("wave", 7 / 8, (0, 7 / 8, 6 / 8, 5 / 8, 1 / 8, 2 / 8, 3 / 8, 4 / 8)),
-        Gait("ripple", 3 / 4, (0, 2 / 8, 4 / 8, 6 / 8, 3 / 8, 1 / 8, 7 / 8, 5 / 8)),
-        wave_gait(8, 2, "metachronal"),
-    )
-}
+OCTOPOD_GAITS = _by_name(
+    Gait("tetrapod", 1 / 2, (0, 1 / 2, 0, 1 / 2, 0, 1 / 2, 0, 1 / 2)),
+    Gait("wave", 7 / 8, (0, 7 / 8, 6 / 8, 5 / 8, 1 / 8, 2 / 8, 3 / 8, 4 / 8)),
+    Gait("ripple", 3 / 4, (0, 2 / 8, 4 / 8, 6 / 8, 3 / 8, 1 / 8, 7 / 8, 5 / 8)),
+    wave_gait(8, 2, "metachronal"),
+)
 """The gaits of an octopod: right legs from front to rear, then left legs from rear to front."""
 
 GAITS = {4: QUADRUPED_GAITS, 6: HEXAPOD_GAITS, 8: OCTOPOD_GAITS}
 """The library: gaits by number of legs and name; `gaits_of` makes them for other numbers."""
-
-KNOWN = (*GAITS.values(), {"alternating": alternating_gait(10)})
-"""Every gait by name, for any number of legs."""
-
-FEET_OF_FAST_GAITS = {"trot": 2, "pace": 2, "bound": 2, "gallop": 1, "hop": 0}
-"""Dynamically stable gaits, and their smallest number of standing feet."""
 
 
 @cache
@@ -136,16 +126,20 @@ def gaits_of(leg_count: int) -> Mapping[str, Gait]:
     return {gait.name: gait for gait in made}
 
 
+NAMES = (*(HEXAPOD_GAITS | QUADRUPED_GAITS | OCTOPOD_GAITS), "alternating")
+"""Names of all gaits."""
+
+
 def check_gait_name(name: str) -> None:
     """Refuse a name that no gait has for any number of legs.
 
     Raises:
         InvalidGait: There is no such gait; the hint is the nearest name.
     """
-    if name in FEET_OF_FAST_GAITS or any(name in known for known in KNOWN):
-        # It is checked again with the robot's number of legs.
-        return
-    load_gait(name, next((count for count in (6, 4, 8) if nearest(name, GAITS[count])), 6))
+    if name not in NAMES:
+        guess, known = nearest(name, NAMES), ", ".join(NAMES)
+        hint = f'"{guess}" (known: {known})' if guess else f"one of {known}"
+        raise InvalidGait(f'no gait called "{name}".', hint=hint)
 
 
 def load_gait(name: str | Path, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
@@ -161,30 +155,34 @@ def load_gait(name: str | Path, leg_count: int = 6, leg_names: Sequence[str] = (
         InvalidInput: The file is absent or not well formed.
     """
     if is_gait_file(name):
-        return gait_from_file(Path(name), leg_count, leg_names)
+        return _gait_of_file(Path(name), leg_count, leg_names)
     name = str(name)
     known = gaits_of(leg_count)
-    if name in known:
-        return known[name]
-    listed = ", ".join(known)
-    works = f"one of {listed}" if len(known) > 1 else f'gait = "{listed}"'
-    if not known:
-        works = "a gait table with duty_factor and one offset per leg"
-    others = [count for count, gaits in GAITS.items() if name in gaits]
-    if others or name == "alternating":
+    if name not in known:
+        check_gait_name(name)
+        counts = [str(count) for count, gaits in GAITS.items() if name in gaits]
         raise InvalidGait(
             f'gait "{name}" has no meaning for {leg_count} legs; it is one of '
-            f"{' or '.join(map(str, others)) or '10, 12 or more'} legs.",
-            hint=works,
+            f"{' or '.join(counts) or '10, 12 or more'} legs.",
+            hint=f"one of {', '.join(known)}" if known else "a gait file with one offset per leg",
         )
-    if name in FEET_OF_FAST_GAITS:
-        raise InvalidGait(
-            f'gait "{name}" leaves {FEET_OF_FAST_GAITS[name]} feet on the ground and keeps its '
-            f"balance by speed; at least {FEWEST_FEET} are needed here.",
-            hint=works,
-        )
-    guess = nearest(name, known)
-    raise InvalidGait(
-        f'no gait called "{name}".',
-        hint=f'"{guess}" (known: {listed})' if guess else works,
-    )
+    return known[name]
+
+
+def _gait_of_file(path: Path, leg_count: int, leg_names: Sequence[str]) -> Gait:
+    """Return the gait in a file, its offsets in the order of the robot's legs."""
+    gait, legs = read_gait(path)
+    with located(path.name):
+        if legs and not leg_names:
+            raise InvalidGait(
+                "gait.offsets go by the names of legs; the robot's are not known here.",
+                hint="leg_names=[leg.name for leg in robot.legs]",
+            )
+        if legs:
+            by_leg = dict(zip(legs, gait.offsets, strict=True))
+            gait = replace(gait, offsets=offsets_in_order(by_leg, leg_names))
+        if leg_count != len(gait.offsets):
+            raise InvalidGait(
+                f"gait.offsets has {len(gait.offsets)} values; one per leg, {leg_count} in all."
+            )
+    return gait

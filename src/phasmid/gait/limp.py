@@ -9,16 +9,8 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.arguments import numbers
 from phasmid.errors import InvalidGait
-from phasmid.gait.cycle import (
-    COMFORTABLE_STEP,
-    foot_way,
-    least_margin,
-    sample_count,
-    sway,
-    timing,
-)
+from phasmid.gait.cycle import COMFORTABLE_STEP, least_margin, one_cycle
 from phasmid.gait.gait import FEWEST_FEET, Gait
 from phasmid.gait.search import MOST_LEGS, best_order
 from phasmid.gait.shift import best_place
@@ -72,8 +64,6 @@ def without_legs(
     centre_of_mass: Float[np.ndarray, "2"] | tuple[float, float] = (0.0, 0.0),
     *,
     step: Float[np.ndarray, "3"] | tuple[float, float, float] = COMFORTABLE_STEP,
-    enough: float | None = None,
-    farthest: float | None = None,
     nearest: bool = False,
 ) -> Limp:
     """Return a gait without lost legs.
@@ -89,16 +79,13 @@ def without_legs(
             (L, 3).
         centre_of_mass: In the body frame, with the lost legs in their poses, x and y [m].
         step: Motion of the body while a foot stands: forward, left [m], yaw [rad].
-        enough: Margin above which neither offsets nor sway change [m]; absent: a tenth of the mean
-            distance of the feet from their centroid.
-        farthest: Largest shift of the body in either axis [m]; absent: 0.16 of the same distance.
         nearest: Use the smallest shift with a sufficient margin, so that legs reach farther;
             otherwise the shift with the largest margin.
 
     Raises:
         InvalidGait: Too few legs remain, or no order, shift and sway has a positive margin.
     """
-    feet = numbers(neutral, "neutral")[:, :2]
+    feet = np.asarray(neutral, dtype=float)[:, :2]
     count = len(feet)
     if len(gait.offsets) != count:
         raise InvalidGait(
@@ -113,40 +100,30 @@ def without_legs(
             f"{len(legs)} of {count} legs remain; at least {FEWEST_FEET + 1} are needed to walk, "
             f"so that {FEWEST_FEET} stand while one steps."
         )
-    size = float(np.linalg.norm(feet - feet.mean(axis=0), axis=1).mean())
-    x, y = numbers(centre_of_mass, "centre_of_mass")[:2].tolist()
-    ahead, left, turn = numbers(step, "step").tolist()
-    return _limp(
-        gait,
-        legs,
-        tuple((float(p), float(q)) for p, q in feet),
-        (x, y),
-        (ahead, left, turn),
-        ENOUGH * size if enough is None else enough,
-        FARTHEST * size if farthest is None else farthest,
-        nearest,
-    )
+    com, way = tuple(map(float, centre_of_mass[:2])), tuple(map(float, step))
+    return _limp(gait, legs, tuple(map(tuple, feet.tolist())), com, way, nearest)
 
 
 @lru_cache(maxsize=256)
 def _limp(
     gait: Gait,
     legs: tuple[int, ...],
-    places: tuple[tuple[float, float], ...],
-    com: tuple[float, float],
-    step: tuple[float, float, float],
-    enough: float,
-    farthest: float,
+    places: tuple[tuple[float, ...], ...],
+    com: tuple[float, ...],
+    step: tuple[float, ...],
     nearest: bool,
 ) -> Limp:
     """Return a limp, cached: each new command asks for the gait of the remaining legs again."""
     lost = ", ".join(str(leg) for leg in range(1, len(places) + 1) if leg not in legs)
     name = f"{gait.name} without {lost}" if lost else gait.name
-    feet = np.array(places)[np.array(legs) - 1]
-    rest = _Remaining(name, legs, feet, np.array(com), np.array(step), farthest)
+    feet = np.array(places)
+    size = float(np.linalg.norm(feet - feet.mean(axis=0), axis=1).mean())
+    rest = _Remaining(
+        name, legs, feet[np.array(legs) - 1], np.array(com), np.array(step), FARTHEST * size
+    )
     best = rest.kept(gait)
     for share in SWAYS:
-        if best is not None and best.margin >= enough:
+        if best is not None and best.margin >= ENOUGH * size:
             break
         found = rest.searched(share)
         if best is None or found.margin > best.margin:
@@ -158,7 +135,7 @@ def _limp(
             f"{shortfall(best.margin)}.",
             hint="feet that stand closer to where the legs are missing",
         )
-    return rest.nearer(best, enough) if nearest and best.margin > enough else best
+    return rest.nearer(best, ENOUGH * size) if nearest and best.margin > ENOUGH * size else best
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,12 +175,15 @@ class _Remaining:
         if count > MOST_LEGS:
             return best
         for _ in range(TURNS):
-            place = self.com + best.shift
-            found = self._shifted(
-                best_order(
-                    feet, place, duty_factor=duty, step=self.step, sway=share, name=self.name
-                ).gait
+            gait, _ = best_order(
+                feet,
+                self.com + best.shift,
+                duty_factor=duty,
+                step=self.step,
+                sway=share,
+                name=self.name,
             )
+            found = self._shifted(gait)
             if found.margin <= best.margin:
                 break
             best = found
@@ -211,26 +191,20 @@ class _Remaining:
 
     def nearer(self, limp: Limp, enough: float) -> Limp:
         """Return the same gait with the smallest sufficient shift."""
-        most = np.array(limp.shift)
         # Polygons are convex: the margin grows monotonically towards the best place.
         low, high = 0.0, 1.0
         for _ in range(HALVINGS):
             middle = (low + high) / 2
-            is_enough = self._margin(limp.gait, middle * most) >= enough
+            is_enough = self._limp(limp.gait, middle * np.array(limp.shift)).margin >= enough
             low, high = (low, middle) if is_enough else (middle, high)
-        return self._limp(limp.gait, high * most)
+        return self._limp(limp.gait, high * np.array(limp.shift))
 
     def _shifted(self, gait: Gait) -> Limp:
         """Return a gait with the best shift of the body."""
-        lifts = np.array(gait.offsets, dtype=float)
-        cycle = timing(lifts, gait.duty_factor, sample_count(self.step, gait.sway))
-        place = self.com + sway(gait, self.feet, 1.0, cycle.phase).way
-        at = foot_way(self.feet, self.step, cycle.share)
-        return self._limp(gait, best_place(at, cycle.stance, place, self.farthest))
+        cycle = one_cycle(gait, self.feet, self.com, self.step)
+        return self._limp(gait, best_place(*cycle, self.farthest))
 
     def _limp(self, gait: Gait, shift: Float[np.ndarray, "2"]) -> Limp:
         x, y = shift.tolist()
-        return Limp(gait, self.legs, (x, y), self._margin(gait, shift))
-
-    def _margin(self, gait: Gait, shift: Float[np.ndarray, "2"]) -> float:
-        return least_margin(gait, self.feet, self.com + shift, self.step)
+        margin = least_margin(gait, self.feet, self.com + shift, self.step)
+        return Limp(gait, self.legs, (x, y), margin)

@@ -7,10 +7,11 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.gait.support import SAME_PLACE
-
 CLOSE = 1e-9
 """Tolerance of the best margin [m]."""
+
+SAME_PLACE = 1e-9
+"""Feet closer than this stand in one place [m]."""
 
 MOST_CUTS = 60
 """Most iterations; later ones are at round-off."""
@@ -45,10 +46,7 @@ def best_place(
     for _ in range(MOST_CUTS):
         margin = normals @ shift + heights
         lowest = int(np.argmin(margin))
-        if (
-            len(chosen)
-            and margin[lowest] > (normals[chosen] @ shift + heights[chosen]).min() - CLOSE
-        ):
+        if len(chosen) and margin[lowest] > margin[chosen].min() - CLOSE:
             break
         chosen = np.append(chosen, lowest)
         shift = _top(normals[chosen], heights[chosen], farthest)

@@ -10,9 +10,6 @@ from jaxtyping import Bool, Float
 from phasmid.gait.gait import FEWEST_FEET
 from phasmid.units import plain_number
 
-SAME_PLACE = 1e-9
-"""Feet closer than this stand in one place [m]."""
-
 
 def support_margin(
     feet: Float[np.ndarray, "*batch legs 2"],
@@ -33,14 +30,18 @@ def support_margin(
     # Lazy import: numba takes 0.6 s.
     from phasmid.gait.support_kernels import support_margins
 
-    feet = np.asarray(feet, dtype=float)
-    legs, batch = feet.shape[-2], feet.shape[:-2]
+    feet = np.ascontiguousarray(feet, dtype=float)
+    *batch, legs, _ = feet.shape
     points = np.ascontiguousarray(np.broadcast_to(centre_of_mass, (*batch, 2)), dtype=float)
     standing = np.ascontiguousarray(np.broadcast_to(stance, (*batch, legs)), dtype=bool)
-    points, standing = points.reshape(-1, 2), standing.reshape(-1, legs)
-    margins = np.empty(len(points))
-    support_margins(np.ascontiguousarray(feet.reshape(-1, legs, 2)), standing, points, margins)
-    return margins.reshape(batch)
+    margins = np.empty(batch)
+    support_margins(
+        feet.reshape(-1, legs, 2),
+        standing.reshape(-1, legs),
+        points.reshape(-1, 2),
+        margins.reshape(-1),
+    )
+    return margins
 
 
 def shortfall(margin: float) -> str:

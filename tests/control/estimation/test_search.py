@@ -6,7 +6,7 @@ import pytest
 from control.estimation.walker import DT, ROBOT, SPEED, WAYS, Walker
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.foothold_search import FAR, LOOKS
+from phasmid.control.footholds import FAR, LOOKS
 from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot

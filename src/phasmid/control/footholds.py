@@ -1,13 +1,30 @@
-"""Search of feet that find no ground: farther ahead, behind, then at the last foothold."""
+"""Footholds: selection of the next landing, and search by feet that find no ground.
+
+A foot without ground searches farther ahead, then behind, then returns to its last foothold.
+"""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from phasmid.compiled import internal
-from phasmid.control.body_motion import ground_height, is_zero, point_velocity
+from phasmid.control.body_motion import approach, ground_height, place_body
+from phasmid.control.reach import ENOUGH, reach_margin, region_share
 from phasmid.control.swing import set_times, stop_foot
-from phasmid.control.types import LegPhase, Manoeuvre, Reference, SearchStage, State
+from phasmid.control.types import LegPhase, Manoeuvre, Model, Reference, SearchStage, State
+from phasmid.control.vectors import in_odom, in_path, integrate_twist, is_zero, point_velocity
+from phasmid.kinematics.leg_kernels import Triple
+
+STOPS = 0.08
+"""Time for which a body that comes to rest keeps its velocity [s]."""
+
+POSED = 1e-3
+"""Pose from which on the legs may reach less than in the neutral pose [m, rad]."""
+
+TRIES, NEARER = 4, 0.012
+"""Attempts to move an unreachable neutral place towards the body, and distance of each [m]."""
 
 FAR, LOOKS = 0.06, 2
 """Distance of search points from where a foot has found no ground [m]; number of search points."""
@@ -39,11 +56,78 @@ def is_returning(state: State, leg: int) -> bool:
 
 
 @internal
+def is_foothold(
+    state: State, model: Model, leg: int, path: Triple, x: float, y: float, z: float
+) -> bool:
+    """Return whether a foot can land at a point of odom [m] while the body is on a path.
+
+    That holds for the present pose and for its reference.
+    """
+    sway = state.sway_filter[3]
+    for k in (0, 3):
+        R, body = place_body(state, model, path, state.pose_filter[k], sway[0], sway[1])
+        if not reach_margin(model, leg, R, body, x, y, z) >= ENOUGH:
+            return False
+    return True
+
+
+@internal
+def choose_foothold(
+    state: State, model: Model, reference: Reference, leg: int, left: float
+) -> None:
+    """Write where a foot lands after a time [s], within its foothold region.
+
+    It is neutral in the middle of its next stance, if the body follows the prediction.
+    """
+    now, v = state.velocity_filter[2], state.velocity_filter[2].copy()
+    goal = state.clock.velocity_share * reference.velocity
+    if is_returning(state, leg):
+        # So does the body.
+        goal = state.velocity_filter[0].copy()
+    approach(v, goal, model.radius, model.acceleration * left)
+    there = integrate_twist(state.path, (v + now) / 2, left)
+    # It is not certain that the walk accelerates until then.
+    kept = integrate_twist(state.path, now, left)
+    # Nor that it goes on at all; in the neutral pose a robot has room for that anyhow.
+    posed = np.abs(state.pose_filter[0]).max() > POSED or np.abs(state.pose_filter[3]).max() > POSED
+    rest = integrate_twist(state.path, now, min(left, STOPS)) if posed else kept
+    nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
+    if is_searching(state, leg):
+        x, y = state.search_goal[leg, 0], state.search_goal[leg, 1]
+    else:
+        stance = reference.duty_factor * reference.period
+        x, y = in_odom(integrate_twist(there, v, stance / 2), nx, ny)
+    px, py = in_path(there, x, y)
+    dx, dy = px - nx, py - ny
+    share = region_share(state.region[leg], 0.0, 0.0, dx, dy, 0.0)
+    z = reference.touchdown_height[leg]
+    flat = not math.isfinite(z)
+    # From the neutral place towards the body, where it will be.
+    inward_x = state.pose_filter[0, 0] + state.sway_filter[3, 0] - nx
+    inward_y = state.pose_filter[0, 1] + state.sway_filter[3, 1] - ny
+    size = max(math.sqrt(inward_x * inward_x + inward_y * inward_y), 1e-6)
+    for attempt in range(4 + TRIES + 1):
+        # The region approximates the reach; near its corners the reach itself counts.
+        nearer = NEARER * (attempt - 3) / size if 4 <= attempt < 4 + TRIES else 0.0
+        px, py = nx + share * dx + nearer * inward_x, ny + share * dy + nearer * inward_y
+        x, y = in_odom(there, px, py)
+        if flat:
+            z = ground_height(state, x, y)
+        if (
+            is_foothold(state, model, leg, there, x, y, z)
+            and is_foothold(state, model, leg, kept, x, y, z)
+            and (not posed or is_foothold(state, model, leg, rest, x, y, z))
+        ):
+            break
+        share *= 0.5 if attempt < 2 else 0.0
+    state.touchdown[leg, 0], state.touchdown[leg, 1], state.touchdown[leg, 2] = x, y, z
+
+
+@internal
 def distance_from_foothold(state: State, leg: int) -> float:
     """Return the distance of a foot from its last foothold with contact, from above [m]."""
-    dx = state.foot[leg, 0] - state.last_foothold[leg, 0]
-    dy = state.foot[leg, 1] - state.last_foothold[leg, 1]
-    return math.sqrt(dx * dx + dy * dy)
+    away = state.foot[leg] - state.last_foothold[leg]
+    return math.hypot(away[0], away[1])
 
 
 @internal
@@ -68,12 +152,12 @@ def end_search(state: State, leg: int, found: bool) -> None:
 
 
 @internal
-def is_free(state: State, leg: int, x: float, y: float) -> bool:
+def is_free(state: State, leg: int, goal: np.ndarray) -> bool:
     """Return whether no other foot stands or lands within `CLOSE` of a point of odom."""
     for other in range(state.leg_count):
-        dx, dy = state.touchdown[other, 0] - x, state.touchdown[other, 1] - y
+        away = state.touchdown[other] - goal
         held = state.leg_phase[other] == LegPhase.HELD
-        if other != leg and not held and dx * dx + dy * dy < CLOSE * CLOSE:
+        if other != leg and not held and math.hypot(away[0], away[1]) < CLOSE:
             return False
     return True
 
@@ -89,10 +173,8 @@ def return_to_foothold(state: State, leg: int) -> bool:
     goal, last, foot = state.search_goal[leg], state.last_foothold[leg], state.foot[leg]
     for k in range(3):
         # Another foot may have followed it there; then it goes as near as possible.
-        share = k * CLOSE / max(distance, CLOSE)
-        for i in range(3):
-            goal[i] = last[i] + share * (foot[i] - last[i])
-        if is_free(state, leg, goal[0], goal[1]):
+        goal[:] = last + k * CLOSE / max(distance, CLOSE) * (foot - last)
+        if is_free(state, leg, goal):
             state.return_attempts[leg] = attempts
             state.clock.search_changes += tried
             set_search(state, leg, SearchStage.RETURNING)
@@ -114,8 +196,7 @@ def start_search(state: State, reference: Reference, leg: int) -> bool:
     v, path, foot, goal = reference.velocity, state.path, state.foot[leg], state.search_goal[leg]
     first, stage = state.missed_foothold[leg], state.search_stage[leg]
     if stage == SearchStage.NONE:
-        for i in range(3):
-            first[i] = foot[i]
+        first[:] = foot
     if is_zero(v):
         stage = max(stage, LOOKS)
     elif stage == SearchStage.NONE:
@@ -126,12 +207,11 @@ def start_search(state: State, reference: Reference, leg: int) -> bool:
         else:
             x, y = math.cos(path[2]), math.sin(path[2])
         # Goals are mirrored about the first place; this is the mirror image of the first one.
-        goal[0], goal[1], goal[2] = foot[0] - FAR * x, foot[1] - FAR * y, foot[2]
+        goal[:] = foot - FAR * np.array((x, y, 0.0))
     while stage < LOOKS:
         stage += 1
-        for i in range(2):
-            goal[i] = 2 * first[i] - goal[i]
-        if is_free(state, leg, goal[0], goal[1]):
+        goal[:2] = 2 * first[:2] - goal[:2]
+        if is_free(state, leg, goal):
             set_search(state, leg, stage)
             break
     else:
