@@ -118,7 +118,7 @@ def test_the_tilt_that_counts_is_the_one_that_a_turning_body_will_have():
     rate = np.array([0.5 / tipping(ROBOT)[1], 0.0, 0.0])
     monitor.check(Observation(DT, HOME, orientation=tilted(20), angular_velocity=rate), AHEAD)
     # The vertical goes along its tangent.
-    assert monitor.state.tilt == pytest.approx(math.radians(20) + math.atan(0.5), abs=1e-12)
+    assert monitor.tilt == pytest.approx(math.radians(20) + math.atan(0.5), abs=1e-12)
 
 
 def test_a_velocity_is_taken_back_over_the_set_time_and_given_back_likewise():
