@@ -46,7 +46,6 @@ def clear(reference: Reference) -> None:
     reference.ground_normal[:] = 0.0, 0.0, 1.0
     reference.ground_height = 0.0
     reference.touchdown_height[:] = np.nan
-    reference.foot_offset[:] = 0.0
     reference.foot_sag[:] = 0.0
 
 

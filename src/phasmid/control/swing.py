@@ -182,7 +182,7 @@ def foot_at_joints(state: State, model: Model, leg: int, arm: np.ndarray) -> Non
             + state.R_odom_body[i, 2] * p[2]
         )
         # Joint angles include the offset.
-        state.foot[leg, i] = state.body_position[i] + arm[i] - state.foot_offset[leg, i]
+        state.foot[leg, i] = state.body_position[i] + arm[i]
 
 
 @internal

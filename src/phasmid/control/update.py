@@ -38,9 +38,6 @@ from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Manoeuvre, Model, Re
 from phasmid.control.velocity_limits import region_speed_share, support_speed_share
 from phasmid.kinematics.leg_kernels import joint_motion
 
-OFFSET_SPEED = 0.1
-"""Largest speed at which offsets of feet are followed [m/s]."""
-
 POSE_SPEED, POSE_TURN_SPEED = 0.08, 0.5
 """Largest speeds at which the body approaches its commanded pose [m/s, rad/s]."""
 
@@ -137,8 +134,6 @@ def advance_body(state: State, model: Model, reference: Reference, h: float) -> 
     n, ground = reference.ground_normal, state.ground_filter
     ground[0, 0], ground[0, 1], ground[0, 2] = reference.ground_height, -n[0] / n[2], -n[1] / n[2]
     follow(ground, POSE_BANDWIDTH, h)
-    for leg in range(state.leg_count):
-        approach(state.foot_offset[leg], reference.foot_offset[leg], 0, 1.0, OFFSET_SPEED * h)
 
 
 @internal
@@ -169,7 +164,7 @@ def solve_leg_ik(state: State, model: Model, h: float) -> bool:
             moment_of(model, leg, state.q[leg], state.com)
             continue
         for i in range(3):
-            p[i] = state.foot[leg, i] + state.foot_offset[leg, i] - state.body_position[i]
+            p[i] = state.foot[leg, i] - state.body_position[i]
             v[i] = state.foot_velocity[leg, i] - state.body_velocity[i]
             a[i] = state.foot_acceleration[leg, i] - state.body_acceleration[i]
         # In the turning body: v' = v - w x p, a' = a - w' x p - 2 w x v' - w x (w x p).

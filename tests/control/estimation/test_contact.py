@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from estimation_records import new_parameters, new_state
-from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.contact import detect_contact, detect_sensor_faults
 from phasmid.control.estimation.state import SensorEvent
 
@@ -17,11 +16,9 @@ SWING = 60
 class Feet:
     """Two feet that walk in turn over level ground, with sensors that tell what a test says."""
 
-    def __init__(self, present=(True, True, False, False), touch_time=0.0, release_time=0.015):
-        settings = EstimatorSettings(touch_time=touch_time, release_time=release_time)
+    def __init__(self, present=(True, True, False, False)):
         self.parameters = new_parameters(
-            settings,
-            DT,
+            dt=DT,
             contact_on=(0.5, 1.5, 1.5, 1.5),
             contact_off=(0.5, 0.7, 0.7, 0.7),
             leg_count=LEGS,
