@@ -46,9 +46,9 @@ class Instant(FeedForward):
         return self.state
 
 
-def states(robot: Robot, count: int, *, spread: float = 0.3):
+def states(robot: Robot, count: int):
     """Random states near the neutral stance, in order of `Instant.solve`."""
-    rng = np.random.default_rng(7)
+    rng, spread = np.random.default_rng(7), 0.3
     legs = len(robot.legs)
     for _ in range(count):
         quaternion = np.array([1.0, 0, 0, 0]) + spread * rng.normal(size=4)
@@ -119,17 +119,6 @@ def solve(feed: Instant, motion):
     """The answer to a motion that `standing` made."""
     values = list(motion.values())
     return feed.solve(Motion(*values[:7]), *values[7:])
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_the_feet_give_the_weight_and_the_acceleration(name: str) -> None:
-    # Nothing turns: sum F = m (a + g), to round-off of 20 links' weights of up to 50 N.
-    robot = robot_called(name)
-    a = np.array([0.3, -0.2, 0.4])
-    settings = FeedForwardSettings(friction=10.0)
-    effort = solve(Instant(robot, settings), standing(robot, acceleration=a))
-    expected = robot.mass * (a + np.array([0.0, 0.0, 9.81]))
-    np.testing.assert_allclose(effort.foot_force.sum(axis=0), expected, rtol=0, atol=1e-10)
 
 
 def test_beyond_friction_the_nearest_forces_within_it_are_taken() -> None:

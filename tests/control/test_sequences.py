@@ -57,16 +57,22 @@ def check_smooth(robot, told, first):
 
 
 @any_robot
-@given(seed=st.integers(0, 2**32 - 1))
+@given(seed=st.integers(0, 2**32 - 1), times=st.lists(st.integers(1, 400), max_size=6))
 @settings(max_examples=3)
-def test_from_any_joint_angles_a_robot_comes_to_stand_smoothly_in_its_neutral_stance(name, seed):
+def test_from_any_joint_angles_and_by_any_commands_a_robot_comes_to_stand_smoothly(
+    name, seed, times
+):
     robot = ROBOTS[name]
     first = any_angles(robot, seed)
+    commands = [c for k, n in enumerate(times) for c in [DOWN if k % 2 else UP] * n]
     sequencer = Sequencer(Still(), robot)
-    told = run(sequencer, first, [UP] * 4000, until=Stage.STANDING)
+    told = run(sequencer, first, commands + [UP] * 4000)
     assert sequencer.stage is Stage.STANDING
     assert np.abs(told.q[-1] - neutral_stance(robot).q).max() < 1e-12
+    down = run(sequencer, told.q[-1], [DOWN] * 2000, begin=False, until=Stage.LYING)
+    assert np.abs(down.q[-1] - packing(robot).folded).max() < 1e-12
     check_smooth(robot, told, first)
+    check_smooth(robot, down, told.q[-1])
     limits = robot.arrays.joint_limits
     assert (told.q >= limits[..., 0] - 1e-9).all()
     assert (told.q <= limits[..., 1] + 1e-9).all()
@@ -96,21 +102,6 @@ def test_feet_stay_above_the_ground_on_which_the_body_lies_until_they_carry_it(n
 
 
 @any_robot
-@given(times=st.lists(st.integers(1, 400), min_size=3, max_size=8))
-@settings(max_examples=3)
-def test_a_change_of_mind_at_any_moment_is_answered_smoothly(name, times):
-    robot = ROBOTS[name]
-    packed = packing(robot).folded
-    commands = [c for k, n in enumerate(times) for c in [DOWN if k % 2 else UP] * n]
-    commands += [DOWN] * 3000
-    sequencer = Sequencer(Still(), robot)
-    told = run(sequencer, packed, commands)
-    assert sequencer.stage is Stage.LYING
-    assert np.abs(told.q[-1] - packed).max() < 1e-12
-    check_smooth(robot, told, packed)
-
-
-@any_robot
 def test_a_robot_that_stands_on_its_feet_steps_to_neutral_and_never_down_on_its_belly(name):
     """Feet up to 15 mm off and a body 10 mm low: held by all feet, as the geometry tells."""
     robot = ROBOTS[name]
@@ -132,7 +123,7 @@ def test_a_robot_that_stands_on_its_feet_steps_to_neutral_and_never_down_on_its_
 
 @pytest.mark.parametrize(
     ("slope", "feels", "stays"),
-    [(9, True, True), (12, True, True), (25, True, True), (35, True, False), (12, False, False)],
+    [(9, True, True), (25, True, True), (35, True, False), (12, False, False)],
 )
 def test_a_robot_that_feels_a_slope_under_its_feet_stays_on_them(slope, feels, stays):
     robot = ROBOTS["phantomx-paper"]
@@ -154,7 +145,7 @@ def test_a_robot_that_feels_a_slope_under_its_feet_stays_on_them(slope, feels, s
     assert (farthest < 1e-3) == stays
 
 
-@any_robot
+@pytest.mark.parametrize("name", ["phantomx-ax", "octopod"])
 def test_a_leg_by_hand_goes_where_it_is_told_and_comes_back(name):
     """By its joint angles, or by its foot in the body frame."""
     robot = ROBOTS[name]

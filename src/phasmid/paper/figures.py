@@ -12,7 +12,7 @@ from phasmid.forces import FORCE_MODELS
 from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
 from phasmid.paper.comparisons import model_force_and_torque
-from phasmid.paper.evidence import DRIVES, Evidence, Trial
+from phasmid.paper.evidence import DRIVES, STIFF, Evidence, Trial
 from phasmid.recording import JOINTS
 from phasmid.reporting.style import (
     FAINT,
@@ -114,7 +114,7 @@ def sharing_figure(evidence: Evidence) -> Figure:
                 force, _ = model_force_and_torque(trial, models[0])
                 line = {"color": leg_colour(number), "linestyle": DASHES[number]}
                 _draw_foot(column, trial, force, **line, label=", ".join(models))
-            short = {DRIVES[0]: "prescribed joints", DRIVES[1]: "40 N·m/rad"}
+            short = {"prescribed": "prescribed joints", STIFF: "40 N·m/rad"}
             column[0].set_title(short.get(drive, drive))
             column[1].set_xlabel("time [s]")
         axes[0, 0].set(ylabel="normal [N]", xlim=CYCLE, xticks=[2.0, 3.0, 4.0])

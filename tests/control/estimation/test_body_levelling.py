@@ -62,16 +62,15 @@ class Body:
 
 
 @pytest.mark.parametrize(
-    ("ground", "yaw", "share", "left"),
+    ("ground", "yaw", "level", "left"),
     [
-        ((0.1, -0.15), 0.0, 1.0, 0.0),
         ((0.1, -0.15), 1.1, 1.0, 0.0),
         # Half-way between two directions in space is half the angle.
         ((0.0, -0.2), 0.0, 0.5, 0.1),
     ],
 )
-def test_levelling_takes_away_its_share_of_a_tilt(ground, yaw, share, left):
-    body = Body(rotation(*ground), yaw, share)
+def test_levelling_takes_away_its_share_of_a_tilt(ground, yaw, level, left):
+    body = Body(rotation(*ground), yaw, level)
     body.update(2000)
     assert body.tilt == pytest.approx(left, abs=1e-6)
 

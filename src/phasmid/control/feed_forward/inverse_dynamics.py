@@ -6,7 +6,7 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.feed_forward.state import InverseDynamics, Motion, Parameters
-from phasmid.dynamics.whole_body_kernels import inverse_dynamics
+from phasmid.dynamics.whole_body_kernels import add, inverse_dynamics, rotate, vector
 from phasmid.kinematics.leg_kernels import foot_jacobian, forward_kinematics
 
 
@@ -39,8 +39,11 @@ def solve_inverse_dynamics(robot: Parameters, motion: Motion, result: InverseDyn
     J = np.empty((3, 3))
     for leg in range(legs):
         lengths, left, q = robot.lengths[leg], robot.left[leg], motion.q[leg]
-        R_world_hip = R @ robot.R_body_hip[leg]
-        p_hip_foot = np.array(forward_kinematics(lengths, left, q[0], q[1], q[2]))
-        result.foot[leg] = R @ robot.p_body_hip[leg] + R_world_hip @ p_hip_foot
+        R_body_hip, foot, jacobian = robot.R_body_hip[leg], result.foot[leg], result.jacobian[leg]
+        p_hip_foot = forward_kinematics(lengths, left, q[0], q[1], q[2])
+        p_body_foot = add(vector(robot.p_body_hip[leg]), rotate(R_body_hip, p_hip_foot))
+        foot[0], foot[1], foot[2] = rotate(R, p_body_foot)
         foot_jacobian(lengths, left, q[0], q[1], q[2], J)
-        result.jacobian[leg] = R_world_hip @ J
+        for k in range(3):
+            column = rotate(R, rotate(R_body_hip, (J[0, k], J[1, k], J[2, k])))
+            jacobian[0, k], jacobian[1, k], jacobian[2, k] = column
