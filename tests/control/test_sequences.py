@@ -219,23 +219,17 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
     ]
 
 
-@given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=5)
-def test_legs_of_a_robot_that_lies_fold_without_going_into_the_ground(seed):
-    """All knees and feet begin above the ground; half a millimetre is not worth a way round."""
+@pytest.mark.parametrize("seed", [0, 12, 17, 28])
+def test_legs_of_a_resting_robot_fold_past_the_ground(seed):
+    """Straight paths of these dip 7 to 37 mm deep; a millimetre is not worth a way round."""
     robot = ROBOTS["quadruped"]
-    ground, goal = belly_ground(robot), packing(robot).folded
-    rng, limits = np.random.default_rng(seed), robot.arrays.joint_limits
-    first = goal.copy()
-    for _ in range(200):
-        trial = rng.uniform(limits[..., 0], limits[..., 1])
-        points = np.stack(knees_and_feet(robot, trial))
-        above = (ground.height(points) > 0).all(axis=0)
-        first[above] = trial[above]
+    first, goal = any_angles(robot, seed), packing(robot).folded
+    ground = resting_ground(robot, first)
     paths = fold_legs(robot, first, goal, ground)
     assert np.array_equal(paths[0].at(0.0).position, first)
     assert np.abs(paths[-1].at(paths[-1].duration).position - goal).max() < 1e-12
     for before, after in pairwise(paths):
         assert np.abs(before.at(before.duration).position - after.at(0.0).position).max() < 1e-12
     q = np.array([path.spline(s) for path in paths for s in np.linspace(0, 1, 41)])
-    assert ground.height(np.stack(knees_and_feet(robot, q))).min() > -1e-3
+    heights = np.stack([ground.height(points) for points in knees_and_feet(robot, q)]).min(axis=0)
+    assert (heights > np.minimum(0.0, np.minimum(heights[0], heights[-1])) - 1e-3).all()

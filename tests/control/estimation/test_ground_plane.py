@@ -46,7 +46,7 @@ def on_plane(a, b, c, places=HEXAPOD):
 def test_a_plane_through_all_feet_is_met_exactly():
     """z = c + a x + b y; each update takes at least three quarters off what is missing."""
     feet = on_plane(0.3, -0.2, 0.05, np.add(HEXAPOD, [0.07, 0.04]))
-    plane = Fit().update(feet, ALL, at=(0.1, 0.2), times=60)
+    plane = Fit(5).update(feet[:5], ALL[:5], at=(0.1, 0.2), times=60)
     np.testing.assert_allclose(plane[1:3], [0.3, -0.2], atol=1e-12)
     np.testing.assert_allclose(plane[0], 0.05 + 0.3 * 0.1 - 0.2 * 0.2, atol=1e-12)
 
