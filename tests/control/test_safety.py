@@ -162,7 +162,7 @@ def test_commands_beyond_any_robot_of_this_size_are_brought_into_range():
     monitor.reset(Observation(0.0, HOME))
     given = Command((1e6, 0.0, -1e6), (0.0, 0.0, 0.0, 2.0, 0.0, 0.0), lost_legs=frozenset({7}))
     _, command = monitor.check(Observation(DT, HOME), given)
-    assert max(map(abs, command.velocity)) < 10
+    assert max(map(abs, command.velocity)) < 100
     assert command.pose[3] == pytest.approx(math.radians(60))
     assert command.lost_legs == frozenset()
     assert [text for _, text in monitor.events] == [
