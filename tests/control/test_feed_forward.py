@@ -19,24 +19,6 @@ def updates(engine: LocomotionEngine, count: int, command: Command):
         yield engine.update(seen, command)
 
 
-def test_a_standing_robot_s_torques_hold_its_weight() -> None:
-    # At rest tau = gravity of the leg - J^T F, F of minimum norm; both follow from the same six
-    # equations as the analysis, whose round-off is 1e-12 of 26 N.
-    from phasmid.dynamics import BodyMotion, inverse_dynamics
-    from phasmid.forces import minimum_norm
-    from phasmid.kinematics import body_from_hip, foot_position, jacobian
-
-    engine = LocomotionEngine(ROBOT)
-    *_, last = updates(engine, 5, Command())
-    q, still = last.position, np.zeros((6, 3))
-    torque, wrench = inverse_dynamics(ROBOT, BodyMotion.at_rest(), q, still, still)
-    feet = body_from_hip(ROBOT, foot_position(ROBOT.arrays, q))
-    force = minimum_norm(feet, np.ones(6, dtype=bool), wrench)
-    J = ROBOT.arrays.R_body_hip @ jacobian(ROBOT.arrays, q)
-    expected = torque - np.einsum("lij,li->lj", J, force)
-    np.testing.assert_allclose(last.torque, expected, rtol=0, atol=1e-9)
-
-
 def test_a_foot_with_hardly_a_share_carries_nothing_rather_than_pull() -> None:
     # On waves of 20 mm lifts wait, and the cheapest forces of feet with a thousandth of their share
     # often pull. To have none takes nothing of what the feet give in all: the load, to 1e-9 of it.

@@ -78,18 +78,24 @@ def test_waypoints_are_reached_in_order_with_their_headings():
     places = [{"x": 0.3, "y": 0.0}, {"x": 0.3, "y": 0.2, "heading_deg": 180}, {"x": 0.0, "y": 0.2}]
     script = CommandScript(waypoint=places, follow={"reached_mm": 20, "aligned_deg": 3})
     follower, pose, way = WaypointFollower(script), (1.0, 2.0, 0.5), []
+    c, s = np.cos(0.5), np.sin(0.5)
+    goals = [(1 + c * p.x - s * p.y, 2 + s * p.x + c * p.y) for p in script.waypoint]
     for step in range(20_000):
         command = follower.command(0.01 * step, pose)
         if command is None:
             break
-        assert np.hypot(*command.velocity[:2]) <= script.follow.speed + 1e-12
+        speed = np.hypot(*command.velocity[:2])
+        assert speed <= script.follow.speed + 1e-12
         assert abs(command.velocity[2]) <= script.follow.turn_speed
         way.append(pose)
         pose = body(command.velocity, pose, 0.01)
+        if speed > 0:
+            # It walks straight at the next waypoint, whatever its heading.
+            goal = goals[len(follower.reached)]
+            before, after = (np.hypot(x - goal[0], y - goal[1]) for x, y, _ in (way[-1], pose))
+            assert before - after > 0.99 * 0.01 * speed
     assert step < 19_999
-    c, s = np.cos(0.5), np.sin(0.5)
-    for place in script.waypoint:
-        goal = np.array([1 + c * place.x - s * place.y, 2 + s * place.x + c * place.y])
+    for goal in goals:
         near = np.linalg.norm(np.array(way)[:, :2] - goal, axis=1)
         assert near.min() < 0.02 + 0.01 * script.follow.speed
     turned = (np.array(way)[:, 2] - 0.5 - np.pi + np.pi) % (2 * np.pi) - np.pi

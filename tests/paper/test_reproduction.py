@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from phasmid.cli import main
-from phasmid.errors import InvalidInput, OutputError
-from phasmid.paper.reproduction import STATEMENTS, check_place
+from phasmid.errors import AlreadyExists
+from phasmid.paper.reproduction import STATEMENTS, reproduce
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -65,19 +65,11 @@ def test_the_command_writes_the_page_that_stands_in_docs(
         assert f"## {part}" in page
 
 
-def test_an_earlier_page_is_not_replaced_unasked(tmp_path: Path) -> None:
-    (tmp_path / "paper.md").write_text("mine")
-    with pytest.raises(InvalidInput, match=r"paper\.md exists; nothing was written"):
-        check_place(tmp_path)
-    check_place(tmp_path, force=True)
-    assert (tmp_path / "paper.md").read_text() == "mine"
-
-
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "file").write_text("")
-    with pytest.raises(OutputError, match="cannot write"):
-        check_place(tmp_path / "file" / "folder")
-    assert main(["paper", "--out", str(tmp_path / "file"), "--quiet"]) == 1
+    (tmp_path / "paper.md").write_text("mine")
+    with pytest.raises(AlreadyExists, match=r"paper\.md exists; nothing was written"):
+        reproduce(tmp_path)
+    assert main(["paper", "--out", str(tmp_path / "paper.md" / "folder"), "--quiet"]) == 1
     assert "cannot write" in capsys.readouterr().err

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import astuple, dataclass, fields, replace
-from enum import IntEnum, IntFlag
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from enum import IntEnum
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.command import Command, Posture
 from phasmid.control.observation import Observation
-from phasmid.control.records import record_of, view_of
 from phasmid.errors import InvalidInput
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
@@ -22,6 +22,9 @@ GRAVITY = 9.81
 
 AMBIENT = 25.0
 """Initial temperature of servos [°C]."""
+
+HEAT_STEP = 0.1
+"""Time step of overload and temperature [s]."""
 
 LARGEST_LEAN = math.radians(60)
 """Largest roll, pitch and yaw of a commanded pose [rad]."""
@@ -80,52 +83,8 @@ class SafetySettings:
                 )
 
 
-class Signal(IntFlag):
-    """Finding of `safety_kernels.check_signals`: invalid values, large tilt, overload or heat."""
-
-    JOINT_POSITION = 1
-    JOINT_VELOCITY = 2
-    JOINT_LOAD = 4
-    ORIENTATION = 8
-    ANGULAR_VELOCITY = 16
-    TILT = 32
-    OVERLOAD = 64
-    HEAT = 128
-
-
 OPTIONAL = "joint_velocity", "joint_load", "orientation", "angular_velocity"
 """Sensor values that a controller does without where they are invalid."""
-
-
-@dataclass(eq=False)
-class MonitorState:
-    """State of the compiled part of the safety monitor; L legs."""
-
-    squared_load: Float[np.ndarray, "legs 3"]  # integral of the squared servo output [s]
-    overload_time: Float[np.ndarray, "legs 3"]  # [s]
-    temperature: Float[np.ndarray, "legs 3"]  # of the servos [°C]
-    load_interval: float  # time of the integral [s]
-    hot: int  # 1 while a servo has not cooled down
-    tilt: float  # predicted angle of the body's z axis to the vertical [rad]
-
-
-@dataclass(eq=False)
-class MonitorParameters:
-    """Thresholds of the compiled part of the safety monitor, and the robot's servo."""
-
-    tip_time: float  # time of the prediction of the tilt [s]
-    tilt: float  # largest tilt [rad]
-    load_share: float  # largest servo output, as a share
-    load_time: float  # for that time [s]
-    hot: float  # highest temperature [°C]
-    cool: float  # temperature to which a hot servo must cool down [°C]
-    power: float  # servo at full output [W]; 0: unknown
-    thermal_resistance: float  # [K/W]
-    heat_capacity: float  # [J/K]
-
-
-MONITOR_STATE, MONITOR_PARAMETERS = record_of(MonitorState), record_of(MonitorParameters)
-"""Records of these classes."""
 
 
 @dataclass(slots=True)
@@ -164,41 +123,22 @@ class SafetyMonitor:
         tip_angle: Tilt at which the robot tips over its neutral feet [rad].
         time: Time of the last observation [s].
         dt: Time since the one before [s].
-        state: Servo loads and tilt.
+        tilt: Predicted angle of the body's z axis to the vertical [rad].
+        temperature: Temperatures of the servos [°C], shape (L, 3).
     """
 
     def __init__(self, robot: Robot, settings: SafetySettings | None = None) -> None:
-        self.settings = set_ = settings or SafetySettings()
+        self.settings = settings or SafetySettings()
         self.events: list[tuple[float, str]] = []
-        self.tip_angle, tip_time = tipping(robot)
-        servo, legs = robot.servo, len(robot.legs)
+        self.tip_angle, self._tip_time = tipping(robot)
+        self._servo, legs = robot.servo, len(robot.legs)
         reach = float(robot.arrays.lengths.sum(axis=1).max())
-        fastest = servo.no_load_speed * reach
+        fastest = self._servo.no_load_speed * reach
         nearest_hip = float(np.hypot(*robot.arrays.p_body_hip[:, :2].T).min())
         self._largest_velocity = (fastest, fastest, fastest / max(nearest_hip, 0.01))
         self._largest_pose = (reach,) * 3 + (LARGEST_LEAN,) * 3
         self._legs, self._zero = frozenset(range(1, legs + 1)), np.zeros((legs, 3))
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
-        known = servo.stall_current is not None
-        hot = servo.temperature_limit - set_.heat_margin if known else math.inf
-        self._states = np.zeros(1, MONITOR_STATE)
-        self.state = view_of(self._states, MonitorState, legs)
-        parameters = MonitorParameters(
-            tip_time,
-            set_.tilt_share * self.tip_angle,
-            set_.load_share,
-            set_.load_time,
-            hot,
-            hot - set_.heat_margin,
-            servo.rated_voltage * (servo.stall_current or 0.0),
-            servo.thermal_resistance,
-            servo.heat_capacity,
-        )
-        self._parameters = np.array([astuple(parameters)], MONITOR_PARAMETERS)
-        # Lazy import: numba takes 0.6 s.
-        from phasmid.control.safety_kernels import check_signals
-
-        self._check_signals = check_signals
         self.reset(None)
 
     def reset(self, observation: Observation | None) -> None:
@@ -207,8 +147,9 @@ class SafetyMonitor:
         self.mode, self.dt = Mode.FREE, 0.0
         self._restrictions: dict[str, _Restriction] = {}
         self._factor, self._crouch = 1.0, 0.0
-        self._states[:] = np.zeros((), MONITOR_STATE)
-        self.state.temperature[:] = AMBIENT
+        self.tilt, self.temperature = 0.0, self._zero + AMBIENT
+        self._overload_time, self._squared_load = self._zero, self._zero
+        self._load_interval, self._hot = 0.0, False
         self._checked: Command | None = None
         self._command, self._sent = Command(), Command()
         self.time, self._q = math.nan, self._zero
@@ -232,20 +173,11 @@ class SafetyMonitor:
         self.time, self.dt = time, max(0.0, gap)
         if gap > self.settings.observation_time:
             self._restrict("gap", Mode.SLOW, 0.0, f"no observation for {gap:.2g} s")
-        load, rate = observation.joint_load, observation.angular_velocity
-        signals = self._check_signals(
-            self._states,
-            self._parameters,
-            0.0 if load is None else self.dt,
-            observation.joint_position,
-            self._zero if observation.joint_velocity is None else observation.joint_velocity,
-            self._zero if load is None else load,
-            _UPRIGHT if observation.orientation is None else observation.orientation,
-            self._zero[0] if rate is None else rate,
-        )
-        if signals:
-            observation = self._respond(observation, Signal(signals))
+        observation = self._valid(observation)
         self._q = observation.joint_position
+        self._check_tilt(observation)
+        if observation.joint_load is not None:
+            self._check_loads(observation.joint_load)
         if command is not self._checked:
             self._checked, self._command = command, self._in_range(command)
         if self._command.time is not None:
@@ -254,38 +186,68 @@ class SafetyMonitor:
             return observation, self._restricted(self._command)
         return observation, self._command
 
-    def _respond(self, observation: Observation, signals: Signal) -> Observation:
-        """Restrict by signals; return the observation with the last finite joint angles."""
-        set_, state = self.settings, self.state
+    def _valid(self, observation: Observation) -> Observation:
+        """Return an observation with the last valid joint angles, and without invalid values."""
         changes: dict[str, object] = {}
-        if Signal.JOINT_POSITION in signals:
-            finite = np.isfinite(observation.joint_position)
+        finite = np.isfinite(observation.joint_position)
+        if not finite.all():
             names = [name for name, good in zip(self._names, finite.flat, strict=True) if not good]
             shown = ", ".join(names[:3]) + (" and others" if len(names) > 3 else "")
             self._restrict("joints", Mode.SLOW, 0.0, f"no valid joint angle of {shown}")
             changes["joint_position"] = np.where(finite, observation.joint_position, self._q)
         for name in OPTIONAL:
-            if Signal[name.upper()] in signals:
-                words = name.replace("_", " ")
-                self._restrict(name, Mode.FREE, 1.0, f"{words} is not valid and is not used")
-                changes[name] = None
-        if Signal.TILT in signals:
-            mode = Mode.HOLD if state.tilt > set_.hold_share * self.tip_angle else Mode.SLOW
-            now, most = math.degrees(state.tilt), math.degrees(self.tip_angle)
+            value = getattr(observation, name)
+            if value is None or _is_valid(name, value):
+                continue
+            words = name.replace("_", " ")
+            self._restrict(name, Mode.FREE, 1.0, f"{words} is not valid and is not used")
+            changes[name] = None
+        return replace(observation, **changes) if changes else observation  # type: ignore[arg-type]
+
+    def _check_tilt(self, observation: Observation) -> None:
+        """Restrict by the tilt of the body after the time in which it would tip over."""
+        set_ = self.settings
+        orientation, rate = observation.orientation, observation.angular_velocity
+        self.tilt = predicted_tilt(
+            (1.0, 0.0, 0.0, 0.0) if orientation is None else orientation.tolist(),
+            (0.0, 0.0, 0.0) if rate is None else (self._tip_time * rate).tolist(),
+        )
+        if self.tilt > set_.tilt_share * self.tip_angle:
+            mode = Mode.HOLD if self.tilt > set_.hold_share * self.tip_angle else Mode.SLOW
+            now, most = math.degrees(self.tilt), math.degrees(self.tip_angle)
             what = f"the predicted tilt of the body is {now:.0f}°; it tips over at {most:.0f}°"
             self._restrict("tilt", mode, 0.0, what)
-        if Signal.OVERLOAD in signals:
-            name = self._names[int(np.argmax(state.overload_time))]
+
+    def _check_loads(self, load: Float[np.ndarray, "legs 3"]) -> None:
+        """Integrate overload and temperature of the servos; restrict by both."""
+        set_, servo = self.settings, self._servo
+        self._load_interval += self.dt
+        self._squared_load = self._squared_load + self.dt * load**2
+        if self._load_interval < HEAT_STEP:
+            return
+        interval, self._load_interval = self._load_interval, 0.0
+        overloaded = np.abs(load) > set_.load_share
+        self._overload_time = np.where(overloaded, self._overload_time + interval, 0.0)
+        power = servo.rated_voltage * (servo.stall_current or 0.0)
+        loss = (self.temperature - AMBIENT) / servo.thermal_resistance * interval
+        self.temperature = self.temperature + (
+            (self._squared_load * power - loss) / servo.heat_capacity
+        )
+        self._squared_load = self._zero
+        if self._overload_time.max() > set_.load_time:
+            name = self._names[int(np.argmax(self._overload_time))]
             what = (
                 f"the output of servo {name} exceeds {set_.load_share:.0%} for {set_.load_time:g} s"
             )
             self._restrict("load", Mode.SLOW, set_.slow_factor, what)
-        if Signal.HEAT in signals:
-            worst = int(np.argmax(state.temperature))
-            temperature = state.temperature.flat[worst]
-            what = f"the temperature of servo {self._names[worst]} is {temperature:.0f} °C"
+        hottest = float(self.temperature.max())
+        # A hot servo must cool down by the margin once more.
+        limit = servo.temperature_limit - set_.heat_margin * (2 if self._hot else 1)
+        self._hot = servo.stall_current is not None and hottest > limit
+        if self._hot:
+            name = self._names[int(np.argmax(self.temperature))]
+            what = f"the temperature of servo {name} is {hottest:.0f} °C"
             self._restrict("heat", Mode.SIT, 0.0, what)
-        return replace(observation, **changes)  # type: ignore[arg-type]
 
     def _check_age(self, age: float) -> None:
         """Restrict by the age of the command [s]."""
@@ -352,13 +314,31 @@ class SafetyMonitor:
         return self._sent
 
 
-_UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+def _is_valid(name: str, value: np.ndarray) -> bool:
+    """Return whether sensor values are finite; an orientation without a reading may be zeros."""
+    if not np.isfinite(value).all():
+        return False
+    return name != "orientation" or bool(value @ value >= 0.25)
 
 
 def _clipped(values: tuple[float, ...], most: tuple[float, ...]) -> tuple[float, ...]:
     """Return finite values within plus or minus their limits; 0 for those that are not finite."""
     limited = zip(values, most, strict=True)
     return type(values)(min(max(v, -m), m) if math.isfinite(v) else 0.0 for v, m in limited)
+
+
+def predicted_tilt(orientation: Sequence[float], turn: Sequence[float]) -> float:
+    """Return the angle of the body's z axis to the vertical after a turn along its tangent [rad].
+
+    Args:
+        orientation: Orientation of the body, w x y z, of any norm.
+        turn: Angular velocity times the time of the turn, body axes [rad].
+    """
+    w, x, y, z = orientation
+    # The vertical in body axes, times the squared norm; it turns against the body: u + u x turn.
+    a, b, c = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
+    p, q, r = turn
+    return math.atan2(math.hypot(a + b * r - c * q, b + c * p - a * r), c + a * q - b * p)
 
 
 def tipping(robot: Robot) -> tuple[float, float]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from enum import IntFlag
 from typing import Any
 
 import numpy as np
@@ -28,14 +27,6 @@ BRAKING = 60.0
 
 REPEAT = 1.0
 """Time after which a violation of the same kind is an event again [s]."""
-
-
-class Violation(IntFlag):
-    """Finding of `safety_kernels.target_violations`."""
-
-    NOT_FINITE = 1
-    BEYOND_LIMITS = 2
-    TOO_FAR = 4
 
 
 class SafetyFilter:
@@ -62,16 +53,11 @@ class SafetyFilter:
     def __init__(
         self, controller: Controller, robot: Robot, settings: SafetySettings | None = None
     ) -> None:
-        # Lazy import: numba takes 0.6 s.
-        from phasmid.control.safety_kernels import target_violations
-
-        self._target_violations = target_violations
         self.controller, self.monitor = controller, SafetyMonitor(robot, settings)
         limits = robot.arrays.joint_limits
         self.limits = np.stack([limits[..., 0] - LIMIT_SLACK, limits[..., 1] + LIMIT_SLACK])
         self.speed = SPEED_SLACK * robot.servo.no_load_speed
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
-        self._zero = np.zeros(self.limits.shape[1:])
         self._clear()
 
     def _clear(self) -> None:
@@ -119,18 +105,9 @@ class SafetyFilter:
             return self._hold(observation)
         if self._holds:
             self._restart(observation)
-        targets, last = self.controller.update(observation, command), self.last
-        reach = self.speed * self.monitor.dt or math.inf
-        if last is None:
-            last, reach = JointTargets(observation.joint_position, targets.velocity), math.inf
-        torque = self._zero if targets.torque is None else targets.torque
-        violations = self._target_violations(
-            targets.position, targets.velocity, torque, last.position, self.limits, reach
-        )
-        if violations:
-            targets = self._permitted(targets, last, reach, Violation(violations))
-        self.last = targets
-        return targets
+        targets = self.controller.update(observation, command)
+        self.last = self._permitted(targets, observation)
+        return self.last
 
     def telemetry(self) -> Mapping[str, Any]:
         """Return the controller's telemetry with the safety mode as a number."""
@@ -141,7 +118,8 @@ class SafetyFilter:
         """Brake the joints, and keep them at rest."""
         last, self._holds = self.last, True
         if last is None:
-            last = JointTargets(np.array(observation.joint_position), self._zero)
+            q = np.array(observation.joint_position)
+            last = JointTargets(q, np.zeros(q.shape))
         dt = self.monitor.dt
         v = last.velocity - np.clip(last.velocity, -BRAKING * dt, BRAKING * dt)
         q = np.clip(last.position + dt * (last.velocity + v) / 2, *self.limits)
@@ -156,28 +134,34 @@ class SafetyFilter:
         self._taken = 0
         self.controller.reset(replace(observation, joint_position=self.last.position.copy()))
 
-    def _permitted(
-        self, targets: JointTargets, last: JointTargets, reach: float, violations: Violation
-    ) -> JointTargets:
+    def _permitted(self, targets: JointTargets, observation: Observation) -> JointTargets:
         """Return the nearest permitted targets, and add an event on the violation."""
-        q, v = np.array(targets.position), np.array(targets.velocity)
-        torque, bad = targets.torque, ~(np.isfinite(q) & np.isfinite(v))
-        limp = np.zeros_like(bad) if torque is None else ~np.isfinite(torque)
-        if torque is not None and limp.any():
-            torque = np.where(limp, self._zero if last.torque is None else last.torque, torque)
-        q[bad], v[bad] = last.position[bad], 0.0
-        low, high = self.limits
-        if Violation.NOT_FINITE in violations:
+        last, reach = self.last, self.speed * self.monitor.dt or math.inf
+        if last is None:
+            last, reach = JointTargets(observation.joint_position, targets.velocity), math.inf
+        q, v, torque, (low, high) = targets.position, targets.velocity, targets.torque, self.limits
+        permitted = _clipped(_clipped(q, low, high), last.position - reach, last.position + reach)
+        limp = np.zeros(q.shape, dtype=bool) if torque is None else ~np.isfinite(torque)
+        if ((permitted == q) & np.isfinite(v) & ~limp).all():
+            return targets
+        bad = ~(np.isfinite(q) & np.isfinite(v))
+        if (bad | limp).any():
             where, why = bad | limp, "not finite; the last one stays"
-        elif Violation.BEYOND_LIMITS in violations:
+        elif ((q < low) | (q > high)).any():
             where, why = (q < low) | (q > high), "beyond the joint's limits"
         else:
-            where, why = np.abs(q - last.position) > reach, "farther than the servo can turn"
-        permitted = np.clip(np.clip(q, low, high), last.position - reach, last.position + reach)
-        v[permitted != q] = 0.0
+            where, why = permitted != q, "farther than the servo can turn"
         time = self.monitor.time
         if time - self._reported.get(why, -math.inf) >= REPEAT:
             self._reported[why] = time
             name = self._names[int(np.argmax(where))]
             self.monitor.events.append((time, f"the target of {name} is {why}."))
-        return JointTargets(permitted, v, torque)
+        v = np.where(bad | (permitted != q), 0.0, v)
+        if torque is not None and limp.any():
+            torque = np.where(limp, 0.0 if last.torque is None else last.torque, torque)
+        return JointTargets(np.where(bad, last.position, permitted), v, torque)
+
+
+def _clipped(values: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return values within limits, and NaN unchanged; 3 times as fast as `numpy.clip`."""
+    return np.asarray(np.minimum(np.maximum(values, low), high))

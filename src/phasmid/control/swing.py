@@ -177,8 +177,7 @@ def foot_at_joints(state: State, model: Model, leg: int) -> np.ndarray:
     q, lengths = state.q[leg], model.lengths[leg]
     foot = np.array(forward_kinematics(lengths, lengths[3], q[0], q[1], q[2]))
     arm = rotate(state.R_odom_body, model.p_body_hip[leg] + rotate(model.R_body_hip[leg], foot))
-    # Joint angles include the offset.
-    state.foot[leg] = state.body_position + arm - state.foot_offset[leg]
+    state.foot[leg] = state.body_position + arm
     return arm
 
 

@@ -118,7 +118,6 @@ class Reference:
     ground_normal: Float[np.ndarray, "3"]  # Normal of the ground plane in odom
     ground_height: float  # Height of that plane at the origin [m]
     touchdown_height: Float[np.ndarray, " legs"]  # Expected ground [m]; NaN: the plane
-    foot_offset: Float[np.ndarray, "legs 3"]  # Addition to the feet's targets in odom [m]
     foot_sag: Float[np.ndarray, " legs"]  # Depth of each foot in the air below its target [m]
 
 
@@ -162,7 +161,6 @@ class State:
     foot: Float[np.ndarray, "legs 3"]  # Feet in odom [m]
     foot_velocity: Float[np.ndarray, "legs 3"]  # Velocities of the feet in odom [m/s]
     foot_acceleration: Float[np.ndarray, "legs 3"]  # Accelerations of the feet in odom [m/s²]
-    foot_offset: Float[np.ndarray, "legs 3"]  # Addition to the feet's targets in odom [m]
     line_position: Float[np.ndarray, "legs 3"]  # Feet without the lift of the swing [m]
     line_velocity: Float[np.ndarray, "legs 3"]  # Its velocity [m/s]
     line_acceleration: Float[np.ndarray, "legs 3"]  # Its acceleration [m/s²]

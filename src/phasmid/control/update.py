@@ -44,9 +44,6 @@ from phasmid.control.velocity_limits import region_speed_share, support_speed_sh
 from phasmid.gait.support_kernels import line_margin
 from phasmid.kinematics.leg_kernels import joint_motion
 
-OFFSET_SPEED = 0.1
-"""Largest speed at which offsets of feet are followed [m/s]."""
-
 POSE_SPEED, POSE_TURN_SPEED = 0.08, 0.5
 """Largest speeds at which the body approaches its commanded pose [m/s, rad/s]."""
 
@@ -125,8 +122,6 @@ def advance_body(state: State, model: Model, reference: Reference, h: float) -> 
     n, ground = reference.ground_normal, state.ground_filter
     ground[0, 0], ground[0, 1], ground[0, 2] = reference.ground_height, -n[0] / n[2], -n[1] / n[2]
     follow(ground, POSE_BANDWIDTH, h)
-    for leg in range(state.leg_count):
-        approach(state.foot_offset[leg], reference.foot_offset[leg], 1.0, OFFSET_SPEED * h)
 
 
 @internal
@@ -152,7 +147,7 @@ def solve_leg_ik(state: State, model: Model, h: float) -> bool:
             hold_leg(state, model, leg, h)
             moment += leg_moment(model, leg, q)
             continue
-        foot = state.foot[leg] + state.foot_offset[leg]
+        foot = state.foot[leg]
         x, y, z = to_hip_frame(model, leg, R, state.body_position, foot[0], foot[1], foot[2])
         # In the turning body: v' = v - w x p, a' = a - w' x p - w x (w x p) - 2 w x v'.
         p = foot - state.body_position

@@ -167,7 +167,7 @@ def internal_forces(feet: np.ndarray) -> np.ndarray:
 def relaxations_table(evidence: Evidence) -> str:
     """Measure how the squeeze of servos that give like springs fades from touchdown on."""
     rows = []
-    for drive in DRIVES[1:3]:
+    for drive in list(DRIVES)[1:3]:
         trial = evidence.driven(drive)
         shares, seen = relaxation(trial)
         cells = [f"{share:.2f}" for share in shares]

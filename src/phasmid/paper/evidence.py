@@ -21,8 +21,16 @@ from phasmid.simulation import simulate
 SERVO_STIFFNESS = 40.0
 """Of the position servo that stands between joints that do not give and the AX-12A [N·m/rad]."""
 
-DRIVES = ("prescribed", "servos of 40 N·m/rad", "AX-12A as springs", "AX-12A")
-"""From joints that no torque moves off their plan to the robot's own servos."""
+STIFF = f"servos of {SERVO_STIFFNESS:g} N·m/rad"
+"""Name of that servo, and of the walk with it."""
+
+DRIVES = {
+    "prescribed": "prescribed",
+    STIFF: "ideal-servo",
+    "AX-12A as springs": "ideal-servo",
+    "AX-12A": "servo",
+}
+"""Drives by their names, from joints that no torque moves off their plan to the own servos."""
 
 GAITS = ("wave", "ripple", "amble")
 """Gaits besides the paper's; four and more feet stand in them."""
@@ -98,16 +106,11 @@ class Evidence:
 
     def driven(self, drive: str) -> Trial:
         """Return the walk with one of `DRIVES`."""
-        prescribed, position, springs, own = DRIVES
-        if drive == prescribed:
-            return self.walk
-        if drive == own:
-            return self.trial("AX-12A servos", drive="servo")
-        if drive == springs:
-            return self.trial("AX-12A servos as springs", drive="ideal-servo")
-        assert drive == position, drive
-        servo = replace(self.robot.servo, name=position, stiffness=SERVO_STIFFNESS)
-        return self.trial(position, drive="ideal-servo", robot=replace(self.robot, servo=servo))
+        changes: dict[str, Any] = {"drive": DRIVES[drive]}
+        if drive == STIFF:
+            servo = replace(self.robot.servo, name=drive, stiffness=SERVO_STIFFNESS)
+            changes["robot"] = replace(self.robot, servo=servo)
+        return self.walk if drive == "prescribed" else self.trial(drive, **changes)
 
     def creeping(self, friction_damping: float) -> Trial:
         """Return the walk with prescribed joints and a friction damping [N·s/m]."""

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import errno
-import os
 from pathlib import Path
 
-from phasmid.errors import AlreadyExists, OutputError
+from phasmid.errors import AlreadyExists
 from phasmid.paper.document import Graded, Parts, document
 from phasmid.paper.equations import EQUATIONS
 from phasmid.paper.evidence import Announce, Evidence
@@ -15,7 +13,7 @@ from phasmid.paper.statement import Statement
 from phasmid.paper.structure import STRUCTURE
 from phasmid.paper.trajectory import TRAJECTORY
 from phasmid.paper.walking import WALKING
-from phasmid.recording.file import write_whole
+from phasmid.recording.file import cannot_write, check_new_file, write_whole
 from phasmid.reporting import figures
 from phasmid.reporting.style import encoded_figure
 
@@ -52,7 +50,9 @@ def reproduce(
         OutputError: The folder cannot be written.
     """
     folder = Path(folder)
-    check_place(folder, force=force)
+    check_new_file(folder / PAGE, option="--out DIR", force=force)
+    if (folder / FOLDER).exists() and not force:
+        raise AlreadyExists(folder / FOLDER, option="--out DIR")
     evidence = Evidence(announce=announce)
     parts = {
         name: [Graded(statement, statement.measure(evidence)) for statement in statements]
@@ -68,33 +68,10 @@ def reproduce(
         "sharing": sharing_figure(evidence),
     }
     try:
-        (folder / FOLDER).mkdir(exist_ok=True)
+        (folder / FOLDER).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise _unwritable(folder, error) from None
+        raise cannot_write(folder, error) from None
     for name, figure in drawn.items():
         write_whole(folder / FOLDER / f"{name}.png", encoded_figure(figure, "png"))
     write_whole(folder / PAGE, text.encode())
     return parts
-
-
-def check_place(folder: Path, *, force: bool = False) -> None:
-    """Make the folder; refuse a place where the page cannot be written, before the work.
-
-    Raises:
-        AlreadyExists: There is such a page already.
-        OutputError: The folder cannot be written.
-    """
-    try:
-        for path in (folder / PAGE, folder / FOLDER):
-            if not force and (path.exists() or path.is_symlink()):
-                raise AlreadyExists(path, option="--out DIR")
-        folder.mkdir(parents=True, exist_ok=True)
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-    except OSError as error:
-        raise _unwritable(folder, error) from None
-
-
-def _unwritable(folder: Path, error: OSError) -> OutputError:
-    reason = (error.strerror or str(error)).lower()
-    return OutputError(f"cannot write into {folder}: {reason}.", hint="another folder")

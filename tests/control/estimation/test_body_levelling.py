@@ -7,26 +7,20 @@ import pytest
 
 from estimation_records import new_parameters, new_state
 from phasmid.control.estimation import EstimatorSettings
-from phasmid.control.estimation.body_levelling import level_body
+from phasmid.control.estimation.body_levelling import (
+    EASE_TIME,
+    LEVEL_LIMIT,
+    LEVEL_RATE,
+    SHIFT_LIMIT,
+    SHIFT_RATE,
+    level_body,
+)
 from phasmid.control.estimation.state import AttitudeSource
 from phasmid.kinematics import rotation_rpy
 
 DT = 0.005
 HEIGHT = 0.1
 FLAT = (0.0, 0.0)
-
-
-def settings(share=1.0, *, time=0.4, rate=1.0, limit=0.4, shift=1.0, speed=0.2, most=0.1, ease=2.0):
-    return EstimatorSettings(
-        level=share,
-        level_time=time,
-        level_rate=rate,
-        level_limit=limit,
-        shift=shift,
-        shift_rate=speed,
-        shift_limit=most,
-        ease_time=ease,
-    )
 
 
 def rotation(roll, pitch, yaw=0.0):
@@ -36,10 +30,10 @@ def rotation(roll, pitch, yaw=0.0):
 class Body:
     """A body on ground that lies by a rotation, whose attitude follows its command at once."""
 
-    def __init__(self, ground, yaw=0.0, given=None):
+    def __init__(self, ground, yaw=0.0, level=1.0):
         self.ground, self.yaw = ground, yaw
         self.state = new_state()
-        self.parameters = new_parameters(settings() if given is None else given, DT)
+        self.parameters = new_parameters(EstimatorSettings(level=level), DT)
         self.track = []
 
     def update(self, times=1, *, slopes=FLAT, trusted=True):
@@ -59,15 +53,8 @@ class Body:
 
     @property
     def correction(self):
-        return np.array(
-            [
-                self.state.levelling.forward,
-                self.state.levelling.lateral,
-                self.state.levelling.rise,
-                self.state.levelling.roll,
-                self.state.levelling.pitch,
-            ]
-        )
+        levelling = self.state.levelling
+        return np.array([*levelling.shift, levelling.rise, *levelling.lean])
 
     @property
     def tilt(self):
@@ -75,36 +62,35 @@ class Body:
 
 
 @pytest.mark.parametrize(
-    ("ground", "yaw", "share", "left"),
+    ("ground", "yaw", "level", "left"),
     [
-        ((0.1, -0.15), 0.0, 1.0, 0.0),
         ((0.1, -0.15), 1.1, 1.0, 0.0),
         # Half-way between two directions in space is half the angle.
         ((0.0, -0.2), 0.0, 0.5, 0.1),
     ],
 )
-def test_levelling_takes_away_its_share_of_a_tilt(ground, yaw, share, left):
-    body = Body(rotation(*ground), yaw, settings(share))
+def test_levelling_takes_away_its_share_of_a_tilt(ground, yaw, level, left):
+    body = Body(rotation(*ground), yaw, level)
     body.update(2000)
     assert body.tilt == pytest.approx(left, abs=1e-6)
 
 
 def test_along_the_ground_the_body_follows_the_plane_of_its_feet():
     """z = a x + b y: its normal is the body's z."""
-    body = Body(np.eye(3), given=settings(0.0))
+    body = Body(np.eye(3), level=0.0)
     body.update(2000, slopes=(0.2, -0.1))
     z = rotation(*body.correction[3:])[:, 2]
     np.testing.assert_allclose(z, np.array([-0.2, 0.1, 1.0]) / math.hypot(0.2, 0.1, 1.0), atol=1e-9)
 
 
 def test_turn_and_shift_are_bounded_in_speed_and_size():
-    body = Body(rotation(0.4, -0.5), given=settings(rate=0.3, limit=0.2, speed=0.05, most=0.03))
+    body = Body(rotation(0.4, -0.5))
     body.update(2000)
     track = np.diff(np.array(body.track), axis=0) / DT
-    assert np.hypot(track[:, 3], track[:, 4]).max() <= 0.3 * (1 + 1e-9)
-    assert np.hypot(track[:, 0], track[:, 1]).max() <= 0.05 * (1 + 1e-9)
-    np.testing.assert_allclose(np.hypot(*body.correction[3:]), 0.2, rtol=1e-6)
-    np.testing.assert_allclose(np.hypot(*body.correction[:2]), 0.03, rtol=1e-6)
+    assert np.hypot(track[:, 3], track[:, 4]).max() <= LEVEL_RATE * (1 + 1e-9)
+    assert np.hypot(track[:, 0], track[:, 1]).max() <= SHIFT_RATE * (1 + 1e-9)
+    np.testing.assert_allclose(np.hypot(*body.correction[3:]), LEVEL_LIMIT, rtol=1e-6)
+    np.testing.assert_allclose(np.hypot(*body.correction[:2]), SHIFT_LIMIT, rtol=1e-6)
 
 
 def test_the_vertical_through_the_mass_meets_the_middle_of_the_feet():
@@ -121,7 +107,7 @@ def test_without_a_sensor_the_corrections_ease_out():
     before = body.correction.copy()
     body.update(1, trusted=False)
     first = np.abs(body.correction - before)
-    assert first.max() < 0.15 * 2 * DT / 2.0
+    assert first.max() < 0.15 * 2 * DT / EASE_TIME
     body.update(4000, trusted=False)
     # 20 s: below e^-9 of it.
     assert np.abs(body.correction).max() < 1e-4

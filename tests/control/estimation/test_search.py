@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from control.estimation.walker import DT, ROBOT, SPEED, WAYS, Walker
+from control.estimation.walker import DT, ROBOT, SPEED, Walker
 from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.footholds import FAR, LOOKS
@@ -14,8 +14,10 @@ from phasmid.robot import load_robot
 NAMES, EVERYWHERE = ROBOT.leg_names, (-10.0, 10.0)
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize(("start", "width"), [(0.02, 0.03), (0.06, 0.03), (0.03, 0.06)])
+@pytest.mark.parametrize(
+    ("way", "start", "width"),
+    [("ahead", 0.02, 0.03), ("back", 0.06, 0.03), ("left", 0.03, 0.06), ("right", 0.02, 0.03)],
+)
 def test_a_gap_is_stepped_over(way, start, width):
     """Every foot comes to stand beyond the gap, none in it, the body over those that stand."""
     walker = Walker(way)
@@ -41,7 +43,7 @@ def test_a_gap_is_stepped_over(way, start, width):
     assert (search[-1] == 0).all()
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", ["ahead", "left"])
 def test_a_foot_looks_along_the_way_first_and_then_as_far_behind(way):
     walker = Walker(way)
     # Of all feet only those in front are over it, and find no ground on either side.
@@ -72,8 +74,7 @@ def test_it_gives_up_until_it_has_found_ground_again():
     assert (search[-1] == 0).all()
 
 
-@pytest.mark.parametrize("width", [0.12, 0.3])
-@pytest.mark.parametrize("later", [0.1, 0.4, 0.8])
+@pytest.mark.parametrize(("width", "later"), [(0.12, 0.1), (0.3, 0.4), (0.12, 0.8)])
 def test_a_robot_that_stops_while_a_foot_looks_stands(width, later):
     """As it rises, swings and comes down."""
     walker = Walker()
@@ -129,8 +130,9 @@ def test_joints_go_on_where_a_foot_begins_to_look(name, period):
     assert off < 100 * DT**2 / 4
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("start", [0.01, 0.03, 0.06])
+@pytest.mark.parametrize(
+    ("way", "start"), [("ahead", 0.01), ("back", 0.03), ("left", 0.06), ("right", 0.03)]
+)
 def test_a_robot_stops_at_an_edge(way, start):
     """Where no look finds ground its feet go back, and it rests on them; told so again it stays."""
     walker = Walker(way)
@@ -171,18 +173,12 @@ def test_robots_stop_at_an_edge_at_any_speed(name, gait, period, way, speed):
     assert margin.min() >= 0.0
 
 
-def returning():
-    """A walker at an edge, of which a foot has begun to go back."""
+@pytest.mark.parametrize("later", [0.05, 0.4])
+def test_a_way_is_closed_although_the_robot_is_told_to_stop_while_a_foot_goes_back(later):
     walker = Walker()
     walker.trench = walker.front + 0.03, 10.0
     walker.until(lambda s: s.search_stage == SearchStage.RETURNING)
     walker.engine.take_events()
-    return walker
-
-
-@pytest.mark.parametrize("later", [0.05, 0.4])
-def test_a_way_is_closed_although_the_robot_is_told_to_stop_while_a_foot_goes_back(later):
-    walker = returning()
     walker.walk(later)
     ahead, walker.command = walker.command, Command()
     walker.walk(6.0)

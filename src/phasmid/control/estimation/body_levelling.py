@@ -14,6 +14,20 @@ from phasmid.control.estimation.state import (
     EstimatorState,
 )
 
+LEVEL_TIME = 0.4
+"""Time constant of levelling [s]."""
+
+LEVEL_RATE, LEVEL_LIMIT = math.radians(20), math.radians(20)
+"""Largest angular velocity [rad/s] and angle of levelling [rad]."""
+
+SHIFT_RATE, SHIFT_LIMIT = 0.05, 0.02
+"""Largest velocity [m/s] and length of the shift [m]."""
+
+EASE_TIME = 2.0
+"""Time constant with which corrections decay without inertial sensors [s]."""
+
+Vector = Float[np.ndarray, " components"]
+
 
 @internal
 def level_body(
@@ -30,61 +44,37 @@ def level_body(
     follows its mean over the levelling time, as an integral controller would. Where u is not
     trusted the corrections decay.
     """
-    settings, dt, levelling = parameters.settings, parameters.dt, estimator.levelling
-    plane, up_body = estimator.ground_plane, estimator.attitude.up
+    dt, levelling, plane = parameters.dt, estimator.levelling, estimator.ground_plane
     trusted = estimator.attitude.source != AttitudeSource.NONE
-    up, ease = levelling.up, -math.expm1(-dt / settings.ease_time)
-    share = ease
+    ease = -math.expm1(-dt / EASE_TIME)
+    share, measured = ease, np.array([0.0, 0.0, 1.0])
     if trusted:
-        share = -math.expm1(-dt / settings.level_time) if levelling.started != 0 else 1.0
+        share = -math.expm1(-dt / LEVEL_TIME) if levelling.started != 0 else 1.0
+        measured = R_odom_body @ estimator.attitude.up
     levelling.started = 1
-    for i in range(3):
-        seen = 1.0 if i == 2 else 0.0
-        if trusted:
-            seen = 0.0
-            for k in range(3):
-                seen += R_odom_body[i, k] * up_body[k]
-        up[i] += share * (seen - up[i])
-    size = math.sqrt(up[0] ** 2 + up[1] ** 2 + up[2] ** 2)
-    # In the axes of the path.
+    levelling.up += share * (measured - levelling.up)
+    # Up, and the normal of the ground, in the axes of the path.
     c, s = math.cos(heading), math.sin(heading)
-    ux, uy, uz = up[0] / size, up[1] / size, up[2] / size
-    ux, uy = c * ux + s * uy, -s * ux + c * uy
-    slope_x = c * plane.slope_x + s * plane.slope_y
-    slope_y = -s * plane.slope_x + c * plane.slope_y
+    R_path_odom = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    up = R_path_odom @ levelling.up
+    up /= math.sqrt(up @ up)
+    normal = R_path_odom @ np.array([-plane.slope_x, -plane.slope_y, 1.0])
+    normal /= math.sqrt(normal @ normal)
     # The body's z lies between the ground's normal and up.
-    nz = 1.0 / math.sqrt(1.0 + slope_x**2 + slope_y**2)
-    nx, ny = -slope_x * nz, -slope_y * nz
-    level = settings.level if trusted else 0.0
-    zx, zy, zz = nx + level * (ux - nx), ny + level * (uy - ny), nz + level * (uz - nz)
-    size = math.sqrt(zx * zx + zy * zy + zz * zz)
-    roll, pitch = limit(-math.asin(zy / size), math.atan2(zx, zz), settings.level_limit)
+    z = normal + (parameters.level if trusted else 0.0) * (up - normal)
+    z /= math.sqrt(z @ z)
+    lean = limited(np.array([-math.asin(z[1]), math.atan2(z[0], z[2])]), LEVEL_LIMIT)
     # The vertical through a point at the height meets the plane beside its foot.
-    fall = settings.shift * height * nz / max(ux * nx + uy * ny + uz * nz, 0.5)
-    forward, lateral = limit(fall * ux, fall * uy, settings.shift_limit)
+    fall = height * normal[2] / max(up @ normal, 0.5)
+    shift = limited(fall * up[:2], SHIFT_LIMIT)
     decay = 1.0 if trusted else ease
-    droll, dpitch = step(
-        roll - levelling.roll, pitch - levelling.pitch, settings.level_rate * dt, decay
-    )
-    levelling.roll += droll
-    levelling.pitch += dpitch
-    dx, dy = step(
-        forward - levelling.forward, lateral - levelling.lateral, settings.shift_rate * dt, decay
-    )
-    levelling.forward += dx
-    levelling.lateral += dy
+    levelling.lean += limited(decay * (lean - levelling.lean), LEVEL_RATE * dt)
+    levelling.shift += limited(decay * (shift - levelling.shift), SHIFT_RATE * dt)
     # Along the ground.
-    levelling.rise = slope_x * levelling.forward + slope_y * levelling.lateral
+    levelling.rise = -(normal[0] * levelling.shift[0] + normal[1] * levelling.shift[1]) / normal[2]
 
 
 @internal
-def limit(x: float, y: float, most: float) -> tuple[float, float]:
+def limited(vector: Vector, most: float) -> Vector:
     """Shorten a vector to a length."""
-    size = math.hypot(x, y)
-    return (x * most / size, y * most / size) if size > most else (x, y)
-
-
-@internal
-def step(x: float, y: float, most: float, decay: float) -> tuple[float, float]:
-    """Shorten a step to a length, and to a share of itself where that is less."""
-    return limit(x, y, min(most, math.hypot(x, y) * decay))
+    return vector * min(1.0, most / max(math.sqrt(vector @ vector), 1e-300))

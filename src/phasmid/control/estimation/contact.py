@@ -44,6 +44,9 @@ RECOVERY = 0.5
 DEAD_TIME = 0.1
 """Duration without a reading after which a sensor is dead [s]."""
 
+RELEASE_TIME = 0.015
+"""Duration of readings without contact before its loss is detected [s]."""
+
 RELEASE_BY = 0.35
 """Share of a swing by which a sensor must have lost contact, or it is ignored for the rest of the
 swing."""
@@ -81,23 +84,24 @@ def read_sensors(
     estimator.updates += 1
     for leg in range(parameters.leg_count):
         sensors, q = estimator.feet[leg].sensors, measured.joint_position[leg]
-        sensors[SensorKind.SWITCH].reading = measured.contact[leg]
-        sensors[SensorKind.FORCE].reading = measured.normal_force[leg]
-        if estimator.reads_joints == 0:
-            sensors[SensorKind.LOAD].reading = sensors[SensorKind.ANGLE].reading = math.nan
-        elif estimator.available[SensorKind.LOAD] != 0:
+        load_force = angle_force = math.nan
+        if estimator.used[SensorKind.LOAD] != 0:
             torque = parameters.stall_torque * measured.joint_load[leg]
-            sensors[SensorKind.LOAD].reading = normal_force(parameters, leg, q, torque)
-        elif delayed:
+            load_force = normal_force(parameters, leg, q, torque)
+        elif estimator.used[SensorKind.ANGLE] != 0 and delayed:
             torque = parameters.stiffness * (targets[leg] - q)
-            sensors[SensorKind.ANGLE].reading = normal_force(parameters, leg, q, torque)
+            angle_force = normal_force(parameters, leg, q, torque)
+        sensors[SensorKind.SWITCH].reading = measured.contact[leg]
+        sensors[SensorKind.FORCE].reading = measured.foot_normal_force[leg]
+        sensors[SensorKind.LOAD].reading = load_force
+        sensors[SensorKind.ANGLE].reading = angle_force
         targets[leg] = state.q[leg]
 
 
 @internal
 def select_sensors(estimator: EstimatorState, parameters: EstimatorParameters) -> None:
     """Use joint loads and angles only while a foot has no working switch or force sensor."""
-    settings, needed = parameters.settings, False
+    needed = False
     for leg in range(parameters.leg_count):
         works = False
         for kind in (SensorKind.SWITCH, SensorKind.FORCE):
@@ -107,11 +111,6 @@ def select_sensors(estimator: EstimatorState, parameters: EstimatorParameters) -
         needed = needed or not works
     for kind in (SensorKind.LOAD, SensorKind.ANGLE):
         estimator.used[kind] = estimator.available[kind] if needed else 0
-    # Admittance needs forces, which a switch does not measure.
-    loads_only = (
-        estimator.available[SensorKind.FORCE] == 0 and estimator.available[SensorKind.LOAD] != 0
-    )
-    estimator.reads_joints = 1 if needed or (settings.admittance and loads_only) else 0
 
 
 @internal
@@ -124,7 +123,7 @@ def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -
     Returns:
         Whether a sensor has died or recovered.
     """
-    settings, dt, event = parameters.settings, parameters.dt, False
+    event = False
     for leg in range(parameters.leg_count):
         foot = estimator.feet[leg]
         foot.was_standing = foot.standing
@@ -135,7 +134,7 @@ def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -
             sensor = foot.sensors[kind]
             event = update_sensor(parameters, foot, sensor, kind) or event
             valid = foot.standing != 0 or foot.swing_progress < RELEASE_BY
-            valid = valid or sensor.air_time >= settings.release_time
+            valid = valid or sensor.air_time >= RELEASE_TIME
             alive = sensor.silence <= DEAD_TIME and sensor.distrusted == 0
             if evidence < 0 and alive and valid:
                 evidence = sensor.contact
@@ -146,10 +145,10 @@ def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -
             foot.contact = evidence
             foot.contradiction_time = 0.0
         else:
-            foot.contradiction_time += dt
-            wait = settings.touch_time if evidence == Contact.GROUND else settings.release_time
+            foot.contradiction_time += parameters.dt
             # Half a nanosecond: a sum of time steps may end just short of its time.
-            if foot.contradiction_time >= wait - 5e-10:
+            released = foot.contradiction_time >= RELEASE_TIME - 5e-10
+            if evidence == Contact.GROUND or released:
                 foot.contact = evidence
                 foot.contradiction_time = 0.0
         count_hits(foot)

@@ -12,7 +12,6 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.estimation.admittance import apply_admittance
 from phasmid.control.estimation.attitude import estimate_attitude
 from phasmid.control.estimation.body_levelling import level_body
 from phasmid.control.estimation.contact import estimate_contact
@@ -21,6 +20,7 @@ from phasmid.control.estimation.leg_statics import estimate_compliance
 from phasmid.control.estimation.odometry_alignment import align_odometry
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.estimation.state import (
+    MEASURED,
     AttitudeSource,
     EstimatorEvent,
     EstimatorParameters,
@@ -44,6 +44,13 @@ STEP_RISE, BODY_RISE = 0.5, 0.5
 
 HIT_RISE, MOST_RAISES = 0.02, 3
 """Height that the expected landing gains for each obstacle hit in a swing [m], and most hits."""
+
+LEAST_ROUGHNESS = 0.003
+"""Height difference of the stance feet along the plane's normal that is due to compliant legs [m]:
+AX-12A servos and light legs deflect by 1 to 2 mm."""
+
+SAG_LIMIT = 0.02
+"""Largest height by which the body is raised over compliant legs [m]."""
 
 HEIGHT_TIME = 1.0
 """Time constant with which the body is raised by the legs' deflection [s]."""
@@ -75,7 +82,7 @@ class GroundEstimator:
 
     Args:
         robot: The robot.
-        settings: Thresholds, time constants and limits.
+        settings: Levelling and delays.
         dt: Update period [s].
         memory: Record of one engine, shape (1,).
 
@@ -117,14 +124,9 @@ class GroundEstimator:
 
     def measure(self, observation: Observation) -> None:
         """Write an observation into the record of the measurements."""
-        o, m = observation, self._measured
-        m.joint_position[:] = o.joint_position
-        m.joint_load[:] = math.nan if o.joint_load is None else o.joint_load
-        m.contact[:] = math.nan if o.contact is None else o.contact
-        m.normal_force[:] = math.nan if o.foot_normal_force is None else o.foot_normal_force
-        m.orientation[:] = math.nan if o.orientation is None else o.orientation
-        m.angular_velocity[:] = math.nan if o.angular_velocity is None else o.angular_velocity
-        m.acceleration[:] = math.nan if o.acceleration is None else o.acceleration
+        for name in MEASURED:
+            value = getattr(observation, name)
+            getattr(self._measured, name)[:] = math.nan if value is None else value
 
     def describe(self, events: int) -> list[str]:
         """Return a sentence for each event, and clear the events of the sensors.
@@ -182,7 +184,7 @@ def update_estimates(
 ) -> int:
     """Update all estimates; return `EstimatorEvent` bits."""
     read_plan(state, estimator)
-    settings, attitude, events = parameters.settings, estimator.attitude, 0
+    attitude, events = estimator.attitude, 0
     if estimate_contact(state, estimator, parameters, measured):
         events |= EstimatorEvent.SENSOR.value
     is_first, before = estimator.updates == 1, attitude.source
@@ -201,10 +203,6 @@ def update_estimates(
     level_body(R_odom_body, state.path[2], height, estimator, parameters)
     sag = estimate_compliance(state.q, measured.joint_position, state.foot, estimator, parameters)
     estimator.body_sag += min(parameters.dt / HEIGHT_TIME, 1.0) * (sag - estimator.body_sag)
-    if settings.admittance:
-        has_force = estimator.available[SensorKind.FORCE] != 0
-        kind = SensorKind.FORCE if has_force else SensorKind.LOAD
-        apply_admittance(state.body_position, state.foot, kind, estimator, parameters)
     return events
 
 
@@ -242,43 +240,38 @@ def write_reference(
     state: State, reference: Reference, estimator: EstimatorState, parameters: EstimatorParameters
 ) -> None:
     """Write contact, ground, corrections and landing heights into the engine's reference."""
-    settings, plane = parameters.settings, estimator.ground_plane
-    n = 1.0 / math.sqrt(1.0 + plane.slope_x**2 + plane.slope_y**2)
-    height = plane.height - plane.slope_x * plane.x - plane.slope_y * plane.y
-    reference.ground_normal[0], reference.ground_normal[1] = -plane.slope_x * n, -plane.slope_y * n
-    reference.ground_normal[2], reference.ground_height = n, height
+    plane, legs = estimator.ground_plane, parameters.leg_count
+    normal = np.array([-plane.slope_x, -plane.slope_y, 1.0])
+    reference.ground_normal[:] = normal / math.sqrt(normal @ normal)
+    reference.ground_height = plane.height - plane.slope_x * plane.x - plane.slope_y * plane.y
     low, high = 0.0, 0.0
-    for leg in range(parameters.leg_count):
+    for leg in range(legs):
         if state.leg_phase[leg] == LegPhase.STANCE:
-            foot = state.foot[leg]
-            z = foot[2] - height - plane.slope_x * foot[0] - plane.slope_y * foot[1]
+            z = normal @ state.foot[leg] - reference.ground_height
             low, high = min(low, z), max(high, z)
-    rough = max(high - low - settings.least_roughness, 0.0)
+    rough = max(high - low - LEAST_ROUGHNESS, 0.0)
     correction, levelling = reference.pose_correction, estimator.levelling
-    correction[0], correction[1] = levelling.forward, levelling.lateral
-    correction[2] = levelling.rise + min(max(estimator.body_sag, 0.0), settings.height_limit)
+    correction[:2], correction[3:5] = levelling.shift, levelling.lean
+    correction[2] = levelling.rise + min(max(estimator.body_sag, 0.0), SAG_LIMIT)
     # Legs that step higher need more clearance.
     correction[2] += BODY_RISE * min(rough, MOST_BODY_ROUGHNESS)
-    correction[3], correction[4] = levelling.roll, levelling.pitch
     if reference.step_height != estimator.raised_step_height:
         estimator.commanded_step_height = reference.step_height
     # Steps clear ground that is as rough as under the standing feet.
     step = estimator.commanded_step_height
     reference.step_height = estimator.raised_step_height = step + min(STEP_RISE * rough, step)
-    for leg in range(parameters.leg_count):
+    for leg in range(legs):
         estimate = estimator.feet[leg]
         hits = estimate.obstacle_hits
         reference.contact[leg] = estimate.contact
         if hits > estimate.reported_hits and estimate.contact == Contact.GROUND:
             reference.contact[leg] = Contact.OBSTACLE
         estimate.reported_hits = hits
-        reference.foot_offset[leg, 2] = estimate.offset
         # The sag of a limp leg is no compliance.
-        reference.foot_sag[leg] = min(estimate.sag, settings.height_limit)
+        reference.foot_sag[leg] = min(estimate.sag, SAG_LIMIT)
         reference.touchdown_height[leg] = math.nan
         if estimate.contact >= 0:
             landing = state.touchdown[leg]
-            z = height + plane.slope_x * landing[0] + plane.slope_y * landing[1]
+            z = reference.ground_height - normal[:2] @ landing[:2]
             # After a hit the foot expects the ground on top of the obstacle.
-            raised = min(hits, MOST_RAISES) * HIT_RISE
-            reference.touchdown_height[leg] = z + raised
+            reference.touchdown_height[leg] = z + min(hits, MOST_RAISES) * HIT_RISE

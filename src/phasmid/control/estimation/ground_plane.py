@@ -16,6 +16,12 @@ FORGETTING_TIME = 1.0
 SPREAD = 0.03
 """Spread of the feet across a line below which they do not determine the slope across it [m]."""
 
+PLANE_RATE = 1.0
+"""Largest rate of the plane's slope [1/s]."""
+
+PLANE_TIME = 0.05
+"""Time constant of each of the plane's two lags [s]."""
+
 
 @internal
 def estimate_plane(
@@ -29,10 +35,12 @@ def estimate_plane(
     The last slopes are the prior. Where the feet spread it fades within few updates, so that a
     plane through all feet is met exactly. The planes' heights hold at the reference point.
     """
-    settings, dt = parameters.settings, parameters.dt
-    plane, legs = estimator.fitted_plane, parameters.leg_count
+    dt, plane, legs = parameters.dt, estimator.fitted_plane, parameters.leg_count
     for each in (plane, estimator.lagged_plane, estimator.ground_plane):
-        move_reference(each, reference)
+        each.height += each.slope_x * (reference[0] - each.x) + each.slope_y * (
+            reference[1] - each.y
+        )
+        each.x, each.y = reference[0], reference[1]
     started = estimator.plane_started != 0
     estimator.plane_started = 1
     points, weights = np.empty((legs, 3)), np.empty(legs)
@@ -49,12 +57,11 @@ def estimate_plane(
     a0, b0 = plane.slope_x, plane.slope_y
     centre, a, b = fit_plane(points, weights, a0, b0)
     if started:
-        change, most = math.hypot(a - a0, b - b0), settings.plane_rate
-        if change > most * dt:
-            a, b = a0 + (a - a0) * most * dt / change, b0 + (b - b0) * most * dt / change
+        share = min(1.0, PLANE_RATE * dt / max(math.hypot(a - a0, b - b0), 1e-300))
+        a, b = a0 + share * (a - a0), b0 + share * (b - b0)
     plane.slope_x, plane.slope_y = a, b
     plane.height = centre[2] + a * (reference[0] - centre[0]) + b * (reference[1] - centre[1])
-    share = -math.expm1(-dt / settings.plane_time) if started else 1.0
+    share = -math.expm1(-dt / PLANE_TIME) if started else 1.0
     follow_plane(estimator.lagged_plane, plane, share)
     follow_plane(estimator.ground_plane, estimator.lagged_plane, share)
 
@@ -72,34 +79,15 @@ def fit_plane(
     the weights, s the `SPREAD`, and prior slopes a', b'. Across a line of points the slope is the
     prior.
     """
-    centre, total = np.zeros(3), 0.0
-    for i in range(len(points)):
-        total += weights[i]
-        for k in range(3):
-            centre[k] += weights[i] * points[i, k]
-    for k in range(3):
-        centre[k] /= total
-    xx = xy = yy = xz = yz = 0.0
-    for i in range(len(points)):
-        w, x, y = weights[i], points[i, 0] - centre[0], points[i, 1] - centre[1]
-        z = points[i, 2] - centre[2]
-        xx += w * x * x
-        xy += w * x * y
-        yy += w * y * y
-        xz += w * x * z
-        yz += w * y * z
+    total = weights.sum()
+    centre = weights @ points / total
+    p = points - centre
+    moments = (p.T * weights) @ p
     prior = total * SPREAD * SPREAD
-    xx, yy, xz, yz = xx + prior, yy + prior, xz + prior * slope_x, yz + prior * slope_y
+    xx, xy, yy = moments[0, 0] + prior, moments[0, 1], moments[1, 1] + prior
+    xz, yz = moments[0, 2] + prior * slope_x, moments[1, 2] + prior * slope_y
     det = xx * yy - xy * xy
     return centre, (yy * xz - xy * yz) / det, (xx * yz - xy * xz) / det
-
-
-@internal
-def move_reference(plane: Plane, reference: Float[np.ndarray, " xy"]) -> None:
-    """State the height of a plane at another reference point."""
-    plane.height += plane.slope_x * (reference[0] - plane.x)
-    plane.height += plane.slope_y * (reference[1] - plane.y)
-    plane.x, plane.y = reference[0], reference[1]
 
 
 @internal

@@ -37,21 +37,20 @@ def normal_force(
     if abs(math.sin(q[2])) < LEAST_BEND:
         return math.nan
     lengths, up = parameters.lengths[leg], parameters.up[leg]
-    rate, acceleration, zero, g = np.empty(3), np.empty(3), np.zeros(3), STANDARD_GRAVITY
-    joint_motion(lengths, lengths[3], q, up, zero, rate, acceleration)
+    rate, acceleration, g = np.empty(3), np.empty(3), STANDARD_GRAVITY * up
+    joint_motion(lengths, lengths[3], q, up, np.zeros(3), rate, acceleration)
     s1, c1 = sincos(q[0])
     weight = elevated(
         lengths,
         parameters.link_mass[leg],
         parameters.link_moment[leg],
         parameters.link_inertia[leg],
-        into_coxa(g * up[0], g * up[1], g * up[2], s1, c1),
+        into_coxa(g[0], g[1], g[2], s1, c1),
         sincos(q[1]),
         sincos(q[1] + q[2]),
     )
-    force = rate[0] * (weight.g1 - torque[0])
-    force += rate[1] * (weight.g2 + weight.g3 - torque[1])
-    return force + rate[2] * (weight.g3 - torque[2])
+    holding = np.array([weight.g1, weight.g2 + weight.g3, weight.g3])
+    return rate @ (holding - torque)
 
 
 @internal
@@ -96,5 +95,4 @@ def estimate_compliance(
 def foot_height(parameters: EstimatorParameters, leg: int, q: Float[np.ndarray, "3"]) -> float:
     """Return the height of a foot over its hip [m]."""
     lengths, up = parameters.lengths[leg], parameters.up[leg]
-    x, y, z = forward_kinematics(lengths, lengths[3], q[0], q[1], q[2])
-    return up[0] * x + up[1] * y + up[2] * z
+    return up @ np.array(forward_kinematics(lengths, lengths[3], q[0], q[1], q[2]))

@@ -7,14 +7,13 @@ of records.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum, IntFlag
 from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.control.estimation.admittance import STANCE_STIFFNESS, SWING_STIFFNESS, transition
 from phasmid.control.estimation.settings import EstimatorSettings
 from phasmid.control.records import record_of
 from phasmid.control.types import Contact
@@ -26,6 +25,16 @@ from phasmid.units import STANDARD_GRAVITY
 
 DELAY_UPDATES = 128
 """Length of the delay lines; the array shapes of `EstimatorState` repeat it."""
+
+SWITCH_ON = 0.5
+"""Reading of a switch in contact."""
+
+FORCE_ON, FORCE_OFF = 0.35, 0.16
+"""Measured normal force from which a foot is in contact, and below which it loses contact, divided
+by the weight that each foot bears when all stand."""
+
+LOAD_ON, LOAD_OFF = 0.4, 0.2
+"""The same for forces computed from joint loads or position errors."""
 
 
 class SensorKind(IntEnum):
@@ -70,7 +79,7 @@ class Measurements:
     joint_position: Float[np.ndarray, "legs 3"]  # [rad]
     joint_load: Float[np.ndarray, "legs 3"]  # servo output over its maximum
     contact: Float[np.ndarray, " legs"]  # switches, 0 or 1
-    normal_force: Float[np.ndarray, " legs"]  # force sensors of the feet [N]
+    foot_normal_force: Float[np.ndarray, " legs"]  # force sensors of the feet [N]
     orientation: Float[np.ndarray, "4"]  # of the body, w x y z
     angular_velocity: Float[np.ndarray, "3"]  # gyro, body axes [rad/s]
     acceleration: Float[np.ndarray, "3"]  # accelerometer, body axes [m/s²]
@@ -112,9 +121,6 @@ class FootEstimate:
     foothold_weight: float  # in the ground plane, 0 to 1
     deflection: float  # height over the joint targets' position, from the body [m]
     sag: float  # height that the foot lacks in the air, or lacked at touchdown [m]
-    desired_force: float  # share of the robot's weight [N]
-    offset: float  # by admittance, upwards [m]
-    offset_velocity: float  # [m/s]
 
 
 @dataclass(eq=False)
@@ -150,11 +156,9 @@ class BodyLevelling:
 
     up: Float[np.ndarray, "3"]  # low-pass filtered
     started: int  # 1 after the first update
-    forward: float  # shift [m]
-    lateral: float
+    shift: Float[np.ndarray, "2"]  # forward and lateral [m]
     rise: float  # of the shift along the ground [m]
-    roll: float  # [rad]
-    pitch: float
+    lean: Float[np.ndarray, "2"]  # roll and pitch [rad]
 
 
 @dataclass(eq=False)
@@ -175,40 +179,32 @@ class EstimatorState:
     body_attitudes: Float[np.ndarray, "128 3 3"]  # delay line, commanded, in odom
     available: Int[np.ndarray, "4"]  # contact sensors of the robot, by SensorKind
     used: Int[np.ndarray, "4"]  # those that contact is detected by
-    reads_joints: int  # 1 while foot forces are computed from the joints
     updates: int  # number of updates
 
 
 @dataclass(eq=False)
-class AdmittanceLaw:
-    """Exact step of a virtual mass, spring and damper; see `transition`."""
-
-    A: Float[np.ndarray, "2 2"]
-    b: Float[np.ndarray, "2"]
-
-
-@dataclass(eq=False)
 class EstimatorParameters:
-    """Settings, and constants of the robot."""
+    """Settings, thresholds, and constants of the robot."""
 
-    settings: EstimatorSettings
+    level: float  # 1: the body is level; 0: parallel to the ground
+    imu_delay: float  # of the inertial readings [s]
     contact_on: Float[np.ndarray, "4"]  # least reading in contact, by SensorKind
     contact_off: Float[np.ndarray, "4"]  # below it contact is lost
-    swing_law: AdmittanceLaw
-    stance_law: AdmittanceLaw
     lengths: Float[np.ndarray, "legs 4"]  # of the links, and the foot's lateral offset [m]
     up: Float[np.ndarray, "legs 3"]  # body's z in hip axes
     link_mass: Float[np.ndarray, "legs 3"]  # [kg]
     link_moment: Float[np.ndarray, "legs 3 3"]  # first moments, as in `link_moments` [kg·m]
     link_inertia: Float[np.ndarray, "legs 3 3 3"]  # about the links' origins [kg·m²]
     dt: float  # update period [s]
-    weight: float  # of the robot [N]
     stall_torque: float  # of a servo [N·m]
     stiffness: float  # of a servo [N·m/rad]
     joint_delay: int  # of the joint readings [updates]
     attitude_delay: int  # length of the attitude's delay line [updates]
     leg_count: int
 
+
+MEASURED = tuple(field.name for field in fields(Measurements))
+"""Sensor readings of an `Observation` that the estimator uses."""
 
 MEASUREMENTS, ESTIMATOR_STATE, ESTIMATOR_PARAMETERS = (
     record_of(kind) for kind in (Measurements, EstimatorState, EstimatorParameters)
@@ -220,7 +216,7 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
 
     Args:
         robot: The robot.
-        settings: Thresholds, time constants and limits.
+        settings: Levelling and delays.
         dt: Update period [s].
 
     Raises:
@@ -233,23 +229,16 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
                 f"{name} is {delay:g} s; it must be at most {DELAY_UPDATES - 1} update periods, "
                 f"{(DELAY_UPDATES - 1) * dt:g} s."
             )
-    arrays, weight = robot.arrays, robot.mass * STANDARD_GRAVITY
-    own = weight / len(robot.legs)
-    swing, stance = (AdmittanceLaw(*transition(k, dt)) for k in (SWING_STIFFNESS, STANCE_STIFFNESS))
-    force = settings.force_on * own, settings.force_off * own
-    load = settings.load_on * own, settings.load_off * own
-    contact_on, contact_off = np.array([(0.5, 0.5), force, load, load]).T
+    arrays, own = robot.arrays, robot.mass * STANDARD_GRAVITY / len(robot.legs)
     return EstimatorParameters(
-        settings,
-        contact_on,
-        contact_off,
-        swing,
-        stance,
+        settings.level,
+        settings.imu_delay,
+        np.array([SWITCH_ON, FORCE_ON * own, LOAD_ON * own, LOAD_ON * own]),
+        np.array([SWITCH_ON, FORCE_OFF * own, LOAD_OFF * own, LOAD_OFF * own]),
         np.column_stack(geometry(arrays)),
         arrays.R_body_hip[:, 2],
         *link_moments(arrays),
         dt,
-        weight,
         robot.servo.stall_torque,
         robot.servo.stiffness,
         max(1, round(settings.joint_delay / dt)),
@@ -265,7 +254,6 @@ def clear(states: np.ndarray) -> None:
         states: Records of `EstimatorState`, written.
     """
     states[:] = np.zeros((), ESTIMATOR_STATE)
-    states["reads_joints"] = 1
     states["attitude"]["up"][:, 2] = 1.0
     feet = states["feet"]
     feet["was_standing"], feet["contact"] = 1, Contact.UNKNOWN

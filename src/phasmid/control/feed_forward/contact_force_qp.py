@@ -1,8 +1,8 @@
 """Foot forces within friction and torque limits at one instant, by a quadratic programme.
 
-Unknowns are y of F = F_least + W y for each foot that carries load, and s, the part of the motion
-that is left out. The programme minimises |y|² + s² + `MOTION_COST` s. Forces are in units of the
-robot's load at rest, moments in units of that load times the largest distance of a foot.
+Unknowns are y of F = F_least + √share y for each foot that carries load, and s, the part of the
+motion that is left out. The programme minimises |y|² + s² + `MOTION_COST` s. Forces are in units of
+the robot's load at rest, moments in units of that load times the largest distance of a foot.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 
 import daqp
 import numpy as np
+from scipy.linalg import block_diag
 
 from phasmid.compiled import compiled
 from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
@@ -66,7 +67,7 @@ def limit_forces(state: State, robot: Parameters) -> bool:
     if not (load > 0.0 and count):
         return False
     feet, J = required.foot[carries], required.jacobian[carries]
-    unit, W = 1.0 / max(np.abs(feet).max(), 1e-9), np.linalg.cholesky(state.inverse_cost[carries])
+    unit, root = 1.0 / max(np.abs(feet).max(), 1e-9), np.sqrt(state.load_share[carries])
     A = np.zeros((6 + (FACES + 3) * count, 3 * count + 1))
     lower, upper = np.full(sum(A.shape), -UNBOUNDED), np.full(sum(A.shape), UNBOUNDED)
     lower[3 * count], upper[3 * count] = 0.0, 1.0
@@ -77,11 +78,11 @@ def limit_forces(state: State, robot: Parameters) -> bool:
     bounds[0][:6] = bounds[1][:6] = 0.0
     torque = required.torque - np.einsum("lij,li->lj", required.jacobian, force)
     faces = _pyramid(state.normals[carries], robot.friction * INSCRIBED)
-    grasp = grasp_matrix(unit * feet).reshape(6, count, 3).swapaxes(0, 1)
     friction, torques = slice(6, 6 + FACES * count), slice(6 + FACES * count, None)
-    A[:6, :-1] = (grasp @ W).swapaxes(0, 1).reshape(6, -1)
-    A[friction, :-1] = _block_diagonal(faces @ W)
-    A[torques, :-1] = _block_diagonal(-J.swapaxes(1, 2) @ W)
+    A[:6, :-1] = grasp_matrix(unit * feet)
+    A[friction, :-1] = block_diag(*faces)
+    A[torques, :-1] = block_diag(*-J.swapaxes(1, 2))
+    A[:, :-1] *= np.repeat(root, 3)
     A[torques, -1] = (rest.torque - required.torque)[carries].ravel() / load
     bounds[1][friction] = -(faces @ force[carries][..., None]).ravel() / load
     low, high = (state.torque_limits - torque)[:, carries] / load
@@ -96,19 +97,11 @@ def limit_forces(state: State, robot: Parameters) -> bool:
     scale = max(1.0 - float(x[-1]), 0.0)
     state.motion_scale = 1.0 if scale >= WHOLE else scale
     force[~carries] = 0.0
-    force[carries] += load * np.einsum("lij,lj->li", W, x[:-1].reshape(-1, 3))
+    force[carries] += load * root[:, None] * x[:-1].reshape(-1, 3)
     load_joints(state)
     state.joint_torque += (1.0 - state.motion_scale) * (rest.torque - required.torque)
     state.torque_utilisation = utilisation_of(state)
     return True
-
-
-def _block_diagonal(blocks: np.ndarray) -> np.ndarray:
-    """Return the block-diagonal matrix of blocks of shape (feet, rows, 3)."""
-    count, rows, _ = blocks.shape
-    matrix, i = np.zeros((count, rows, count, 3)), np.arange(count)
-    matrix[i, :, i] = blocks
-    return matrix.reshape(count * rows, 3 * count)
 
 
 def _pyramid(normals: np.ndarray, friction: float) -> np.ndarray:

@@ -49,8 +49,7 @@ def update_load_shares(
     """
     clock, transfer, dt = engine_state.clock, robot.load_transfer, robot.update_period
     for leg in range(state.leg_count):
-        for i in range(3):
-            state.normals[leg, i] = reference.ground_normal[i]
+        state.normals[leg] = reference.ground_normal
         if engine_state.leg_phase[leg] != LegPhase.STANCE:
             state.time_since_touchdown[leg] = state.load_share[leg] = 0.0
             continue
@@ -73,28 +72,24 @@ def update_load_shares(
 def set_motion(engine_state: engine.State, motion: Motion) -> None:
     """Write the engine's motion, whose time may run slower than the clock."""
     rate = engine_state.clock.time_scale
-    for i in range(3):
-        for k in range(3):
-            motion.R_world_body[i, k] = engine_state.R_odom_body[i, k]
-        motion.angular_velocity[i] = rate * engine_state.angular_velocity[i]
-        motion.angular_acceleration[i] = rate * rate * engine_state.angular_acceleration[i]
-        motion.acceleration[i] = rate * rate * engine_state.body_acceleration[i]
-        for leg in range(engine_state.leg_count):
-            motion.q[leg, i] = engine_state.q[leg, i]
-            motion.qd[leg, i] = rate * engine_state.qd[leg, i]
-            motion.qdd[leg, i] = rate * rate * engine_state.qdd[leg, i]
+    motion.R_world_body[:] = engine_state.R_odom_body
+    motion.angular_velocity[:] = rate * engine_state.angular_velocity
+    motion.angular_acceleration[:] = rate**2 * engine_state.angular_acceleration
+    motion.acceleration[:] = rate**2 * engine_state.body_acceleration
+    motion.q[:] = engine_state.q
+    motion.qd[:] = rate * engine_state.qd
+    motion.qdd[:] = rate**2 * engine_state.qdd
 
 
-@internal
+@compiled
 def solve(state: State, robot: Parameters) -> None:
     """Write the cheapest foot forces of the motion, torques, friction and torque utilisation."""
     solve_inverse_dynamics(robot, state.motion, state.required)
-    for leg in range(state.leg_count):
-        for k in range(3):
-            loss = robot.torque_drop * state.motion.qd[leg, k]
-            state.torque_limits[1, leg, k] = max(robot.stall_torque - max(loss, 0.0), 0.0)
-            state.torque_limits[0, leg, k] = min(-robot.stall_torque - min(loss, 0.0), 0.0)
-    share_load(state, robot)
+    # Torque falls with the speed in its own direction.
+    loss = robot.torque_drop * state.motion.qd
+    state.torque_limits[1] = np.maximum(robot.stall_torque - np.maximum(loss, 0.0), 0.0)
+    state.torque_limits[0] = np.minimum(-robot.stall_torque - np.minimum(loss, 0.0), 0.0)
+    share_load(state)
     load_joints(state)
     state.motion_scale = 1.0
 
@@ -104,8 +99,7 @@ def release_pulling_feet(state: State) -> bool:
     """Set the share of feet to 0 that have the least share and would pull; True if any does."""
     pulls = False
     for leg in range(state.leg_count):
-        n, f = state.normals[leg], state.foot_force[leg]
-        normal_force = f[0] * n[0] + f[1] * n[1] + f[2] * n[2]
+        normal_force = state.foot_force[leg] @ state.normals[leg]
         if state.load_share[leg] == LEAST_SHARE and normal_force < 0.0:
             state.load_share[leg] = 0.0
             pulls = True
@@ -127,8 +121,11 @@ def compute_feed_forward(
     update_load_shares(engine_state, reference, state, robot)
     set_motion(engine_state, state.motion)
     solve(state, robot)
-    if math.isinf(state.friction) and release_pulling_feet(state):
-        share_load(state, robot)
+    if math.isinf(state.friction):
+        shares = state.load_share.copy()
+        if not release_pulling_feet(state):
+            return
+        share_load(state)
         load_joints(state)
         if (
             not state.missing <= MISSING
@@ -136,10 +133,8 @@ def compute_feed_forward(
             or state.torque_utilisation > 1.0
         ):
             # The other feet cannot carry the robot, pull themselves, or need too much torque.
-            for leg in range(state.leg_count):
-                if state.load_share[leg] == 0.0 and engine_state.leg_phase[leg] == LegPhase.STANCE:
-                    state.load_share[leg] = LEAST_SHARE
-            share_load(state, robot)
+            state.load_share[:] = shares
+            share_load(state)
             load_joints(state)
 
 
@@ -148,7 +143,7 @@ class FeedForward:
 
     Args:
         robot: The robot, L legs.
-        settings: Force model and limits.
+        settings: Limits.
         update_period: Time from one update to the next [s].
         memory: Record of one engine, shape (1,); None for a new one.
 

@@ -20,24 +20,26 @@ from phasmid.units import STANDARD_GRAVITY
 
 @dataclass(eq=False)
 class Parameters:
-    """Masses of a robot with L legs, limits of its servos, and how feet share the load."""
+    """Masses of a robot with L legs, limits of its servos, and how feet share the load.
 
-    lengths: Float[np.ndarray, "legs 4"]  # of the links, and the foot's lateral offset [m]
-    link_mass: Float[np.ndarray, "legs 3"]  # [kg]
-    link_moment: Float[np.ndarray, "legs 3 3"]  # first moments, as in `link_moments` [kg·m]
-    link_inertia: Float[np.ndarray, "legs 3 3 3"]  # about the links' origins [kg·m²]
+    The first fields are those of `dynamics.whole_body_kernels.RobotMoments`.
+    """
+
+    lengths: Float[np.ndarray, "legs 3"]  # of the links [m]
+    left: Float[np.ndarray, " legs"]  # offset of the foot from the leg's plane [m]
+    mass: Float[np.ndarray, "legs 3"]  # of the links [kg]
+    first: Float[np.ndarray, "legs 3 3"]  # first moments, as in `link_moments` [kg·m]
+    second: Float[np.ndarray, "legs 3 3 3"]  # inertias about the links' origins [kg·m²]
     R_body_hip: Float[np.ndarray, "legs 3 3"]
     p_body_hip: Float[np.ndarray, "legs 3"]  # [m]
     trunk_mass: float  # [kg]
-    trunk_moment: Float[np.ndarray, "3"]  # first moment about the body's origin [kg·m]
-    trunk_inertia: Float[np.ndarray, "3 3"]  # about the body's origin [kg·m²]
+    trunk_first: Float[np.ndarray, "3"]  # first moment about the body's origin [kg·m]
+    trunk_second: Float[np.ndarray, "3 3"]  # about the body's origin [kg·m²]
     armature: float  # of each joint's rotor, seen at the joint [kg·m²]
     gravity: float  # acceleration of free fall [m/s²]
     stall_torque: float  # of a servo at rest that may be used [N·m]
     torque_drop: float  # loss of that torque per joint speed [N·m·s/rad]
     friction: float  # coefficient of friction that foot forces may use
-    cost: int  # MINIMUM_NORM, WEIGHTED or MINIMUM_TORQUE
-    cost_option: float  # tangential weight, or lever [m], of that cost
     load_transfer: float  # time in which a foot takes on or gives up its load [s]
     update_period: float  # [s]
     leg_count: int
@@ -77,8 +79,6 @@ class State:
     normals: Float[np.ndarray, "legs 3"]  # of the ground under the feet
     required: InverseDynamics  # by the motion
     at_rest: InverseDynamics  # by its pose; filled where limits count
-    inverse_cost: Float[np.ndarray, "legs 3 3"]  # of each foot, times its share
-    cost_gradient: Float[np.ndarray, "legs 3"]  # linear part of each foot's cost
     torque_limits: Float[np.ndarray, "2 legs 3"]  # lowest and highest at these speeds [N·m]
     foot_force: Float[np.ndarray, "legs 3"]  # of the ground on the feet [N]
     joint_torque: Float[np.ndarray, "legs 3"]  # [N·m]
@@ -94,12 +94,11 @@ PARAMETERS, STATE = record_of(Parameters), record_of(State)
 
 
 def parameters_of(robot: Robot, settings: FeedForwardSettings, update_period: float) -> Parameters:
-    """Return the parameters of a robot, with force model and limits of the settings."""
+    """Return the parameters of a robot, with the limits of the settings."""
     arrays, body, servo = robot.arrays, robot.body, robot.servo
     stall_torque = settings.torque_used * servo.stall_torque
-    cost, cost_option = settings.cost()
     return Parameters(
-        np.column_stack(geometry(arrays)),
+        *geometry(arrays),
         *link_moments(arrays),
         arrays.R_body_hip,
         arrays.p_body_hip,
@@ -110,8 +109,6 @@ def parameters_of(robot: Robot, settings: FeedForwardSettings, update_period: fl
         stall_torque,
         stall_torque / servo.no_load_speed,
         settings.friction * settings.friction_used,
-        cost,
-        cost_option,
         settings.load_transfer,
         update_period,
         len(robot.legs),
