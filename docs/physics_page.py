@@ -76,10 +76,10 @@ keeps all of the engine's default numbers, its friction no harder than its norma
 
 ## The second simulator
 
-Prescribed joints leave the trunk's six degrees of freedom. Seen from the trunk everything else is
-known beforehand: centre of mass, inertia J about it, the legs' own angular momentum l, and each
-contact point with its speed. The state is the place and momentum of the centre of mass, the
-orientation, and the angular momentum about the centre of mass:
+Its ground is level. Prescribed joints leave the trunk's six degrees of freedom. Seen from the trunk
+everything else is known beforehand: centre of mass, inertia J about it, the legs' own angular
+momentum l, and each contact point with its speed. The state is the place and momentum of the centre
+of mass, the orientation, and the angular momentum about the centre of mass:
 
     c' = p/m,   p' = m g + Σ F,   L' = Σ r × F,   R' = R [w]×,   w = J⁻¹ (Rᵀ L − l)
 

@@ -146,7 +146,7 @@ def walk_over(
         scenario,
         standing(scenario, robot, None),
         controller,
-        lambda *_: command,
+        command,
         rate=RATE,
         between="hold",
         faults=Faults(robot, (), scenario.sensors.contact_threshold),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from phasmid import JointTrajectory, drive, load_recording, load_scenario, plan, simulate
+from phasmid import drive, load_scenario, plan, simulate
 from phasmid.control import Command, JointTargets, Player
 from phasmid.errors import InvalidInput
 
@@ -51,16 +51,6 @@ def test_with_an_update_at_each_step_servos_are_told_what_the_walk_tells_them():
         assert np.abs(driven[name] - walked[name]).max() < 1e-9, name
 
 
-def test_a_trajectory_is_played_too():
-    time = np.arange(101) * 5e-3
-    trajectory = JointTrajectory(WALK.robot, time, WALK.sample(time).q)
-    scenario = PAPER.replace(duration=0.5)
-    walked, driven = simulate(scenario, trajectory), drive(scenario, Player(trajectory))
-    apart = np.abs(driven.body_position.values - walked.body_position.values).max()
-    assert apart < 5e-9
-    assert "stance" not in driven
-
-
 def test_the_controller_is_asked_at_its_own_rate_and_told_the_truth():
     still = Still()
     run = drive(PAPER.replace(duration=0.1), still, Command(velocity=(0.1, 0.0, 0.2)), rate=250)
@@ -88,15 +78,6 @@ def test_the_commands_may_follow_time_and_what_is_observed_and_end_the_run():
     assert run.attrs["ending"] == "COMPLETED"
     assert float(run.time[-1]) == pytest.approx(0.054, abs=1e-9)
     assert float(run.velocity_command[-1, 0]) == pytest.approx(0.05)
-
-
-def test_a_log_holds_what_memory_holds(tmp_path):
-    scenario = PAPER.replace(duration=0.6)
-    inside = drive(scenario, Player(WALK))
-    logged = drive(scenario, Player(WALK), log=tmp_path / "run.mcap")
-    assert inside.attrs == logged.attrs == load_recording(tmp_path / "run.mcap").attrs
-    for name in inside.data_vars:
-        assert np.array_equal(inside[name], logged[name]), name
 
 
 def test_between_updates_joints_hold_go_on_or_reach_their_targets():

@@ -76,15 +76,6 @@ def test_left_and_right_are_mirror_images(changes):
     np.testing.assert_allclose(loads[0], loads[1][::-1], rtol=0, atol=1e-3)
 
 
-def test_constant_speed_stance_walks_without_stopping():
-    scenario = load_scenario("paper").replace(stance_timing="constant-speed", duration=4.0)
-    run = simulate(scenario, plan(scenario))
-    # 40 mm/s after the first step; contact gives a little at each touchdown.
-    speed = run.body_velocity.values[500:, 0]
-    assert speed.mean() == pytest.approx(0.04, rel=0.02)
-    assert speed.min() > 0.02
-
-
 @pytest.mark.parametrize(("preset", "gait"), WALKS)
 def test_soft_servos_walk_too_but_not_as_far(preset, gait):
     # A servo of 9.2 N m/rad gives way by 0.1 rad under the load of a stance and springs back in

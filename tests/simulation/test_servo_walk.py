@@ -8,7 +8,7 @@ from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, simulate
+from phasmid.simulation import simulate
 from walks import with_servo
 
 PAPER = load_scenario("paper").replace(drive="servo", duration=2.0)
@@ -34,27 +34,6 @@ def test_a_robot_walks_on_its_own_servos(preset):
     # Over a whole cycle the feet carry the weight.
     carried = run.foot_normal_force.sum("leg").sel(time=slice(2.0, 4.0)).mean()
     assert float(carried) == pytest.approx(weight, rel=5e-3)
-
-
-def test_no_recorded_sample_exceeds_the_servos_limits(weak_walk):
-    # |duty| <= limit; with w = (duty V - R i)/k a motor that drives (i w > 0) is no faster than
-    # limit V/k, draws no more than limit V/R, and lifts no more than the stall torque at that
-    # voltage; the joints stay within their range.
-    motor = ROBOT.servo.motor
-    duty, current = weak_walk.servo_duty.values, weak_walk.servo_current.values
-    speed = (9.0 * duty - motor.resistance * current) / motor.constant
-    drives = current * speed > 0
-    given = 0.3 * 9.0
-    assert np.abs(duty).max() <= 0.3 + 1e-9
-    assert np.abs(speed[drives]).max() <= given / motor.constant + 1e-9
-    assert np.abs(current[drives]).max() <= given / motor.resistance + 1e-9
-    lifts = (1 - motor.load_loss) * motor.constant * np.abs(current[drives]) - motor.coulomb
-    assert lifts.max() <= motor.stall_torque(given) + 1e-9
-    assert (np.abs(duty) == 0.3).any()
-    limits = np.array([leg.joint_limits for leg in ROBOT.legs])
-    q = weak_walk.joint_position.values
-    assert (q >= limits[..., 0] - 1e-9).all()
-    assert (q <= limits[..., 1] + 1e-9).all()
 
 
 def test_saturation_load_and_heat_are_in_the_summary(weak_walk):
@@ -103,24 +82,6 @@ def test_servos_at_full_output_for_too_long_shut_down():
     assert "(overload)" in run.attrs["ending_reason"]
 
 
-def test_the_walk_begins_with_cold_servos_whatever_settling_did():
-    scenario = PAPER.replace(ambient_temperature=31.0, duration=0.1)
-    run = Run(scenario, plan(scenario))
-    temperature = run.drive.channels(run.drive.state[None])["servo_temperature"]
-    assert (temperature == 31.0).all()
-
-
-def test_the_way_does_not_hang_on_the_time_step():
-    # First-order integration and servos that look at the position each millisecond all the same:
-    # half the step changes the way of a cycle by less than the friction's stick and slip do, 2 mm.
-    ways = []
-    for dt in (1e-3, 0.5e-3):
-        scenario = PAPER.replace(dt=dt)
-        run = simulate(scenario, plan(scenario))
-        ways.append(float(run.body_position[-1, 0]))
-    assert ways[0] == pytest.approx(ways[1], abs=2e-3)
-
-
 @pytest.mark.parametrize(
     ("scenario", "said"),
     [
@@ -133,12 +94,3 @@ def test_the_way_does_not_hang_on_the_time_step():
 def test_a_servo_that_cannot_be_run_is_refused(scenario, said):
     with pytest.raises(InvalidInput, match=said):
         simulate(scenario, plan(scenario))
-
-
-def test_settings_of_the_scenario_replace_the_servos_own():
-    servo = PAPER.replace(compliance_margin=2, compliance_slope=(16, 64), punch=0).servo.set_up(
-        ROBOT.servo
-    )
-    assert (servo.compliance_margin, servo.compliance_slope) == ((2.0, 2.0), (16.0, 64.0))
-    assert servo.punch == 0.0
-    assert servo.torque_limit == ROBOT.servo.torque_limit

@@ -96,15 +96,6 @@ def test_engine_and_planner_have_one_height(robot, kind, yaw):
     assert max(worst) < 1e-3
 
 
-def test_contact_on_planes_of_the_feet_is_contact_on_the_plane():
-    # Waves without height are the level ground: each foot's own plane is the one plane. The
-    # engine's iterations end at 1e-8 of their scale; 1e-6 of 9 N.
-    flat, own = PAPER.replace(duration=1), on("waves", wave_height=0.0, duration=1)
-    first, second = (simulate(scenario, plan(scenario)) for scenario in (flat, own))
-    for name in ("foot_force", "joint_torque", "body_position"):
-        assert second[name].values == pytest.approx(first[name].values, abs=1e-5)
-
-
 @pytest.mark.parametrize(("friction", "sticks"), [(0.7, True), (0.1, False)])
 def test_what_stands_on_ice_slides_and_on_rubber_sticks(friction, sticks):
     # With gravity tilted by 15° a body slides where tan 15° = 0.27 exceeds the friction of the
@@ -180,16 +171,6 @@ def test_a_trunk_on_a_step_has_fallen_and_beside_it_has_not(robot):
     )
     qpos[:, 0] = -0.1
     assert check_termination(robot, qpos, qvel, high) is None
-
-
-def test_on_a_raised_floor_the_watch_counts_from_that_floor(robot):
-    # Lifted with the floor by 1 m the robot is as well as before; sunk by 80 mm it lies.
-    qpos, qvel = np.zeros((2, 25)), np.zeros((2, 24))
-    qpos[:, 2], qpos[:, 3] = 1.1, 1.0
-    floor = Ground(Steps((-9.0,), (1.0,)), 0.7)
-    assert check_termination(robot, qpos, qvel, floor) is None
-    qpos[:, 2] -= 0.08
-    assert check_termination(robot, qpos, qvel, floor) is not None
 
 
 def test_a_replay_refuses_a_height_map_whose_file_has_changed(tmp_path):

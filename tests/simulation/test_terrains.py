@@ -7,7 +7,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from phasmid.errors import InfeasibleWalk
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import plan
 from phasmid.reporting import summarise
@@ -80,14 +79,6 @@ def test_a_robot_on_a_slope_creeps_down_it_as_its_friction_damps(name):
     assert creep(math.radians(15)) / 4 < -uphill * way < creep(math.radians(15)) + 0.0048
 
 
-@pytest.mark.parametrize("name", ["slope-up", "stairs", "waves"])
-def test_the_ground_carries_the_weight_wherever_it_is(name):
-    # Row 25: the mean of the vertical forces over whole cycles is the weight, less what the trunk
-    # gains in vertical speed, nothing between two stops.
-    _, _, run = walked_over(name)
-    assert run.foot_force.values[:-1, :, 2].sum(axis=1).mean() == pytest.approx(26, rel=0.002)
-
-
 @pytest.mark.parametrize("name", ["stairs", "waves", "slope-sideways"])
 def test_normal_forces_follow_the_model_on_uneven_ground(name):
     # Away from switches, as on level ground; across the slope the feet that creep share the
@@ -133,12 +124,6 @@ def test_a_run_begins_with_the_plans_velocities():
     assert np.abs(trunk.angular_velocity[0]).max() > 0.05
     assert np.abs(velocity[:3] - planned).max() < 1e-12
     assert np.abs(velocity[3:] - trunk.velocity[0]).max() < 1e-12
-
-
-def test_a_slope_steeper_than_friction_holds_is_refused():
-    # tan 15 degrees = 0.27: with a friction of 0.2 all feet would slide.
-    with pytest.raises(InfeasibleWalk, match=r"every foot would slide: .* the slope takes 0\.27"):
-        walked(**TERRAINS["slope-up"], friction=0.2, duration=2.0)
 
 
 def test_recorded_normal_forces_are_never_negative():

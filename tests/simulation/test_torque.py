@@ -8,7 +8,6 @@ import pytest
 import phasmid
 from phasmid.errors import InvalidInput
 from phasmid.motion import JointTrajectory
-from walks import with_servo
 
 
 def walk(**changes):
@@ -32,19 +31,6 @@ def test_joints_that_are_driven_by_torque_follow_a_walk(robot: str) -> None:
     assert way == pytest.approx(planned[-1, 0] - planned[0, 0], rel=0.02)
 
 
-@pytest.mark.parametrize("stall", [1.5, 0.5])
-def test_torques_stay_within_the_line_of_the_servo(stall: float) -> None:
-    # The engine clamps at the start of each step, by the speed that the sample tells: the limits
-    # tau_s (1 - |w| / w_0) hold to the round-off of that product, 1e-16 N m; 1e-9 is the house's.
-    robot = with_servo(stall_torque=stall)
-    _, run = walk(robot=robot, position_gain=2500.0)
-    torque, speed = run.joint_torque.values, run.joint_velocity.values
-    drop = stall / robot.servo.no_load_speed
-    upper = np.maximum(stall - np.maximum(drop * speed, 0), 0)
-    lower = np.minimum(-stall - np.minimum(drop * speed, 0), 0)
-    assert np.maximum(torque - upper, lower - torque).max() <= 1e-9
-
-
 def test_a_trajectory_of_joint_angles_cannot_be_driven_by_torque() -> None:
     scenario = phasmid.load_scenario("paper").replace(drive="torque", duration=1.0)
     plan = phasmid.plan(scenario)
@@ -55,10 +41,3 @@ def test_a_trajectory_of_joint_angles_cannot_be_driven_by_torque() -> None:
         'drive is "torque" and the joints follow a trajectory without foot '
         "contacts; it must be another drive."
     )
-
-
-def test_gains_say_so_where_they_do_nothing() -> None:
-    from phasmid.scenario.relevance import idle_fields
-
-    scenario = phasmid.load_scenario("paper").replace(position_gain=400.0)
-    assert idle_fields(scenario) == ['position_gain has no effect with drive "prescribed".']

@@ -94,7 +94,7 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
         live.take_events()
     assert live.now == pytest.approx(1.5, abs=1e-9)
     assert live.failure is None
-    run, controller = live.run, live.driving.controller
+    run, controller = live.run, live.run.controller
     assert isinstance(controller, SafetyFilter)
     assert len(run.command_changes) <= 1
     assert not controller.events

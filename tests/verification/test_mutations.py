@@ -22,7 +22,6 @@ import phasmid.verification.servo
 from phasmid.gait import Gait
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model
-from phasmid.simulation.experiment import WalkExperiment
 from phasmid.simulation.servo import ServoDrive
 from phasmid.verification import (
     CHECKS,
@@ -383,13 +382,13 @@ def test_a_walk_that_ends_early_is_a_row_that_fails():
 def test_ctrl_c_ends_the_verification_and_not_only_a_walk_of_it(monkeypatch):
     import signal
 
-    right = WalkExperiment.simulate
+    right = Run.simulate
 
     def interrupt(*arguments, **options):
         signal.raise_signal(signal.SIGINT)
         return right(*arguments, **options)
 
-    monkeypatch.setattr(WalkExperiment, "simulate", interrupt)
+    monkeypatch.setattr(Run, "simulate", interrupt)
     for number in (25, 28):
         with pytest.raises(KeyboardInterrupt):
             CHECKS[number].rows(Laboratory(PAPER.replace(duration=0.1)))

@@ -36,12 +36,12 @@ def run(options: argparse.Namespace) -> int:
     script = _script(options)
     policy = _policy(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
-    from phasmid.simulation import DriveExperiment, check_drive
+    from phasmid.simulation import Run, check_drive, new_drive
 
     faults = options.fault or []
     check_drive(scenario.driven(), rate=options.rate, between=options.between, faults=faults)
 
-    def experiment() -> DriveExperiment:
+    def begin() -> Run:
         controller = None
         if policy is None:
             compile_controller(scenario, rate=options.rate, quiet=options.quiet)
@@ -49,11 +49,11 @@ def run(options: argparse.Namespace) -> int:
             from phasmid.learning import PolicyController
 
             controller = PolicyController(policy, scenario.load_robot())
-        return DriveExperiment(
+        return new_drive(
             scenario, controller, script, rate=options.rate, between=options.between, faults=faults
         )
 
-    return walk.make_run(experiment, scenario, options, _words(options))
+    return walk.make_run(begin, scenario, options, _words(options))
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -11,11 +12,22 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import numbers
-from phasmid.control import Command, Controller, JointTargets, Observation, Posture
+from phasmid.control import (
+    Command,
+    CommandScript,
+    Controller,
+    JointTargets,
+    Observation,
+    Player,
+    Posture,
+    commands_to_text,
+)
+from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import Motion
 from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.recording import Attributes
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation.channels import sample_channels
@@ -31,11 +43,11 @@ Between: TypeAlias = Literal["hold", "linear", "cubic"]
 ``linear``: they go on with the targets' velocities; ``cubic``: joints go from the last targets to
 the new ones, and reach them with the targets' velocities at the next update."""
 
-Pose: TypeAlias = tuple[float, float, float]
-"""True pose of the body in the world: x, y [m] and yaw [rad]."""
+Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
+"""A constant command, a script, or a function of time [s] and observation; None ends the run."""
 
-Commands: TypeAlias = Callable[[float, Observation, Callable[[], Pose]], Command | None]
-"""Returns the command at a time of the controller's clock [s]; None ends the run."""
+MOST_EVENTS = 10_000
+"""Most events of a controller that a recording keeps."""
 
 RISEN = 0.01
 """Height of a trunk over the ground above which it no longer lies [m]."""
@@ -158,16 +170,15 @@ class ClosedLoopRun(Run):
         scenario: Its robot, ground, drive, time step and duration are used.
         begin: A motion at whose first instant the robot begins.
         controller: Returns the targets.
-        commands: Return the command at each update.
+        commands: A command, a script, or a function that returns the command at each update.
         rate: Updates per second [1/s]; a period is a whole number of time steps.
         between: Interpolation of targets between updates.
         faults: Faults of sensors and servos with their times.
-        interrupted: The robot stops settling as soon as this is not empty.
+        attributes: Further attributes of the recording.
         endless: Whether the run goes on for as long as it is advanced.
 
     Attributes:
         controller: The controller.
-        commands: Return the command at each update.
         period_steps: Time steps from one update to the next.
         now: Index of the next time step.
         command_changes: Every command that differs from the one before it, with its time [s].
@@ -182,12 +193,12 @@ class ClosedLoopRun(Run):
         scenario: Scenario,
         begin: Motion,
         controller: Controller,
-        commands: Commands,
+        commands: Commanded,
         *,
         rate: float,
         between: Between,
         faults: Faults,
-        interrupted: Sequence[int] = (),
+        attributes: Attributes | None = None,
         endless: bool = False,
     ) -> None:
         self.period_steps = period_steps(scenario, rate)
@@ -196,8 +207,12 @@ class ClosedLoopRun(Run):
         self.block_steps = updates * self.period_steps
         self._controller_failure: Failure | None = None
         self._must_lie = True
-        super().__init__(scenario, begin, interrupted=interrupted, endless=endless)
-        self.controller, self.commands, self.now = controller, commands, self.step
+        super().__init__(scenario, begin, endless=endless)
+        self.controller, self.now = controller, self.step
+        self._commands, self._attributes = commands, attributes or {}
+        self._follower: WaypointFollower | None = None
+        if isinstance(commands, CommandScript) and commands.waypoint:
+            self._follower = WaypointFollower(commands)
         self._shape = len(self.robot.legs), 3
         self._works = np.ones(self._shape, dtype=bool)
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
@@ -269,13 +284,23 @@ class ClosedLoopRun(Run):
             self.drive.fail(3 * leg + joint)
         return self._observer.observe(time, self._works, self._velocity_before)
 
-    def _pose(self) -> Pose:
-        x, y, _, w, i, j, k = self._qpos[:7].tolist()
-        return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+    def _command(self, observation: Observation) -> Command | None:
+        """Return the command at an observation; None where the commands end."""
+        commands, time = self._commands, observation.time
+        if isinstance(commands, Command):
+            return commands
+        if self._follower:
+            # Waypoints are followed by the true pose.
+            x, y, _, w, i, j, k = self._qpos[:7].tolist()
+            yaw = math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+            return self._follower.command(time, (x, y, yaw))
+        if isinstance(commands, CommandScript):
+            return commands.at(time)
+        return commands(time, observation)
 
     def _decide(self, observation: Observation) -> Decision | None:
         """Return command, targets and telemetry of an update; None where the commands end."""
-        command = self.commands(observation.time, observation, self._pose)
+        command = self._command(observation)
         if command is None:
             return None
         if command is not self._newest:
@@ -305,7 +330,7 @@ class ClosedLoopRun(Run):
             # A controller may use MuJoCo too; its warnings do not count.
             self._warnings.clear()
             last = self.now + len(targets) > self.steps
-            steps = self._advance(targets, at=made, last=last, interrupted=interrupted)
+            steps = self._advance(targets, at=made, last=last)
             if steps:
                 self._observer.take(made, made + steps, self.now)
                 made += steps
@@ -356,6 +381,53 @@ class ClosedLoopRun(Run):
         setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
         targets = dict(zip(TARGETS, setpoints[:, self._kept], strict=True))
         return {**telemetry, **targets, **sample_channels(self, samples)}
+
+    def attributes(self) -> Attributes:
+        """Return the attributes of run, controller, commands and faults."""
+        attributes = {**super().attributes(), **self._attributes}
+        if not isinstance(self.controller, Player):
+            attributes.pop("trajectory", None)
+        if isinstance(self._commands, CommandScript):
+            attributes["commands"] = self._commands.to_text()
+        return attributes
+
+    def final_attributes(self) -> Attributes:
+        """Return the controller's events, the waypoints reached, and the commands."""
+        all_events = list(getattr(self.controller, "events", ()))
+        events = [[float(time), str(sentence)] for time, sentence in all_events[:MOST_EVENTS]]
+        if len(all_events) > MOST_EVENTS:
+            events.append([events[-1][0], f"{len(all_events) - MOST_EVENTS} more were not kept"])
+        final = {"events": json.dumps(events, ensure_ascii=False)}
+        if not isinstance(self._commands, CommandScript):
+            # The run ended after the last update with a command, before the one without.
+            end = (self.step - 0.5 * self.period_steps) * self.dt if self.ended else None
+            final["commands"] = commands_to_text(self.command_changes, end)
+        elif self._follower:
+            places = self._commands.waypoint
+            times = [*self._follower.reached, *[None] * len(places)]
+            rows = [
+                {"x": place.x, "y": place.y, "heading": place.heading, "reached": time}
+                for place, time in zip(places, times, strict=False)
+            ]
+            final["waypoints"] = json.dumps(rows)
+        return final
+
+    def shortfall(self) -> Failure | None:
+        """Return which waypoint was not reached, or None."""
+        follower, commands = self._follower, self._commands
+        if follower is None or not isinstance(commands, CommandScript):
+            return None
+        reached, count = len(follower.reached), len(commands.waypoint)
+        if reached == count:
+            return None
+        reason = (
+            f"by {min(self.step, self.steps) * self.dt:.4g} s: {reached} of {count} reached, "
+            f"waypoint {reached + 1} is {follower.remaining}. Try a longer --duration"
+        )
+        return Failure(Ending.INCOMPLETE, self.step, reason)
+
+    def _check_load(self) -> None:
+        """Check nothing: the controller's motion is not known beforehand."""
 
     def _allocate_telemetry(self, decision: Decision) -> dict[str, np.ndarray]:
         """Allocate one row per update of a block for every channel of the telemetry."""

@@ -14,7 +14,7 @@ from phasmid.reporting.steps import away_from_switches
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation import time_step_refinement
-from phasmid.simulation.experiment import REFINED_CYCLES
+from phasmid.simulation.walks import REFINED_CYCLES
 from phasmid.verification.laboratory import CannotMeasure, Laboratory
 from phasmid.verification.row import Row, reading, seen
 
