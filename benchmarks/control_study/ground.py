@@ -148,7 +148,6 @@ def walk_over(
         controller,
         command,
         rate=RATE,
-        between="hold",
         faults=Faults(robot, (), scenario.sensors.contact_threshold),
     )
     start, tilt, aside, why = run.data.qpos[:2].copy(), 0.0, 0.0, "late"

@@ -90,19 +90,16 @@ def test_between_updates_joints_hold_go_on_or_reach_their_targets():
             qd[0, 0] = 2.0
             return JointTargets(q, qd)
 
-    servos = PAPER.replace(duration=0.02, drive="ideal-servo")
-    told = {
-        way: drive(servos, Turning(), between=way).joint_position_target[:, 0, 0].values
-        for way in ("hold", "linear")
-    }
+    servos, torques, prescribed = (
+        drive(PAPER.replace(duration=0.02, drive=kind), Turning()).joint_position_target[:, 0, 0]
+        for kind in ("ideal-servo", "torque", "prescribed")
+    )
     step = np.arange(21)
-    start = told["hold"][0]
-    assert told["hold"] - start == pytest.approx(2e-3 * (step // 5 * 5), abs=1e-12)
-    assert told["linear"] - start == pytest.approx(2e-3 * step, abs=1e-12)
-    run = drive(PAPER.replace(duration=0.02), Turning())
-    # One update late, and straight once the first period has brought it up to speed.
-    reached = run.joint_position_target[:, 0, 0].values - start
-    # It took over where prescribed joints stood after 1 s: some nrad from where they were held.
+    assert (servos - servos[0]).values == pytest.approx(2e-3 * (step // 5 * 5), abs=1e-12)
+    assert (torques - torques[0]).values == pytest.approx(2e-3 * step, abs=1e-12)
+    # One update late, and straight once the first period has brought it up to speed. It took over
+    # where prescribed joints stood after 1 s: some nrad from where they were held.
+    reached = (prescribed - prescribed[0]).values
     assert reached[10:] == pytest.approx(2e-3 * (step[10:] - 5), abs=1e-8)
 
 
@@ -133,11 +130,6 @@ def test_a_controller_that_fails_ends_the_run_with_its_reason():
     leg = WALK.robot.leg_names[2]
     assert f"its target position is nan at {leg}.femur" in run.attrs["ending_reason"]
     assert np.isfinite(run.joint_position).all()
-
-
-class Flat(Still):
-    def update(self, observation, command):
-        return JointTargets(self.q.ravel(), self.q.ravel())
 
 
 class Chatty(Still):
@@ -171,22 +163,6 @@ class Impostor(Still):
             "them.",
         ),
         (Still(), {"rate": -1}, "rate is -1; it must be a finite number greater than 0."),
-        (
-            Still(),
-            {"between": "hald"},
-            'between is "hald"; it must be hold, linear or cubic.',
-        ),
-        (
-            Still(),
-            {"between": "hold"},
-            'between is "hold" and drive "prescribed"; joints that follow exactly cannot follow '
-            "steps.",
-        ),
-        (
-            Still(),
-            {"start": np.zeros((5, 3))},
-            "start has shape (5, 3); it must be (6, 3) joint angles in rad.",
-        ),
     ],
 )
 def test_what_cannot_be_driven_is_refused_in_one_sentence(controller, options, what):

@@ -6,12 +6,11 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import numbers
 from phasmid.control import (
     Command,
     CommandScript,
@@ -38,11 +37,6 @@ from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
-Between: TypeAlias = Literal["hold", "linear", "cubic"]
-"""Interpolation of targets between updates. ``hold``: the angles stay, as on a servo's bus;
-``linear``: they go on with the targets' velocities; ``cubic``: joints go from the last targets to
-the new ones, and reach them with the targets' velocities at the next update."""
-
 Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
 """A constant command, a script, or a function of time [s] and observation; None ends the run."""
 
@@ -56,31 +50,6 @@ COMMANDED = "velocity_command"
 """Channel of the commanded velocity, beside the controller's telemetry."""
 
 TARGETS = "joint_position_target", "joint_velocity_target", "joint_acceleration_target"
-
-
-def interpolation(drive: str, between: str | None) -> Between:
-    """Return how targets are interpolated with a drive, as in `drive`.
-
-    Raises:
-        InvalidInput: There is no such interpolation, or prescribed joints cannot follow it.
-    """
-    if between is None:
-        usual: dict[str, Between] = {"prescribed": "cubic", "torque": "linear"}
-        return usual.get(drive, "hold")
-    kinds = get_args(Between)
-    if between not in kinds:
-        guess = nearest(str(between), kinds)
-        raise InvalidInput(
-            f'between is "{between}"; it must be {", ".join(kinds[:-1])} or {kinds[-1]}.',
-            hint=f'"{guess}"' if guess else "",
-        )
-    if drive == "prescribed" and between != "cubic":
-        raise InvalidInput(
-            f'between is "{between}" and drive "prescribed"; joints that follow exactly cannot '
-            "follow steps.",
-            hint='between = "cubic", or drive = "ideal-servo"',
-        )
-    return between  # type: ignore[return-value]
 
 
 def period_steps(scenario: Scenario, rate: float) -> int:
@@ -106,8 +75,12 @@ def period_steps(scenario: Scenario, rate: float) -> int:
 class SetpointInterpolator:
     """Interpolates the targets of successive updates at the time steps between them.
 
+    Goals of servos stay until the next update, as on a servo's bus. Those of joints driven by
+    torque go on with the targets' velocities. Prescribed joints go from the last targets to the new
+    ones by a cubic, and reach them with the targets' velocities at the next update.
+
     Args:
-        between: Kind of interpolation.
+        drive: Kind of drive.
         steps: Time steps of a period.
         dt: Time step [s].
         q: Joint angles at the beginning [rad], shape (L, 3).
@@ -116,7 +89,7 @@ class SetpointInterpolator:
 
     def __init__(
         self,
-        between: Between,
+        drive: str,
         steps: int,
         dt: float,
         q: Float[np.ndarray, "legs 3"],
@@ -127,7 +100,7 @@ class SetpointInterpolator:
         self._flat = self._ends.reshape(4, -1)
         s, T = np.arange(steps) / steps, steps * dt
         weights = np.zeros((3, steps, 4))
-        if between == "cubic":
+        if drive == "prescribed":
             # Hermite's basis in powers of s, and its derivatives.
             basis = np.array([[1, 0, -3, 2], [0, T, -2 * T, T], [0, 0, 3, -2], [0, 0, -T, T]])
             powers = np.stack([s**0, s, s**2, s**3])
@@ -136,7 +109,7 @@ class SetpointInterpolator:
             weights[2] = (basis[:, 2:] @ (powers[:2] * [[2], [6]]) / T**2).T
         else:
             weights[0, :, 2] = weights[1, :, 3] = 1.0
-            if between == "linear":
+            if drive == "torque":
                 weights[0, :, 3] = T * s
         self._weights = weights
 
@@ -172,7 +145,6 @@ class ClosedLoopRun(Run):
         controller: Returns the targets.
         commands: A command, a script, or a function that returns the command at each update.
         rate: Updates per second [1/s]; a period is a whole number of time steps.
-        between: Interpolation of targets between updates.
         faults: Faults of sensors and servos with their times.
         attributes: Further attributes of the recording.
         endless: Whether the run goes on for as long as it is advanced.
@@ -196,7 +168,6 @@ class ClosedLoopRun(Run):
         commands: Commanded,
         *,
         rate: float,
-        between: Between,
         faults: Faults,
         attributes: Attributes | None = None,
         endless: bool = False,
@@ -223,7 +194,8 @@ class ClosedLoopRun(Run):
         self._pushes: list[tuple[int, np.ndarray]] = []
         first = begin.sample(np.zeros(1))
         start = first.q[0], first.qd[0]
-        self._interpolator = SetpointInterpolator(between, self.period_steps, self.dt, *start)
+        kind = scenario.simulation.planned_drive
+        self._interpolator = SetpointInterpolator(kind, self.period_steps, self.dt, *start)
         self._setpoints = np.zeros((updates, 3, self.period_steps, *self._shape))
         self._setpoints[0, :2, 0] = start
         self._torque = np.zeros((self.period_steps, *self._shape))
@@ -249,19 +221,13 @@ class ClosedLoopRun(Run):
 
         Returns:
             The rounded duration [s].
-
-        Raises:
-            InvalidInput: A number is not finite, or the duration not greater than 0.
         """
-        vector = numbers(impulse, "impulse")
-        if vector.shape != (3,) or not np.isfinite(vector).all():
-            raise InvalidInput("impulse must be three finite numbers: ahead, left, up [N·s].")
-        if not (math.isfinite(duration) and duration > 0):
-            raise InvalidInput(f"duration is {duration:g} s; it must be greater than 0.")
         period = self.period_steps
         steps = max(1, math.ceil(duration / (period * self.dt) - 1e-9)) * period
         R_world_body = quaternion_rotation(self._qpos[3:7])
-        self._pushes.append((self.now + steps, R_world_body @ vector / (steps * self.dt)))
+        self._pushes.append(
+            (self.now + steps, R_world_body @ np.array(impulse) / (steps * self.dt))
+        )
         return steps * self.dt
 
     def fail_servo(self, leg: int, joint: int) -> None:
@@ -312,7 +278,6 @@ class ClosedLoopRun(Run):
         if self._must_lie:
             self.lies = self.scenario.simulation.can_lie
         targets = self.controller.update(observation, command)
-        _check_targets(targets, self._shape)
         telemetry = getattr(self.controller, "telemetry", dict)
         return Decision(command, targets, telemetry())
 
@@ -453,15 +418,6 @@ class ClosedLoopRun(Run):
         for name, rows in self._telemetry.items():
             value = telemetry.get(name)
             rows[update] = rows[update - 1] if value is None else value
-
-
-def _check_targets(targets: JointTargets, shape: tuple[int, int]) -> None:
-    """Refuse targets of another shape."""
-    if not np.shape(targets.position) == np.shape(targets.velocity) == shape:
-        raise InvalidInput(
-            f"the controller's targets have shapes {np.shape(targets.position)} and "
-            f"{np.shape(targets.velocity)}; both must have shape {shape}."
-        )
 
 
 def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:

@@ -7,8 +7,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from jaxtyping import Float
 from pydantic import TypeAdapter
 
 from phasmid.control import (
@@ -30,7 +28,7 @@ from phasmid.recording.recording import Attributes
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.sensors import SENSORS
-from phasmid.simulation.closed_loop import ClosedLoopRun, Commanded, interpolation, period_steps
+from phasmid.simulation.closed_loop import ClosedLoopRun, Commanded, period_steps
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.run import Progress
 from phasmid.simulation.start import check_start, check_time_step, standing
@@ -48,8 +46,6 @@ def drive(
     commands: Commanded = Command(),  # noqa: B008, a frozen value
     *,
     rate: float = 200.0,
-    between: str | None = None,
-    start: Float[np.ndarray, "legs 3"] | None = None,
     faults: Sequence[str] = (),
     progress: Progress | None = None,
     log: str | Path | None = None,
@@ -68,11 +64,6 @@ def drive(
         commands: A command, a script, or a function of time and observation. Waypoints of a script
             are followed by the robot's true pose.
         rate: Updates per second [1/s]; a period must be a whole number of time steps.
-        between: Interpolation of targets between updates. ``hold``: the goals stay, as on a
-            servo's bus; ``linear``: they go on with the targets' velocities; ``cubic``: joints go
-            from the last targets to the new ones, which they reach at the next update. None:
-            ``cubic`` for the drive ``prescribed``, ``linear`` for ``torque``, else ``hold``.
-        start: Joint angles at the start [rad], shape (L, 3).
         faults: What fails, and when: sentences such as ``right_middle.tibia dead at 5 s``; see
             `phasmid.simulation.faults`.
         progress: Receives the simulated time [s].
@@ -89,21 +80,16 @@ def drive(
             controller returns no targets, and the like.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
-    run = new_drive(
-        scenario, controller, commands, rate=rate, between=between, start=start, faults=faults
-    )
+    run = new_drive(scenario, controller, commands, rate=rate, faults=faults)
     return run.make(progress=progress, log=log, force=force)
 
 
-def check_drive(
-    scenario: Scenario, *, rate: float, between: str | None, faults: Sequence[str] = ()
-) -> Faults:
+def check_drive(scenario: Scenario, *, rate: float, faults: Sequence[str] = ()) -> Faults:
     """Refuse what no controller could change, and return the faults of the scenario's robot.
 
     Raises:
         InvalidInput: As in `drive`.
     """
-    interpolation(scenario.simulation.planned_drive, between)
     period_steps(scenario, rate)
     if scenario.contact.contact_law == "simscape":
         raise InvalidInput(
@@ -119,8 +105,6 @@ def new_drive(
     commands: Commanded,
     *,
     rate: float = 200.0,
-    between: str | None = None,
-    start: Float[np.ndarray, "legs 3"] | None = None,
     faults: Sequence[str] = (),
     endless: bool = False,
 ) -> ClosedLoopRun:
@@ -129,24 +113,20 @@ def new_drive(
     Arguments and errors as in `drive`; an endless run goes on for as long as it is advanced.
     """
     scenario = scenario.driven()
-    checked = check_drive(scenario, rate=rate, between=between, faults=faults)
-    way = interpolation(scenario.simulation.planned_drive, between)
+    checked = check_drive(scenario, rate=rate, faults=faults)
     if controller is None:
         controller = scenario_controller(scenario, rate)
     _check_prescribed(scenario, controller)
-    begin = _begin(scenario, controller, start)
+    begin = _begin(scenario, controller)
     check_time_step(scenario, begin)
     check_start(scenario, begin)
     attributes: dict[str, str | int | float] = {
         **_controller_attributes(controller, rate),
         "control_rate": float(rate),
         "faults": json.dumps(list(checked.texts)),
-        "between_updates": way,
     }
     if not isinstance(controller, Player):
         attributes["servo_verdict"] = verdict_text(scenario)
-    if start is not None:
-        attributes["start_angles"] = json.dumps(np.asarray(start).tolist())
     table = scenario.sensors
     if table.measured == "everything":
         # A reading of a step arrives after it.
@@ -159,25 +139,20 @@ def new_drive(
         controller,
         commands,
         rate=rate,
-        between=way,
         faults=checked,
         attributes=attributes,
         endless=endless,
     )
 
 
-def _begin(
-    scenario: Scenario, controller: Controller, start: Float[np.ndarray, "legs 3"] | None
-) -> Motion:
+def _begin(scenario: Scenario, controller: Controller) -> Motion:
     """Return the motion at whose first instant the robot begins."""
     motion: Motion | None = getattr(controller, "motion", None)
-    if motion is not None and start is None:
+    if motion is not None:
         motion.check_planned_for(scenario)
         return motion
-    robot = scenario.load_robot()
-    if start is None and scenario.simulation.start_posture == "packed":
-        start = packing(robot).folded
-    return standing(scenario, robot, start)
+    robot, packed = scenario.load_robot(), scenario.simulation.start_posture == "packed"
+    return standing(scenario, robot, packing(robot).folded if packed else None)
 
 
 def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> SafetyFilter:

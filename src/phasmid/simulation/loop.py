@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.simulation.contact import FootGround
 from phasmid.simulation.drives import Drive
 
 if TYPE_CHECKING:
     import mujoco
 
+    from phasmid.simulation.run import Run
 
 Samples: TypeAlias = np.ndarray
 """States and measurements at N samples, in MuJoCo's order; fields of `empty_samples`."""
@@ -53,22 +53,12 @@ def present_sample(model: mujoco.MjModel, data: mujoco.MjData, drive: Drive) -> 
 
 
 def make_steps(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    drive: Drive,
-    ground: FootGround,
-    targets: Float[np.ndarray, "samples joints"],
-    buffer: Samples,
-    *,
-    last: bool = False,
+    run: Run, targets: Float[np.ndarray, "samples joints"], buffer: Samples, *, last: bool = False
 ) -> tuple[int, str]:
-    """Make one step per row of targets, and write a sample of each.
+    """Make one step of a run per row of targets, and write a sample of each.
 
     Args:
-        model: MuJoCo's model.
-        data: MuJoCo's state, advanced.
-        drive: Moves the joints.
-        ground: Ground under the feet.
+        run: Its model, state, drive and ground under the feet are used.
         targets: Commands of the drive, N rows.
         buffer: Receives the samples, at least N rows.
         last: Whether the last row is the end of the run, which is measured and not stepped.
@@ -78,6 +68,7 @@ def make_steps(
     """
     import mujoco
 
+    model, data, drive, ground = run.model, run.data, run.drive, run.foot_ground
     step, end = mujoco.mj_step, len(targets) - last
     qpos, qvel, sensors, state = data.qpos, data.qvel, data.sensordata, drive.state
     names = "qpos", "qvel", "sensors", "torque", "drive"

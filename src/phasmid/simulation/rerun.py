@@ -160,14 +160,11 @@ def _repeat(recording: Recording, scenario: Scenario) -> Run:
             "the recording does not hold its run's commands; it cannot be run again.",
             hint="phasmid.drive with commands in a CommandScript",
         )
-    start = attributes.get("start_angles")
     return new_drive(
         scenario,
         controller,
         script_from_text(str(attributes["commands"])),
         rate=float(attributes["control_rate"]),
-        between=str(attributes["between_updates"]),
-        start=None if start is None else np.array(json.loads(str(start))),
         faults=json.loads(str(attributes.get("faults", "[]"))),
     )
 

@@ -322,8 +322,7 @@ class Run:
         self, targets: Float[np.ndarray, "samples joints"], *, at: int = 0, last: bool = False
     ) -> int:
         """Make one step per row of targets into the buffer from row `at` on; see `make_steps`."""
-        run = self.model, self.data, self.drive, self.foot_ground
-        made, self._step_error = make_steps(*run, targets, self.buffer[at:], last=last)
+        made, self._step_error = make_steps(self, targets, self.buffer[at:], last=last)
         return made
 
     def _error(self) -> str:
