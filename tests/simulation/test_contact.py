@@ -1,19 +1,15 @@
 """The contact of the engine's model against the spring and damper that it shall be."""
 
-import math
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.kinematics import joint_angles, neutral_feet
+from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
 from phasmid.robot import load_robot, preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model, longest_time_step, simulate
-from phasmid.simulation.contact import POINT_RADIUS
 from phasmid.simulation.start import longest_foot_step
 from walks import GAITS_OF
 
@@ -68,31 +64,6 @@ def test_a_moving_point_is_a_spring_a_damper_and_a_small_mass(d):
         mass = d / ((1 - d) * model.body_invweight0[body, 0])
         # 1e-3: the trunk is level, but friction's share tilts the feet's acceleration a little.
         assert force[0] == pytest.approx(10.3 - mass * acceleration, rel=1e-3)
-
-
-def tilted_hips():
-    """Hips lean out by 20° and aside by 10°, all alike, so that neutral feet lie in one plane."""
-    robot = load_robot("phantomx-paper")
-    tilt = {"mount_pitch": math.radians(20), "mount_roll": math.radians(10)}
-    return replace(robot, legs=tuple(replace(leg, **tilt) for leg in robot.legs))
-
-
-@pytest.mark.parametrize("preset", [*preset_names(), "tilted hips"])
-def test_four_points_lie_flat_under_each_foot_at_its_neutral_place(preset):
-    robot = tilted_hips() if preset == "tilted hips" else load_robot(preset)
-    model = build_model(robot, PAPER)
-    data = at_neutral(model, robot)
-    mujoco.mj_forward(model, data)
-    feet = neutral_feet(robot) + model.body("trunk").pos
-    for leg, foot in zip(robot.legs, feet, strict=True):
-        points = np.array([data.geom(f"{leg.name}.point{i}").xpos for i in range(4)])
-        assert points[:, 2] == pytest.approx([POINT_RADIUS] * 4, abs=1e-12)
-        assert points[:, :2].mean(axis=0) == pytest.approx(foot[:2], abs=1e-12)
-        assert data.site(f"{leg.name}.foot").xpos == pytest.approx(foot, abs=1e-12)
-        # The farthest corner along x or y of a square that is turned with its leg.
-        corner = leg.mount_yaw + np.pi / 4 + np.arange(4) * np.pi / 2
-        reach = PAPER.contact.tip_width / np.sqrt(2) * np.abs(np.cos(corner)).max()
-        assert np.abs(points[:, :2] - foot[:2]).max() == pytest.approx(reach, abs=1e-9)
 
 
 def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4

@@ -128,7 +128,7 @@ def test_a_controller_that_fails_ends_the_run_with_its_reason():
     assert run.attrs["ending"] == "FAILED"
     assert run.attrs["ending_reason"].startswith("The controller failed at 0.035 s")
     leg = WALK.robot.leg_names[2]
-    assert f"its target position is nan at {leg}.femur" in run.attrs["ending_reason"]
+    assert f"its target is not finite at {leg}.femur" in run.attrs["ending_reason"]
     assert np.isfinite(run.joint_position).all()
 
 
@@ -148,13 +148,14 @@ class Impostor(Still):
         (
             Chatty(),
             {},
-            'the controller\'s telemetry has the channel "stanze", which is none.',
+            'the controller\'s telemetry has the channel "stanze"; it must be one of '
+            "phasmid.recording.CHANNELS that the simulation does not record.",
         ),
         (
             Impostor(),
             {},
-            'the controller\'s telemetry has the channel "joint_position", which the simulation '
-            "records.",
+            'the controller\'s telemetry has the channel "joint_position"; it must be one of '
+            "phasmid.recording.CHANNELS that the simulation does not record.",
         ),
         (
             Still(),

@@ -105,19 +105,6 @@ def test_an_unloaded_servo_turns_at_its_no_load_speed(name, supply):
     assert bench["current"] == pytest.approx(servo.motor.no_load_current(voltage), rel=1e-6)
 
 
-@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
-@pytest.mark.parametrize("voltage", [12.0, 9.0])
-def test_a_loaded_servo_turns_as_its_line_of_torque_and_speed_says(share, voltage):
-    # (1 - c1) k (V - k w)/R - c0 - b w = load, linear in w.
-    motor = AX.motor
-    load = share * motor.stall_torque(voltage)
-    kept = (1 - motor.load_loss) * motor.constant / motor.resistance
-    speed = (kept * voltage - motor.coulomb - load) / (kept * motor.constant + motor.viscous)
-    bench = Bench(replace(AX, **NEVER), voltage=voltage, load=load)
-    bench.run(1.0, 100.0)
-    assert bench.speed[0] == pytest.approx(speed, rel=1e-6)
-
-
 def sheet_error(load, stall):
     """Ticks of position error at a load, by the data sheet alone: margin, punch, slope, stall."""
     punch = 32 / 1023

@@ -284,18 +284,6 @@ def test_other_drives_and_grounds_are_refused(changes, what):
     assert caught.value.what == what
 
 
-def test_every_foot_of_a_walk_stays_in_its_friction_cone():
-    # |tangential| <= 0.7 normal of each point, so of their sum; the ground never pulls.
-    found = simulate(PAPER.replace(duration=2.0), plan(PAPER.replace(duration=2.0)))
-    force = found.foot_force.values
-    assert force[..., 2].min() >= 0.0
-    over = np.hypot(force[..., 0], force[..., 1]) - STATIC * force[..., 2]
-    assert over.max() < 1e-9
-    assert found.attrs["contact_law"] == "simscape"
-    assert found.attrs["simulator"] == "phasmid, prescribed joints"
-    assert found.attrs["ending"] == "COMPLETED"
-
-
 def test_a_general_robot_has_the_matrices_of_dynamics():
     # Inertia, momenta and their rates of `legs` for legs without any symmetry, against the mass
     # matrix of `dynamics`; rates against central differences of 1e-5 s: 1e-9 of their size.

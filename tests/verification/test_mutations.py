@@ -322,21 +322,8 @@ def test_each_row_fails_when_its_physics_is_broken(number, mutate, cases, monkey
 
 
 def test_every_row_that_claims_something_is_broken_by_a_mutation():
-    # Row 30 is reported and claims nothing; the next test is its own.
+    # Row 30 is reported and claims nothing.
     assert {number for number, *_ in MUTATIONS} | {30} == set(CHECKS)
-
-
-def test_the_reported_difference_of_model_and_simulation_shows_a_heavier_trunk(
-    measured, monkeypatch
-):
-    def heavier_trunk(model):
-        model.body_mass[model.body("trunk").id] *= 1.1
-
-    case = "femur, mid-stance, worst leg"
-    (before,) = (row.got for row in measured(30) if row.case == case)
-    engine(heavier_trunk)(monkeypatch)
-    (after,) = (row.got for row in CHECKS[30].rows(Laboratory()) if row.case == case)
-    assert after > 3 * before
 
 
 @pytest.mark.parametrize(
@@ -347,10 +334,6 @@ def test_a_largest_value_of_nothing_is_found_out(number, case, monkeypatch):
     # A bench whose runs make no step sees no impact and no slip.
     monkeypatch.setattr(contact, "hold", lambda run, steps: iter(()))
     assert failing(number) == [case]
-
-
-def test_a_time_step_that_is_too_long_is_found_out():
-    assert failing(28, Laboratory(PAPER.replace(dt=0.003)))
 
 
 def test_a_walk_that_ends_early_is_a_row_that_fails():

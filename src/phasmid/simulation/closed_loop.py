@@ -25,14 +25,14 @@ from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import Motion
-from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.channels import CHANNELS
 from phasmid.recording.recording import Attributes
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
-from phasmid.simulation.loop import Keep, Samples
+from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
@@ -199,7 +199,6 @@ class ClosedLoopRun(Run):
         self._setpoints = np.zeros((updates, 3, self.period_steps, *self._shape))
         self._setpoints[0, :2, 0] = start
         self._torque = np.zeros((self.period_steps, *self._shape))
-        self._kept = slice(0, 1)
         self.command_changes: list[tuple[float, Command]] = []
         self._newest: Command | None = None
         observation = self._observe()
@@ -207,8 +206,11 @@ class ClosedLoopRun(Run):
         self._decision = self._decide(observation)
         if self._decision is None:
             raise InvalidInput("the commands ended before their first one.")
-        self._telemetry = self._allocate_telemetry(self._decision)
-        self._record_telemetry(0, self._decision)
+        self._check_telemetry(self._decision)
+        # Of the latest update, and of each update of the present block.
+        self._latest: dict[str, np.ndarray] = {}
+        self._telemetry: list[dict[str, np.ndarray]] = []
+        self._record_telemetry(self._decision)
 
     # Disturbances --------------------------------------------------------------------------------
 
@@ -284,6 +286,7 @@ class ClosedLoopRun(Run):
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, with an update before each period."""
         made, count = 0, min(self.block_steps, end - self.step)
+        self._telemetry.clear()
         while made < count and not (interrupted or self._controller_failure):
             # The first decision was made before the run.
             decision = self._decision if self.now == 0 else self._decide(self._observe())
@@ -308,15 +311,15 @@ class ClosedLoopRun(Run):
 
     def _period_targets(self, decision: Decision, at: int) -> Float[np.ndarray, "steps joints"]:
         """Return the commands of the drive in the period that begins at row `at` of the buffer."""
-        update, torque, count = at // self.period_steps, decision.targets.torque, self.period_steps
+        torque, count = decision.targets.torque, self.period_steps
         if not self._interpolator.push(decision.targets):
             reason = _not_finite(decision.targets, self.robot.leg_names)
             self._controller_failure = Failure(Ending.FAILED, at, reason)
             # One more step with the last targets, so that there is a sample to report.
             torque, count = None, 1
-        rows = self._setpoints[update]
+        rows = self._setpoints[at // self.period_steps]
         self._interpolator.interpolate(rows)
-        self._record_telemetry(update, decision)
+        self._record_telemetry(decision)
         if torque is not None:
             self._torque[:] = torque
         q, qd, qdd = rows
@@ -334,17 +337,16 @@ class ClosedLoopRun(Run):
 
     # Recording -----------------------------------------------------------------------------------
 
-    def _keep(self, count: int, keep: Keep) -> None:
-        """Pass on the recorded samples, and note their rows in the block for `channels`."""
-        self._kept = slice(-self.step % self.every, count, self.every)
-        super()._keep(count, keep)
-
     def channels(self, samples: Samples) -> dict[str, np.ndarray]:
-        """Return all channels at the samples that were passed on last."""
-        update = np.arange(self._kept.start, self._kept.stop, self._kept.step) // self.period_steps
-        telemetry = {name: values[update] for name, values in self._telemetry.items()}
+        """Return all channels at the samples that are recorded next."""
+        rows = -self.step % self.every + np.arange(len(samples)) * self.every
+        update = np.minimum(rows // self.period_steps, len(self._telemetry) - 1)
+        telemetry = {
+            name: np.stack([row[name] for row in self._telemetry])[update]
+            for name in self._telemetry[0]
+        }
         setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
-        targets = dict(zip(TARGETS, setpoints[:, self._kept], strict=True))
+        targets = dict(zip(TARGETS, setpoints[:, rows], strict=True))
         return {**telemetry, **targets, **sample_channels(self, samples)}
 
     def attributes(self) -> Attributes:
@@ -394,39 +396,30 @@ class ClosedLoopRun(Run):
     def _check_load(self) -> None:
         """Check nothing: the controller's motion is not known beforehand."""
 
-    def _allocate_telemetry(self, decision: Decision) -> dict[str, np.ndarray]:
-        """Allocate one row per update of a block for every channel of the telemetry."""
-        sizes = {"leg": len(self.robot.legs)} | {dim: len(x) for dim, x in COORDINATES.items()}
-        own = {*TARGETS, *sample_channels(self, self.first)}
-        telemetry: dict[str, np.ndarray] = {}
-        for name in {COMMANDED: None, **decision.telemetry}:
-            if name not in CHANNELS or name in own:
-                guess = nearest(name, CHANNELS.keys() - own)
-                what = "which the simulation records" if name in own else "which is none"
+    def _check_telemetry(self, decision: Decision) -> None:
+        """Refuse telemetry with other channels than those of a controller."""
+        known = CHANNELS.keys() - {*TARGETS, *sample_channels(self, self.first)}
+        for name in decision.telemetry:
+            if name not in known:
+                guess = nearest(name, known)
                 raise InvalidInput(
-                    f'the controller\'s telemetry has the channel "{name}", {what}.',
-                    hint=f'"{guess}"' if guess else "a name of phasmid.recording.CHANNELS",
+                    f'the controller\'s telemetry has the channel "{name}"; it must be one of '
+                    "phasmid.recording.CHANNELS that the simulation does not record.",
+                    hint=f'"{guess}"' if guess else "",
                 )
-            shape = tuple(sizes[dim] for dim in CHANNELS[name].dims[1:])
-            kind = np.bool_ if CHANNELS[name].kind == "bool" else np.float64
-            telemetry[name] = np.zeros((len(self._setpoints), *shape), kind)
-        return telemetry
 
-    def _record_telemetry(self, update: int, decision: Decision) -> None:
+    def _record_telemetry(self, decision: Decision) -> None:
         """Record command and telemetry of an update; absent channels keep their last values."""
-        telemetry = {**decision.telemetry, COMMANDED: decision.command.velocity}
-        for name, rows in self._telemetry.items():
-            value = telemetry.get(name)
-            rows[update] = rows[update - 1] if value is None else value
+        row = {COMMANDED: decision.command.velocity, **decision.telemetry}
+        self._latest |= {
+            name: np.array(row[name], bool if CHANNELS[name].kind == "bool" else float)
+            for name in row.keys() & (self._latest or row).keys()
+        }
+        self._telemetry.append(dict(self._latest))
 
 
 def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:
     """Return which target is no finite number."""
-    for name in ("position", "velocity"):
-        values = getattr(targets, name)
-        for leg, joint in np.argwhere(~np.isfinite(values)):
-            return (
-                f"its target {name} is {values[leg, joint]} at {legs[leg]}.{JOINTS[joint]}; "
-                "targets must be finite"
-            )
+    for leg, joint in np.argwhere(~np.isfinite(targets.position + targets.velocity)):
+        return f"its target is not finite at {legs[leg]}.{JOINTS[joint]}"
     return "its targets are too large to add up"
