@@ -410,7 +410,7 @@ class ClosedLoopRun(Run):
 
     def _record_telemetry(self, decision: Decision) -> None:
         """Record command and telemetry of an update; absent channels keep their last values."""
-        row = {COMMANDED: decision.command.velocity, **decision.telemetry}
+        row = {**decision.telemetry, COMMANDED: decision.command.velocity}
         self._latest |= {
             name: np.array(row[name], bool if CHANNELS[name].kind == "bool" else float)
             for name in row.keys() & (self._latest or row).keys()

@@ -11,10 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.feed_forward.servo_goal import SLOW
-from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
-from phasmid.forces import minimum_norm, planned_load
-from phasmid.kinematics import jacobian
+from phasmid.forces import holding_forces, planned_load
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import Scenario
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains, joint_gains
@@ -218,11 +216,7 @@ def standing_torque(
     Raises:
         InfeasibleLoad: Its feet lie on a line.
     """
-    robot, trunk, q = start.robot, start.trunk, start.q
-    R, still, gravity = trunk.rotation, np.zeros_like(q), scenario.model.gravity
-    body = BodyMotion.at_rest(trunk.position, R)
-    torque, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
-    feet = start.foot_position - trunk.position[:, None]
-    force = minimum_norm(feet, np.ones(q.shape[:-1], dtype=bool), wrench)
-    J = R[:, None] @ robot.arrays.R_body_hip @ jacobian(robot.arrays, q)
-    return torque - np.einsum("...ij,...i->...j", J, force)
+    trunk, ground, feet = start.trunk, scenario.planned_terrain(), start.foot_position[0]
+    pose = trunk.position[0], trunk.rotation[0], start.q[0], feet
+    stance = np.ones(len(feet), dtype=bool)
+    return holding_forces(scenario, start.robot, *pose, stance, ground).torque[None]

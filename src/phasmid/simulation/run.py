@@ -383,22 +383,16 @@ class Run:
             InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
         """
         self._check_load()
-        channels: dict[str, np.ndarray] = {}
+        blocks: list[dict[str, np.ndarray]] = []
 
         def keep(rows: Samples) -> None:
-            part = slice(self.done, self.done + len(rows))
-            for name, values in self.channels(rows).items():
-                if name not in channels:
-                    channels[name] = np.empty((len(self.time), *values.shape[1:]), values.dtype)
-                channels[name][part] = values
+            blocks.append({name: values.copy() for name, values in self.channels(rows).items()})
 
         with noticed_interrupts() if interrupted is None else nullcontext(interrupted) as seen:
             failure = self.advance(progress, keep=keep, interrupted=seen) or self.shortfall()
         attributes = {**self.attributes(), **self._outcome(failure)}
-        recorded = {name: values[: self.done] for name, values in channels.items()}
-        # Parts of longer arrays would keep the whole arrays in memory.
-        own = self.done == len(self.time)
-        recording = new_recording(self.time[: self.done], recorded, attributes, own=own)
+        channels = {name: np.concatenate([each[name] for each in blocks]) for name in blocks[0]}
+        recording = new_recording(self.time[: self.done], channels, attributes, own=True)
         return with_sensors(self.scenario, recording)
 
     def record(
