@@ -72,8 +72,8 @@ def period_steps(scenario: Scenario, rate: float) -> int:
     return steps
 
 
-class SetpointInterpolator:
-    """Interpolates the targets of successive updates at the time steps between them.
+def interpolation_weights(drive: str, steps: int, dt: float) -> Float[np.ndarray, "3 steps 4"]:
+    """Return the weights that interpolate targets at the time steps of a period.
 
     Goals of servos stay until the next update, as on a servo's bus. Those of joints driven by
     torque go on with the targets' velocities. Prescribed joints go from the last targets to the new
@@ -83,49 +83,25 @@ class SetpointInterpolator:
         drive: Kind of drive.
         steps: Time steps of a period.
         dt: Time step [s].
-        q: Joint angles at the beginning [rad], shape (L, 3).
-        qd: Joint velocities at the beginning [rad/s], shape (L, 3).
+
+    Returns:
+        For angle, velocity and acceleration: weights of angle and velocity of the last targets, and
+        of angle and velocity of the new ones.
     """
-
-    def __init__(
-        self,
-        drive: str,
-        steps: int,
-        dt: float,
-        q: Float[np.ndarray, "legs 3"],
-        qd: Float[np.ndarray, "legs 3"],
-    ) -> None:
-        # Angles and velocities of the last targets but one, then of the last targets.
-        self._ends = np.stack([q, qd, q, qd])
-        self._flat = self._ends.reshape(4, -1)
-        s, T = np.arange(steps) / steps, steps * dt
-        weights = np.zeros((3, steps, 4))
-        if drive == "prescribed":
-            # Hermite's basis in powers of s, and its derivatives.
-            basis = np.array([[1, 0, -3, 2], [0, T, -2 * T, T], [0, 0, 3, -2], [0, 0, -T, T]])
-            powers = np.stack([s**0, s, s**2, s**3])
-            weights[0] = (basis @ powers).T
-            weights[1] = (basis[:, 1:] @ (powers[:3] * [[1], [2], [3]]) / T).T
-            weights[2] = (basis[:, 2:] @ (powers[:2] * [[2], [6]]) / T**2).T
-        else:
-            weights[0, :, 2] = weights[1, :, 3] = 1.0
-            if drive == "torque":
-                weights[0, :, 3] = T * s
-        self._weights = weights
-
-    def push(self, targets: JointTargets) -> bool:
-        """Take new targets, and return whether they are finite; others are dropped."""
-        ends = self._ends
-        ends[:2] = ends[2:]
-        ends[2], ends[3] = targets.position, targets.velocity
-        finite = math.isfinite(np.vdot(ends, ends))
-        if not finite:
-            ends[2:] = ends[:2]
-        return finite
-
-    def interpolate(self, rows: Float[np.ndarray, "3 steps legs 3"]) -> None:
-        """Write angles, velocities and accelerations at the steps of the present period."""
-        np.matmul(self._weights, self._flat, out=rows.reshape(3, len(rows[0]), -1))
+    s, T = np.arange(steps) / steps, steps * dt
+    weights = np.zeros((3, steps, 4))
+    if drive == "prescribed":
+        # Hermite's basis in powers of s, and its derivatives.
+        basis = np.array([[1, 0, -3, 2], [0, T, -2 * T, T], [0, 0, 3, -2], [0, 0, -T, T]])
+        powers = np.stack([s**0, s, s**2, s**3])
+        weights[0] = (basis @ powers).T
+        weights[1] = (basis[:, 1:] @ (powers[:3] * [[1], [2], [3]]) / T).T
+        weights[2] = (basis[:, 2:] @ (powers[:2] * [[2], [6]]) / T**2).T
+        return weights
+    weights[0, :, 2] = weights[1, :, 3] = 1.0
+    if drive == "torque":
+        weights[0, :, 3] = T * s
+    return weights
 
 
 class Decision(NamedTuple):
@@ -195,7 +171,9 @@ class ClosedLoopRun(Run):
         first = begin.sample(np.zeros(1))
         start = first.q[0], first.qd[0]
         kind = scenario.simulation.planned_drive
-        self._interpolator = SetpointInterpolator(kind, self.period_steps, self.dt, *start)
+        self._weights = interpolation_weights(kind, self.period_steps, self.dt)
+        # Angles and velocities of the last targets but one, then of the last targets.
+        self._ends = np.stack([*start, *start])
         self._setpoints = np.zeros((updates, 3, self.period_steps, *self._shape))
         self._setpoints[0, :2, 0] = start
         self._torque = np.zeros((self.period_steps, *self._shape))
@@ -311,14 +289,17 @@ class ClosedLoopRun(Run):
 
     def _period_targets(self, decision: Decision, at: int) -> Float[np.ndarray, "steps joints"]:
         """Return the commands of the drive in the period that begins at row `at` of the buffer."""
-        torque, count = decision.targets.torque, self.period_steps
-        if not self._interpolator.push(decision.targets):
+        torque, count, ends = decision.targets.torque, self.period_steps, self._ends
+        ends[:2] = ends[2:]
+        ends[2], ends[3] = decision.targets.position, decision.targets.velocity
+        if not math.isfinite(np.vdot(ends, ends)):
+            ends[2:] = ends[:2]
             reason = _not_finite(decision.targets, self.robot.leg_names)
             self._controller_failure = Failure(Ending.FAILED, at, reason)
             # One more step with the last targets, so that there is a sample to report.
             torque, count = None, 1
         rows = self._setpoints[at // self.period_steps]
-        self._interpolator.interpolate(rows)
+        np.matmul(self._weights, ends.reshape(4, -1), out=rows.reshape(3, len(rows[0]), -1))
         self._record_telemetry(decision)
         if torque is not None:
             self._torque[:] = torque
