@@ -31,7 +31,7 @@ def small(law, value):
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_each_law_gives_the_same_normal_forces_amid_stance(law):
+def test_each_law_carries_weight_and_inertia_by_the_same_normal_forces(law):
     # Three feet of level ground leave statics no choice of the normal forces: sum N = W and two
     # moments. What differs is where on its square of 4 mm a foot stands, some 2 mm out of 250 mm,
     # and the sinkage: below 1 % of a foot's mean load; the issue asks 2 %.
@@ -39,13 +39,8 @@ def test_each_law_gives_the_same_normal_forces_amid_stance(law):
     assert found.recording.attrs["contact_law"] == law
     assert found.load_gap(default) < 0.01
     assert found.mean_load == pytest.approx(default.mean_load, rel=1e-3)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_each_law_carries_weight_and_inertia_amid_stance(law):
     # Sum N = m (g + z''), which inverse dynamics of the plan gives; legs in swing make z''. The
     # trunk's own rocking is left out: 1e-3 of the weight.
-    found = under(law)
     amid = (found.amid == found.walk.stance).all(axis=1) & found.amid.any(axis=1)
     total = found.channel("foot_normal_force")[amid].sum(axis=1)
     needed = found.channel("foot_normal_force_model")[amid].sum(axis=1)
