@@ -24,7 +24,7 @@ from run import address_as_void_pointer
 from phasmid import Scenario, load_scenario
 from phasmid.control import Command
 from phasmid.simulation.closed_loop import ClosedLoopRun
-from phasmid.simulation.drive import DriveExperiment
+from phasmid.simulation.drive import new_drive
 from phasmid.simulation.servo import SERVO_STATE, servo_step
 
 ROUNDS = 3
@@ -36,13 +36,13 @@ def changing(moment: float, observation: object) -> Command:
     return Command(velocity=(0.05 * np.sin(moment), 0.0, 0.1))
 
 
-def experiment(scenario: Scenario, commands: object = COMMAND) -> DriveExperiment:
-    return DriveExperiment(scenario, None, commands, rate=200.0, between=None)
+def driven(scenario: Scenario, commands: object = COMMAND) -> ClosedLoopRun:
+    return new_drive(scenario, None, commands)
 
 
 def period_goals(scenario: Scenario) -> list[np.ndarray]:
     """Goals of the joints in each period of a walk."""
-    run, goals = experiment(scenario).begin_run(), []
+    run, goals = driven(scenario), []
     convert = run.drive.targets
 
     def noted(*args):
@@ -134,18 +134,17 @@ def main() -> None:
         }
         for each, commands in cases.values():
             # Functions are compiled, or loaded, before the clock runs.
-            experiment(each.replace(duration=0.1), commands).simulate()
+            driven(each.replace(duration=0.1), commands).simulate()
         goals = period_goals(scenario)
         best: dict[str, float] = {}
         for _ in range(ROUNDS):
             works = {
-                name: lambda case=case: experiment(*case).simulate() for name, case in cases.items()
+                name: lambda case=case: driven(*case).simulate() for name, case in cases.items()
             }
-            begin = experiment(scenario).begin_run
-            works["steps, recorded"] = stepping(begin(), goals)
-            works["steps alone"] = engine_alone(begin(), goals)
+            works["steps, recorded"] = stepping(driven(scenario), goals)
+            works["steps alone"] = engine_alone(driven(scenario), goals)
             if kind == "servo":
-                works["steps, law as callback"] = with_callback(begin(), goals)
+                works["steps, law as callback"] = with_callback(driven(scenario), goals)
             for name, work in works.items():
                 best[name] = min(best.get(name, np.inf), seconds(work))
         print(f"driven, {kind}, times real time (processor time)")

@@ -76,9 +76,7 @@ def on_level(name: str) -> dict[str, float]:
     """Walk forward at 0.08 m/s for 20 s on level ground."""
     scenario = Scenario().replace(robot=ROBOT, drive=JOINTS, duration=20.0)
     robot = scenario.load_robot()
-    recording = drive(
-        scenario, controller_of(name, robot), Command((0.08, 0.0, 0.0)), between="hold"
-    )
+    recording = drive(scenario, controller_of(name, robot), Command((0.08, 0.0, 0.0)))
     late = recording.sel(time=slice(5.0, None))
     velocity = np.diff(late["body_position"].values[[0, -1]], axis=0)[0] / 15.0
     summary = summarise(recording)

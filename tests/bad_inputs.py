@@ -485,7 +485,7 @@ def options() -> Iterator[BadInput]:
         "drive --velocity 0.1,0,0 --rate 0",
         "drive --velocity 0.1,0,0 --rate nan",
         f"drive --velocity 0.1,0,0 --rate {'9' * 400}",
-        "drive --velocity 0.1,0,0 --between spline",
+        "walk --contact-law simscape --terrain stairs",
         "drive --waypoints nan,0",
         "drive --waypoints 20000,0",
         "drive --waypoints 1",

@@ -146,9 +146,8 @@ def walk_over(
         scenario,
         standing(scenario, robot, None),
         controller,
-        lambda *_: command,
+        command,
         rate=RATE,
-        between="hold",
         faults=Faults(robot, (), scenario.sensors.contact_threshold),
     )
     start, tilt, aside, why = run.data.qpos[:2].copy(), 0.0, 0.0, "late"

@@ -22,7 +22,7 @@ from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.recording.table import save_csv
 from phasmid.robot import load_robot, load_servo, preset_names, robot_to_toml
 from phasmid.scenario import load_scenario, option_keys
-from phasmid.simulation import Run, WalkExperiment
+from phasmid.simulation import Run, new_run
 from phasmid.toml import toml_string
 
 
@@ -279,7 +279,7 @@ def test_a_message_is_short_however_long_what_it_repeats(here, capsys, text):
 def test_a_report_of_a_damaged_log_says_what_was_lost(here, capsys):
     assert main(["walk", "--duration", "2", "--out", "a", "--no-figures", "--quiet"]) == 0
     scenario = load_scenario("paper").replace(duration=2)
-    WalkExperiment(scenario, plan(scenario)).record(here / "b.mcap")
+    new_run(scenario, plan(scenario)).record(here / "b.mcap")
     whole = (here / "b.mcap").read_bytes()
     cut = whole[: len(whole) // 2]
     (here / "cut.mcap").write_bytes(cut)
@@ -325,7 +325,7 @@ def test_a_full_disk_is_status_1_and_says_what_was_saved(here, capsys, monkeypat
 
 def test_legs_are_chosen_by_name_in_every_file_of_a_run(here):
     scenario = load_scenario("paper").replace(duration=0.1)
-    WalkExperiment(scenario, plan(scenario)).record(here / "a.mcap")
+    new_run(scenario, plan(scenario)).record(here / "a.mcap")
     assert main(["report", "a.mcap", "--no-figures", "--quiet"]) == 0
     assert main(["export", "a", "--format", "netcdf", "--out", "b.nc", "--quiet"]) == 0
     names = load_robot("phantomx-paper").leg_names

@@ -1,19 +1,15 @@
 """The contact of the engine's model against the spring and damper that it shall be."""
 
-import math
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.kinematics import joint_angles, neutral_feet
+from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
 from phasmid.robot import load_robot, preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model, longest_time_step, simulate
-from phasmid.simulation.contact import POINT_RADIUS
 from phasmid.simulation.start import longest_foot_step
 from walks import GAITS_OF
 
@@ -45,15 +41,6 @@ def test_each_point_is_a_spring_of_its_stiffness(preset, changes):
     assert total[0] == pytest.approx(run.robot.mass * 9.81, rel=1e-6)
 
 
-def test_the_robot_starts_in_equilibrium():
-    run = Run(PAPER, plan(PAPER))
-    mujoco.mj_forward(run.model, run.data)
-    # 1e-4 m/s^2 on 2.65 kg is a hundred-thousandth of the weight.
-    assert np.abs(run.data.qacc[:6]).max() < 1e-4
-    assert run.data.time == 0
-    assert run.data.qpos[:2].tolist() == [0, 0]
-
-
 @pytest.mark.parametrize("d", [0.2, 0.5, 0.9])
 def test_a_moving_point_is_a_spring_a_damper_and_a_small_mass(d):
     # Pressed in by 1 mm at 10 mm/s each point gives K depth + B speed - m a with
@@ -79,45 +66,6 @@ def test_a_moving_point_is_a_spring_a_damper_and_a_small_mass(d):
         assert force[0] == pytest.approx(10.3 - mass * acceleration, rel=1e-3)
 
 
-def test_a_pushed_robot_creeps_by_the_force_over_its_friction_damping():
-    # n points of c N s/m each: 5 N push the robot at 5/(c n) m/s. Legs are held, so it is one rigid
-    # body, and after 0.5 s all transients are gone, exp(-0.5 s * 300 n/2.65/s) < 1e-100.
-    run = Run(PAPER, plan(PAPER))
-    model, data = run.model, run.data
-    data.xfrc_applied[model.body("trunk").id, 0] = 5.0
-    still = plan(PAPER).q[0].ravel()
-    for _ in range(500):
-        run.drive.command(still)
-        mujoco.mj_step(model, data)
-    # 1e-3: held joints are hard to one part in a thousand.
-    assert data.qvel[0] == pytest.approx(5 / (PAPER.contact.friction_damping * data.ncon), rel=1e-3)
-
-
-def tilted_hips():
-    """Hips lean out by 20° and aside by 10°, all alike, so that neutral feet lie in one plane."""
-    robot = load_robot("phantomx-paper")
-    tilt = {"mount_pitch": math.radians(20), "mount_roll": math.radians(10)}
-    return replace(robot, legs=tuple(replace(leg, **tilt) for leg in robot.legs))
-
-
-@pytest.mark.parametrize("preset", [*preset_names(), "tilted hips"])
-def test_four_points_lie_flat_under_each_foot_at_its_neutral_place(preset):
-    robot = tilted_hips() if preset == "tilted hips" else load_robot(preset)
-    model = build_model(robot, PAPER)
-    data = at_neutral(model, robot)
-    mujoco.mj_forward(model, data)
-    feet = neutral_feet(robot) + model.body("trunk").pos
-    for leg, foot in zip(robot.legs, feet, strict=True):
-        points = np.array([data.geom(f"{leg.name}.point{i}").xpos for i in range(4)])
-        assert points[:, 2] == pytest.approx([POINT_RADIUS] * 4, abs=1e-12)
-        assert points[:, :2].mean(axis=0) == pytest.approx(foot[:2], abs=1e-12)
-        assert data.site(f"{leg.name}.foot").xpos == pytest.approx(foot, abs=1e-12)
-        # The farthest corner along x or y of a square that is turned with its leg.
-        corner = leg.mount_yaw + np.pi / 4 + np.arange(4) * np.pi / 2
-        reach = PAPER.contact.tip_width / np.sqrt(2) * np.abs(np.cos(corner)).max()
-        assert np.abs(points[:, :2] - foot[:2]).max() == pytest.approx(reach, abs=1e-9)
-
-
 def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4
     scenario = PAPER.replace(dt=0.5)
     with pytest.raises(InvalidInput) as caught:
@@ -126,12 +74,6 @@ def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4
     assert caught.value.what == (
         f"--dt 0.5 s cannot resolve this contact (needs <= {longest:.2g} s)."
     )
-
-
-def test_the_longest_time_step_that_is_allowed_walks():
-    longest = longest_time_step(PAPER, load_robot("phantomx-paper"))
-    scenario = PAPER.replace(dt=0.999 * longest, duration=2.0, record_interval=None)
-    assert simulate(scenario, plan(scenario)).attrs["ending"] == "COMPLETED"
 
 
 def jitter(scenario, dt):

@@ -38,14 +38,6 @@ def test_the_trunk_of_a_driven_robot_does_not_hop_on_level_ground(case):
         assert found["torque"] < TORQUE * found["planned_torque"]
 
 
-@pytest.mark.parametrize("joints", level.DRIVES)
-def test_the_velocity_at_which_a_foot_dived_walks_level(joints):
-    """The first velocity that was found to make a middle foot dive by 5 mm after its touchdown."""
-    found = level.measure("phantomx-paper", "tripod", joints, [-0.06, 0.038, -0.08])
-    assert found["hop"] < level.HOP
-    assert found["torque"] < TORQUE * found["planned_torque"]
-
-
 def test_a_driven_robot_moves_its_joints_by_its_own_servos_unless_told_otherwise():
     """The recording names the drive: that of the scenario, else the servo or its ideal form."""
     short = PAPER.replace(duration=0.02)

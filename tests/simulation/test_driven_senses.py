@@ -8,7 +8,6 @@ import pytest
 from phasmid import drive, load_scenario, plan
 from phasmid.control import Player
 from phasmid.errors import InvalidInput
-from phasmid.simulation import Fault
 
 PAPER = load_scenario("paper").replace(duration=1.0, measured="everything")
 WALK = plan(PAPER)
@@ -93,63 +92,21 @@ def test_a_dead_servos_joint_is_limp(kind):
 
 
 @pytest.mark.parametrize(
-    "text",
+    ("text", "words"),
     [
-        "right_middle.tibia dead at 5.0 s",
-        "right_middle.tibia encoder stuck at 0.25 s",
-        "left_front foot off by -1.5 N at 0.0 s",
-        "imu dead at 2.0 s",
-        "gyro off by 0.0,0.0,0.1 rad/s at 2.0 s",
+        ("right_middle.tibia ded at 5 s", 'a fault is "right_middle.tibia ded at 5 s"; it must be'),
+        ("gyroscope dead at 5 s", "it must be what fails, how"),
+        ("right_middle.tibia stuck at 5 s", "a servo dead; a sensor dead, stuck or off"),
+        ("imu dead at -1 s", "and when"),
+        ("imu off by 0,0,1 deg at 1 s", "imu is off by 3 in deg; it must be no amount"),
+        ("gyro off by 5 deg/s at 1 s", "gyro is off by 1 in deg/s; it must be 3 in deg/s or rad/s"),
+        ("left_front foot off by 2 kg at 1 s", "foot is off by 1 in kg; it must be 1 in N"),
+        ("gyro off by 0,0,1.2.3 deg/s at 1 s", "an amount or time is no number"),
+        ("right_midle.tibia dead at 1 s", 'phantomx-paper has no "right_midle"'),
+        ("right_middle.tibbia dead at 1 s", 'phantomx-paper has no "tibbia"'),
     ],
 )
-def test_a_fault_and_its_sentence_are_one(text):
-    assert str(Fault.of(text)) == text
-    assert Fault.of(str(Fault.of(text))) == Fault.of(text)
-
-
-@pytest.mark.parametrize(
-    ("text", "what"),
-    [
-        ("right_middle", 'a fault is "right_middle"; it must be what fails, how and when.'),
-        (
-            "right_middle.tibia ded at 5 s",
-            'a fault has no kind "ded"; it must be one of dead, stuck, off.',
-        ),
-        (
-            "gyroscope dead at 5 s",
-            'a fault has no part "gyroscope"; it must be one of servo, encoder, foot, gyro, '
-            "accelerometer, orientation, imu.",
-        ),
-        ("right_middle.tibia stuck at 5 s", "a servo cannot be stuck; it can only be dead."),
-        (
-            "imu off by 0,0,1 deg at 1 s",
-            '"imu off by 0,0,1 deg at 1 s": imu is off by an amount in nothing.',
-        ),
-        (
-            "gyro off by 5 deg/s at 1 s",
-            "a fault of kind off of gyro has 1 amounts; it must have 3.",
-        ),
-        (
-            "left_front foot off by 2 kg at 1 s",
-            '"left_front foot off by 2 kg at 1 s": foot is off by an amount in N.',
-        ),
-        ("imu dead at -1 s", "a fault's time is -1 s; it must be finite, 0 or more."),
-    ],
-)
-def test_what_is_no_fault_is_refused_in_one_sentence(text, what):
-    with pytest.raises(InvalidInput) as caught:
-        Fault.of(text)
-    assert caught.value.what == what
-
-
-@pytest.mark.parametrize(
-    ("text", "hint"),
-    [
-        ("right_midle.tibia dead at 1 s", '"right_middle"'),
-        ("right_middle.tibbia dead at 1 s", '"tibia"'),
-    ],
-)
-def test_a_fault_of_what_the_robot_lacks_is_refused_before_the_run(text, hint):
+def test_what_is_no_fault_is_refused_before_the_run(text, words):
     with pytest.raises(InvalidInput) as caught:
         drive(PAPER, Player(WALK), faults=[text])
-    assert caught.value.hint == hint
+    assert words in caught.value.what

@@ -14,8 +14,6 @@ from phasmid.control import (
     SafetyFilter,
     Sequencer,
 )
-from phasmid.control.sequences import Stage
-from phasmid.kinematics import body_from_hip, foot_position, neutral_feet
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
@@ -103,47 +101,3 @@ def test_by_default_a_robot_gets_up_and_its_safety_and_its_sequences_are_recorde
     assert run["body_position"].values[300, 2] > 0.095
     said = [sentence for _, sentence in json.loads(run.attrs["events"])]
     assert "servo right_front.tibia answers no more; its leg is lost." in said
-
-
-def test_by_default_a_leg_is_held_by_hand_while_the_robot_stands_and_is_put_back():
-    """A free leg hangs 0.4 degrees low on springs, 2 mm at the foot; 5 mm leave room for the body.
-
-    Until the foot is asked for again 2 s are left, and as much to put it back.
-    """
-    foot = neutral_feet(ROBOT)[0] + [0.02, 0.0, 0.05]
-    script = CommandScript(
-        command=[
-            {"time": 0.0},
-            {"time": 0.2, "legs": [{"number": 1, "foot": tuple(foot.tolist())}]},
-            {"time": 3.5, "legs": []},
-        ]
-    )
-    run = drive(scenario("ideal-servo", 7.0), None, script)
-    assert run.attrs["ending"] == "COMPLETED"
-    assert json.loads(run.attrs["events"]) == []
-    stage, time = run["sequence"].values, run["time"].values
-    before = np.searchsorted(time, 3.4)
-    assert stage[before] == Stage.MANUAL_LEG.value
-    q = run["joint_position"].values[before]
-    seen = body_from_hip(ROBOT, foot_position(ROBOT.arrays, q))[0]
-    assert np.abs(seen - foot).max() < 5e-3
-    force = run["foot_normal_force"].values
-    assert force[before, 0] == 0
-    assert (force[before, 1:] > 0).sum() >= 3
-    assert stage[-1] == Stage.STANDING.value
-    assert (force[-1] > 0).all()
-
-
-def test_by_default_an_old_command_is_not_followed():
-    """One given more than 0.5 s ago is followed no more: within 0.5 s the robot stops."""
-
-    def commands(time, _):
-        return Command(velocity=(0.05, 0.0, 0.0), time=min(time, 0.4))
-
-    run = drive(scenario("prescribed", 2.5), None, commands)
-    assert run.attrs["ending"] == "COMPLETED"
-    said = [sentence for _, sentence in json.loads(run.attrs["events"])]
-    assert "no command for 0.5 s: the robot stops." in said
-    speed = run["velocity_reference"].values[:, 0]
-    assert speed.max() > 0.02
-    assert abs(speed[-1]) < 1e-3

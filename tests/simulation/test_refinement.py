@@ -9,7 +9,6 @@ from phasmid.recording import load_recording
 from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate, time_step_refinement
-from walks import with_servo
 
 PAPER = load_scenario("paper").replace(duration=1.0)
 
@@ -30,26 +29,6 @@ def test_the_difference_is_that_of_two_runs():
     apart = coarse.body_position.values - fine.body_position.values
     assert found.way == pytest.approx(np.sqrt((apart**2).sum(axis=1)).max(), rel=1e-12)
     assert (found.time_step, found.duration) == (0.001, 1.0)
-
-
-def test_it_falls_with_the_time_step():
-    # First order: half the step, half the difference; touchdowns fall between steps, so that the
-    # ratio is 2 only roughly.
-    long, short = (
-        time_step_refinement(scenario, plan(scenario))
-        for scenario in (PAPER.replace(dt=0.002), PAPER.replace(dt=0.0005))
-    )
-    assert 2 < long.joint_torque / short.joint_torque < 8
-
-
-def test_a_run_that_falls_has_none():
-    scenario = PAPER.replace(robot=with_servo(stall_torque=0.2), drive="ideal-servo")
-    assert time_step_refinement(scenario, plan(scenario)) is None
-
-
-def test_two_cycles_are_compared_and_no_more():
-    scenario = PAPER.replace(duration=10.0, period=0.5)
-    assert time_step_refinement(scenario, plan(scenario)).duration == 1.0
 
 
 def test_the_summary_quotes_it_where_it_was_asked_for(tmp_path, capsys):

@@ -1,74 +1,53 @@
-"""Robots that walk on their own servos."""
+"""Robots that walk on their own servos, and on joints that are driven by torque."""
 
 import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.motion import plan
+from phasmid.motion import JointTrajectory, plan
 from phasmid.reporting import summarise
-from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, simulate
+from phasmid.simulation import simulate
 from walks import with_servo
 
 PAPER = load_scenario("paper").replace(drive="servo", duration=2.0)
-ROBOT = load_robot("phantomx-paper")
 
 
-@pytest.fixture(scope="module")
-def weak_walk():
-    """Two seconds at 9 V, with servos that may use 30 % of it."""
-    scenario = PAPER.replace(voltage=9.0, torque_limit=0.3)
-    return simulate(scenario, plan(scenario))
-
-
-@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-ax", "phantomx-mk4"])
+@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-ax", "phantomx-mk4", "quadruped"])
 def test_a_robot_walks_on_its_own_servos(preset):
-    # Steps of 40 mm, as many as the plan has; what the servos give way and the feet creep is some
-    # per cent, as with the ideal servo.
-    scenario = PAPER.replace(robot=preset, duration=4.0)
-    run = simulate(scenario, plan(scenario))
+    # As many steps as the plan has; what the servos give way and the feet creep is some per cent,
+    # as with the ideal servo; of a quadruped's crawl more.
+    crawls = preset == "quadruped"
+    changes = {"gait": "crawl", "period": 4.0} if crawls else {}
+    scenario = PAPER.replace(robot=preset, duration=4.0, **changes)
+    walk = plan(scenario)
+    run = simulate(scenario, walk)
     assert run.attrs["ending"] == "COMPLETED"
-    assert float(run.body_position[-1, 0]) == pytest.approx(0.16, rel=0.1)
+    asked = float(walk.trunk.position[-1, 0] - walk.trunk.position[0, 0])
+    way = float(run.body_position[-1, 0] - run.body_position[0, 0])
+    assert way == pytest.approx(asked, rel=0.2 if crawls else 0.1)
+    if crawls:
+        return
     weight = scenario.load_robot().mass * 9.81
     # Over a whole cycle the feet carry the weight.
     carried = run.foot_normal_force.sum("leg").sel(time=slice(2.0, 4.0)).mean()
     assert float(carried) == pytest.approx(weight, rel=5e-3)
 
 
-def test_no_recorded_sample_exceeds_the_servos_limits(weak_walk):
-    # |duty| <= limit; with w = (duty V - R i)/k a motor that drives (i w > 0) is no faster than
-    # limit V/k, draws no more than limit V/R, and lifts no more than the stall torque at that
-    # voltage; the joints stay within their range.
-    motor = ROBOT.servo.motor
-    duty, current = weak_walk.servo_duty.values, weak_walk.servo_current.values
-    speed = (9.0 * duty - motor.resistance * current) / motor.constant
-    drives = current * speed > 0
-    given = 0.3 * 9.0
-    assert np.abs(duty).max() <= 0.3 + 1e-9
-    assert np.abs(speed[drives]).max() <= given / motor.constant + 1e-9
-    assert np.abs(current[drives]).max() <= given / motor.resistance + 1e-9
-    lifts = (1 - motor.load_loss) * motor.constant * np.abs(current[drives]) - motor.coulomb
-    assert lifts.max() <= motor.stall_torque(given) + 1e-9
-    assert (np.abs(duty) == 0.3).any()
-    limits = np.array([leg.joint_limits for leg in ROBOT.legs])
-    q = weak_walk.joint_position.values
-    assert (q >= limits[..., 0] - 1e-9).all()
-    assert (q <= limits[..., 1] + 1e-9).all()
-
-
-def test_saturation_load_and_heat_are_in_the_summary(weak_walk):
-    # Shares of the time by counting samples, against those by the trapezoidal rule: half a
-    # sample at either end, 1/2000.
-    servos = summarise(weak_walk)["servos"]
+def test_saturation_load_and_heat_are_in_the_summary():
+    # Servos that may use 30 % of 9 V. Shares of the time by counting samples, against those by the
+    # trapezoidal rule: half a sample at either end, 1/2000.
+    scenario = PAPER.replace(voltage=9.0, torque_limit=0.3)
+    run = simulate(scenario, plan(scenario))
+    servos = summarise(run)["servos"]
     # A fifth of the maker's stall torque heats the winding alike at any supply.
     advised = 0.3
-    duty, torque = np.abs(weak_walk.servo_duty.values), np.abs(weak_walk.joint_torque.values)
+    duty, torque = np.abs(run.servo_duty.values), np.abs(run.joint_torque.values)
     assert np.array(servos["saturated"]) == pytest.approx((duty >= 0.3).mean(0), abs=1e-3)
     assert np.array(servos["above_continuous"]) == pytest.approx(
         (torque > advised).mean(0), abs=1e-3
     )
-    heat = 8.0 * (weak_walk.servo_current.values**2).mean(0)
+    heat = 8.0 * (run.servo_current.values**2).mean(0)
     assert np.array(servos["steady_temperature"]) == pytest.approx(25 + 10.2 * heat, rel=2e-3)
     assert servos["voltage"] == 9.0
     assert "time_to_limit" not in servos
@@ -103,24 +82,6 @@ def test_servos_at_full_output_for_too_long_shut_down():
     assert "(overload)" in run.attrs["ending_reason"]
 
 
-def test_the_walk_begins_with_cold_servos_whatever_settling_did():
-    scenario = PAPER.replace(ambient_temperature=31.0, duration=0.1)
-    run = Run(scenario, plan(scenario))
-    temperature = run.drive.channels(run.drive.state[None])["servo_temperature"]
-    assert (temperature == 31.0).all()
-
-
-def test_the_way_does_not_hang_on_the_time_step():
-    # First-order integration and servos that look at the position each millisecond all the same:
-    # half the step changes the way of a cycle by less than the friction's stick and slip do, 2 mm.
-    ways = []
-    for dt in (1e-3, 0.5e-3):
-        scenario = PAPER.replace(dt=dt)
-        run = simulate(scenario, plan(scenario))
-        ways.append(float(run.body_position[-1, 0]))
-    assert ways[0] == pytest.approx(ways[1], abs=2e-3)
-
-
 @pytest.mark.parametrize(
     ("scenario", "said"),
     [
@@ -135,10 +96,33 @@ def test_a_servo_that_cannot_be_run_is_refused(scenario, said):
         simulate(scenario, plan(scenario))
 
 
-def test_settings_of_the_scenario_replace_the_servos_own():
-    servo = PAPER.replace(compliance_margin=2, compliance_slope=(16, 64), punch=0).servo.set_up(
-        ROBOT.servo
+@pytest.mark.parametrize(
+    "robot",
+    ["phantomx-paper", "phantomx-mk4", with_servo(armature=0.02)],
+    ids=["paper", "mk4", "heavy rotors"],
+)
+def test_joints_that_are_driven_by_torque_follow_a_walk(robot):
+    # The plan's torques are exact but for the ground's give and the load's sharing. With minimum
+    # norm of rigid feet, a foot that gives way otherwise leaves at most the torque of its whole
+    # load to the springs, 1 N m by 900 /s² times 0.01 kg m²: 0.1 rad. Measured are 0.02 degrees.
+    scenario = PAPER.replace(drive="torque", load_transfer=0.05, robot=robot)
+    walk = plan(scenario)
+    run = simulate(scenario, walk)
+    assert run.attrs["ending"] == "COMPLETED"
+    error = (run.joint_position - run.joint_position_target).values
+    assert np.sqrt(np.mean(error**2)) < np.radians(0.1)
+    way = float(run.body_position.values[-1, 0] - run.body_position.values[0, 0])
+    asked = walk.trunk.position[-1, 0] - walk.trunk.position[0, 0]
+    assert way == pytest.approx(asked, rel=0.02)
+
+
+def test_a_trajectory_of_joint_angles_cannot_be_driven_by_torque():
+    scenario = PAPER.replace(drive="torque", duration=1.0)
+    walk = plan(scenario)
+    trajectory = JointTrajectory(walk.robot, walk.time[:50], walk.q[:50])
+    with pytest.raises(InvalidInput) as caught:
+        simulate(scenario, trajectory)
+    assert caught.value.what == (
+        'drive is "torque" and the joints follow a trajectory without foot '
+        "contacts; it must be another drive."
     )
-    assert (servo.compliance_margin, servo.compliance_slope) == ((2.0, 2.0), (16.0, 64.0))
-    assert servo.punch == 0.0
-    assert servo.torque_limit == ROBOT.servo.torque_limit

@@ -15,8 +15,7 @@ from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.contact import FootGround
 from phasmid.simulation.model import build_model
-from phasmid.simulation.termination import check_termination
-from phasmid.terrain import Blocky, Ground, Steps, height_text, heights_from_text
+from phasmid.terrain import Blocky, height_text, heights_from_text
 
 PAPER = load_scenario("paper").replace(planned_on="level")
 HILLS = height_text(0.026 * np.random.default_rng(3).uniform(size=(17, 24)))
@@ -96,15 +95,6 @@ def test_engine_and_planner_have_one_height(robot, kind, yaw):
     assert max(worst) < 1e-3
 
 
-def test_contact_on_planes_of_the_feet_is_contact_on_the_plane():
-    # Waves without height are the level ground: each foot's own plane is the one plane. The
-    # engine's iterations end at 1e-8 of their scale; 1e-6 of 9 N.
-    flat, own = PAPER.replace(duration=1), on("waves", wave_height=0.0, duration=1)
-    first, second = (simulate(scenario, plan(scenario)) for scenario in (flat, own))
-    for name in ("foot_force", "joint_torque", "body_position"):
-        assert second[name].values == pytest.approx(first[name].values, abs=1e-5)
-
-
 @pytest.mark.parametrize(("friction", "sticks"), [(0.7, True), (0.1, False)])
 def test_what_stands_on_ice_slides_and_on_rubber_sticks(friction, sticks):
     # With gravity tilted by 15° a body slides where tan 15° = 0.27 exceeds the friction of the
@@ -166,30 +156,6 @@ def test_t7_a_start_inside_the_ground():
         f"raise start height to {height / 1000:.3f} m (start_height_mm = {height})"
     )
     assert simulate(scenario.replace(start_height_mm=height, duration=0.1), walk)
-
-
-def test_a_trunk_on_a_step_has_fallen_and_beside_it_has_not(robot):
-    # The trunk's underside is 75 mm over the feet's plane (hips 100 mm, half of 50 mm): a step of
-    # 74 mm under its front (x > 0.1) does not touch it, one of 76 mm does.
-    qpos, qvel = np.zeros((4, 25)), np.zeros((4, 24))
-    qpos[:, 2], qpos[:, 3] = 0.1, 1.0
-    low, high = (Ground(Steps((0.1,), (rise,)), 0.7) for rise in (0.074, 0.076))
-    assert check_termination(robot, qpos, qvel, low) is None
-    assert check_termination(robot, qpos, qvel, high).reason.startswith(
-        "the trunk touched the ground"
-    )
-    qpos[:, 0] = -0.1
-    assert check_termination(robot, qpos, qvel, high) is None
-
-
-def test_on_a_raised_floor_the_watch_counts_from_that_floor(robot):
-    # Lifted with the floor by 1 m the robot is as well as before; sunk by 80 mm it lies.
-    qpos, qvel = np.zeros((2, 25)), np.zeros((2, 24))
-    qpos[:, 2], qpos[:, 3] = 1.1, 1.0
-    floor = Ground(Steps((-9.0,), (1.0,)), 0.7)
-    assert check_termination(robot, qpos, qvel, floor) is None
-    qpos[:, 2] -= 0.08
-    assert check_termination(robot, qpos, qvel, floor) is not None
 
 
 def test_a_replay_refuses_a_height_map_whose_file_has_changed(tmp_path):

@@ -10,10 +10,8 @@ from phasmid import (
     load_scenario,
     plan,
     replay,
-    report,
     save_recording,
     simulate,
-    summarise,
 )
 from phasmid.errors import InvalidInput
 
@@ -41,18 +39,6 @@ def test_the_plans_own_angles_walk_as_the_plan_does(trajectory):
     assert abs(float(told.foot_normal_force.sum("leg").mean()) - 26.0) < 0.002 * 26
 
 
-def test_no_model_stands_beside_a_trajectory(trajectory):
-    run = simulate(PAPER, trajectory)
-    assert not [name for name in run.data_vars if str(name).endswith("_model")]
-    assert "stance" not in run.data_vars
-    assert "torque" in summarise(run)
-
-
-def test_the_run_ends_with_the_trajectory(trajectory):
-    run = simulate(PAPER.replace(duration=9.0), trajectory)
-    assert float(run.time[-1]) == pytest.approx(2.0, abs=1e-9)
-
-
 @pytest.mark.parametrize("changes", [{}, {"drive": "servo"}, {"contact_law": "simscape"}])
 def test_its_recording_is_enough_to_run_it_again_to_the_bit(tmp_path, trajectory, changes):
     run = simulate(PAPER.replace(duration=0.3, **changes), trajectory)
@@ -71,13 +57,6 @@ def test_a_long_trajectory_fits_into_a_recording(tmp_path):
     save_recording(run, tmp_path / "run.nc")
     for name in ("run.nc", "run.mcap"):
         assert replay(tmp_path / name).equal
-
-
-def test_it_is_reported_like_a_walk(tmp_path, trajectory):
-    run = simulate(PAPER, trajectory)
-    folder = report(run, tmp_path / "run")
-    assert (folder / "figures" / "fig12.png").exists()
-    assert (folder / "summary.json").exists()
 
 
 def test_another_robots_trajectory_is_refused(trajectory):

@@ -13,7 +13,7 @@ import pytest
 from phasmid import load_recording, load_scenario
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.scenario import scenario_to_toml
-from phasmid.simulation import DriveExperiment
+from phasmid.simulation import new_drive
 from phasmid.studio import live_simulation, recorder
 from phasmid.studio.fields import catalogue, field_of, values
 from phasmid.studio.live import LiveRobot
@@ -78,7 +78,7 @@ def test_what_is_refused_changes_nothing_and_is_said_as_the_command_line_says_it
     number = heard.newest("scene")["number"]
     scenario = load_scenario("paper").replace(contact_law="simscape")
     with pytest.raises(InvalidInput) as own:
-        DriveExperiment(scenario, None, lambda *_: None, rate=200.0, between=None)
+        new_drive(scenario, None, lambda *_: None)
     file = scenario_to_toml(scenario, "phantomx-paper").encode()
     with pytest.raises(InvalidInput) as told:
         heard.submit(Load(what="scenario", name="x.toml", content=file))

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from phasmid.cli import main
-from phasmid.errors import OutputError
 from phasmid.verification import CHECKS, Verdict
 from phasmid.verification.page import page, tally
 from phasmid.verification.row import Check, reading
@@ -69,14 +68,6 @@ def test_a_file_that_exists_is_not_replaced(tmp_path, capsys):
     assert path.read_text("utf-8") != "mine"
 
 
-def test_a_folder_that_is_not_there_is_told_before_the_work(tmp_path, capsys, failing_check):
-    path = tmp_path / "absent" / "rows.json"
-    assert main(["verify", "--rows", "7", "--json", str(path)]) == 1
-    captured = capsys.readouterr()
-    assert captured.err == (f"phasmid: cannot write {path}: no such file or directory.\n")
-    assert captured.out == ""
-
-
 @pytest.mark.parametrize(
     ("rows", "error"),
     [
@@ -116,12 +107,3 @@ def test_one_file_cannot_hold_both_the_rows_and_the_page(tmp_path, capsys):
     one, same = str(tmp_path / "a"), f"{tmp_path}/../{tmp_path.name}/a"
     assert main(["verify", "--rows", "1", "--json", one, "--page", same]) == 2
     assert "they must be two files" in capsys.readouterr().err
-
-
-def test_the_table_is_printed_though_its_file_cannot_be_written(tmp_path, capsys, monkeypatch):
-    def full(path, data):
-        raise OutputError(f"cannot write {path}: no space left on device.")
-
-    monkeypatch.setattr("phasmid.recording.file.write_whole", full)
-    assert main(["verify", "--rows", "1", "--json", str(tmp_path / "a")]) == 1
-    assert "verdict" in capsys.readouterr().out

@@ -22,7 +22,6 @@ import phasmid.verification.servo
 from phasmid.gait import Gait
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model
-from phasmid.simulation.experiment import WalkExperiment
 from phasmid.simulation.servo import ServoDrive
 from phasmid.verification import (
     CHECKS,
@@ -67,11 +66,11 @@ def engine(change):
     return mutate
 
 
-def times(path, factor, which=slice(None)):
-    """Multiply numbers of the engine's models."""
+def times(path, factor, which=lambda model: slice(None)):
+    """Multiply numbers of the engine's models, at the indices of a function of the model."""
 
     def change(model):
-        attrgetter(path)(model)[which] *= factor
+        attrgetter(path)(model)[which(model)] *= factor
 
     return engine(change)
 
@@ -108,20 +107,12 @@ def points(model):
     return np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE)
 
 
-def stiffer(model):
-    model.geom_solref[points(model), 0] *= 1.1
+def damping(model):
+    return points(model), 1
 
 
 def damped_by_the_time_step(model):
-    model.geom_solref[points(model), 1] *= model.opt.timestep / 0.001
-
-
-def damped_less(model):
-    model.geom_solref[points(model), 1] *= 0.1
-
-
-def on_three_points(model):
-    model.geom_conaffinity[points(model)[::4]] = 0
+    model.geom_solref[damping(model)] *= model.opt.timestep / 0.001
 
 
 def creeping_less(model):
@@ -134,14 +125,6 @@ def lopsided(model):
 
 def tilted(model):
     model.opt.gravity[0] += 1e-3
-
-
-def light_tibia(model):
-    model.body_mass[model.body("right_front.tibia").id] *= 0.999
-
-
-def in_air(model):
-    model.opt.density = 1.2
 
 
 def with_limp_servos(model):
@@ -244,7 +227,7 @@ MUTATIONS = [
     (2, with_integrators_of_first_order, "relative error, RK4"),
     (3, with_integrators_of_first_order, "relative, RK4"),
     (4, with_integrators_of_first_order, "order, RK4"),
-    (5, engine(in_air), "angular, implicit, 1 ms"),
+    (5, engine(lambda model: setattr(model.opt, "density", 1.2)), "angular, implicit, 1 ms"),
     (5, engine(with_limp_servos), "joints above 1 rad/s, all instants together"),
     (5, with_integrators_of_first_order, "angular, RK4, 0.25 ms"),
     (6, scaled(equations, "joint_angles", 1 + 1e-9), "FK(IK(p)) - p"),
@@ -261,10 +244,10 @@ MUTATIONS = [
         result(equations, "leg_matrices", with_less_coriolis_torque),
         "rate - 2 C, not skew, legs",
     ),
-    (12, engine(light_tibia), "torques, our recursion"),
+    (12, times("body_mass", 0.999, lambda model: -1), "torques, our recursion"),
     (12, times("geom_conaffinity", 0), "points that touch, all instants together"),
-    (13, engine(stiffer), "mean of 24 points"),
-    (13, engine(on_three_points), "mean of 24 points"),
+    (13, times("geom_solref", 1.1, lambda model: (points(model), 0)), "mean of 24 points"),
+    (13, times("geom_conaffinity", 0, lambda model: points(model)[::4]), "mean of 24 points"),
     (14, engine(lopsided), "ΣM / (mg · reach)"),
     (15, engine(lopsided), "leg 2, simulated mean"),
     (15, scaled(sharing, "minimum_norm", 1 + 1e-7), "statics: model off the areas' share"),
@@ -275,7 +258,7 @@ MUTATIONS = [
     (19, times("geom_friction", 1.1), "beyond μ times the normal force"),
     (19, times("geom_friction", 0), "short of μ times the normal force, fast slip"),
     # The engine's friction has inertia, which gives energy that so little damping does not take.
-    (20, engine(damped_less), "most that any impact gained"),
+    (20, times("geom_solref", 0.1, damping), "most that any impact gained"),
     (
         21,
         times("actuator_forcelimited", False),
@@ -317,7 +300,7 @@ MUTATIONS = [
     (25, times("opt.gravity", 1.01), "over 5 cycles"),
     (26, times("eq_solref", 1e-4), "largest on any foot"),
     (27, engine(lopsided), "mirror image"),
-    (27, times("body_mass", 1.001, 3), "legs declared in another order"),
+    (27, times("body_mass", 1.001, lambda model: 3), "legs declared in another order"),
     (27, engine(tilted), "world turned by 0.7 rad"),
     (28, engine(damped_by_the_time_step), "normal forces, 1 ms and half"),
     (29, engine(by_chance), "run twice"),
@@ -339,21 +322,8 @@ def test_each_row_fails_when_its_physics_is_broken(number, mutate, cases, monkey
 
 
 def test_every_row_that_claims_something_is_broken_by_a_mutation():
-    # Row 30 is reported and claims nothing; the next test is its own.
+    # Row 30 is reported and claims nothing.
     assert {number for number, *_ in MUTATIONS} | {30} == set(CHECKS)
-
-
-def test_the_reported_difference_of_model_and_simulation_shows_a_heavier_trunk(
-    measured, monkeypatch
-):
-    def heavier_trunk(model):
-        model.body_mass[model.body("trunk").id] *= 1.1
-
-    case = "femur, mid-stance, worst leg"
-    (before,) = (row.got for row in measured(30) if row.case == case)
-    engine(heavier_trunk)(monkeypatch)
-    (after,) = (row.got for row in CHECKS[30].rows(Laboratory()) if row.case == case)
-    assert after > 3 * before
 
 
 @pytest.mark.parametrize(
@@ -364,10 +334,6 @@ def test_a_largest_value_of_nothing_is_found_out(number, case, monkeypatch):
     # A bench whose runs make no step sees no impact and no slip.
     monkeypatch.setattr(contact, "hold", lambda run, steps: iter(()))
     assert failing(number) == [case]
-
-
-def test_a_time_step_that_is_too_long_is_found_out():
-    assert failing(28, Laboratory(PAPER.replace(dt=0.003)))
 
 
 def test_a_walk_that_ends_early_is_a_row_that_fails():
@@ -383,13 +349,13 @@ def test_a_walk_that_ends_early_is_a_row_that_fails():
 def test_ctrl_c_ends_the_verification_and_not_only_a_walk_of_it(monkeypatch):
     import signal
 
-    right = WalkExperiment.simulate
+    right = Run.simulate
 
     def interrupt(*arguments, **options):
         signal.raise_signal(signal.SIGINT)
         return right(*arguments, **options)
 
-    monkeypatch.setattr(WalkExperiment, "simulate", interrupt)
+    monkeypatch.setattr(Run, "simulate", interrupt)
     for number in (25, 28):
         with pytest.raises(KeyboardInterrupt):
             CHECKS[number].rows(Laboratory(PAPER.replace(duration=0.1)))

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 
-import phasmid
 from phasmid.errors import InvalidInput
 from phasmid.verification import CHECKS, Row, Verdict, verify
 
@@ -44,13 +43,6 @@ def test_a_row_s_dictionary_is_fit_for_json():
     row = replace(ROW, got=math.nan).as_dict()
     assert row["got"] is None
     assert row["verdict"] == "FAILS"
-
-
-def test_verify_runs_the_rows_that_are_named_in_order():
-    told = []
-    rows = phasmid.verify([8, 7, 8], progress=lambda check: told.append(check.number))
-    assert [row.number for row in rows] == [7, 8]
-    assert told == [7, 8]
 
 
 def test_no_row_at_all_is_refused():

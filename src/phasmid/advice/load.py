@@ -13,6 +13,7 @@ from phasmid.motion import Walk
 from phasmid.robot.motor import Motor
 from phasmid.scenario import Scenario
 from phasmid.simulation import new_run
+from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.loop import Samples
 
 
@@ -69,7 +70,7 @@ def simulate_load(
         begin = int(np.searchsorted(time, skip))
         if 0 < begin < len(time):
             sums, samples = _Sums(), samples[begin:]
-        sums.add(run.channels(samples), motor)
+        sums.add(sample_channels(run, samples), motor)
 
     failure = run.advance(progress, keep=keep)
     count = sums.count

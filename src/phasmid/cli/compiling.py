@@ -43,17 +43,14 @@ def compile_controller(scenario: Scenario, *, rate: float, quiet: bool) -> None:
     if quiet or are_compiled():
         return
     from phasmid.control import Command
-    from phasmid.simulation import DriveExperiment
+    from phasmid.simulation import new_drive
 
     trial = scenario.replace(duration=TRIAL)
     with (
         progress_bar("compiling", len(FUNCTIONS), quiet=quiet, notice=NOTICE) as progress,
         _polled(progress),
     ):
-        driving = DriveExperiment(
-            trial, None, Command(velocity=(0.02, 0.0, 0.0)), rate=rate, between=None
-        )
-        driving.begin_run().advance()
+        new_drive(trial, None, Command(velocity=(0.02, 0.0, 0.0)), rate=rate).advance()
 
 
 @contextmanager

@@ -36,12 +36,12 @@ def run(options: argparse.Namespace) -> int:
     script = _script(options)
     policy = _policy(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
-    from phasmid.simulation import DriveExperiment, check_drive
+    from phasmid.simulation import Run, check_drive, new_drive
 
     faults = options.fault or []
-    check_drive(scenario.driven(), rate=options.rate, between=options.between, faults=faults)
+    check_drive(scenario.driven(), rate=options.rate, faults=faults)
 
-    def experiment() -> DriveExperiment:
+    def begin() -> Run:
         controller = None
         if policy is None:
             compile_controller(scenario, rate=options.rate, quiet=options.quiet)
@@ -49,11 +49,9 @@ def run(options: argparse.Namespace) -> int:
             from phasmid.learning import PolicyController
 
             controller = PolicyController(policy, scenario.load_robot())
-        return DriveExperiment(
-            scenario, controller, script, rate=options.rate, between=options.between, faults=faults
-        )
+        return new_drive(scenario, controller, script, rate=options.rate, faults=faults)
 
-    return walk.make_run(experiment, scenario, options, _words(options))
+    return walk.make_run(begin, scenario, options, _words(options))
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -84,11 +82,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--rate", type=_number, default=RATE, metavar="N", help="updates a second; default: 200"
     )
     parser.add_argument(
-        "--between",
-        metavar="hold|linear|cubic",
-        help="what joints do between updates; default: cubic where prescribed, else hold",
-    )
-    parser.add_argument(
         "--fault",
         action="append",
         metavar="TEXT",
@@ -110,8 +103,6 @@ def _words(options: argparse.Namespace) -> list[str]:
         words.append(f"rate-{options.rate:g}")
     if options.policy:
         words.append(f"policy-{Path(options.policy).stem}")
-    if options.between:
-        words.append(f"between-{options.between}")
     return words + [f"fault-{fault}" for fault in options.fault or []]
 
 

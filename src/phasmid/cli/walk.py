@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from phasmid.recording import Recording
     from phasmid.robot import Appearance, Robot
     from phasmid.scenario import Scenario
-    from phasmid.simulation import Experiment
+    from phasmid.simulation import Run
 
 
 def run(options: argparse.Namespace) -> int:
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     scenario = scenario_of(options)
     from phasmid.motion import Motion, load_trajectory, plan
     from phasmid.scenario import idle_fields
-    from phasmid.simulation import WalkExperiment, check_time_step, time_step_refinement
+    from phasmid.simulation import check_time_step, new_run, time_step_refinement
 
     walk: Motion = (
         load_trajectory(options.trajectory, scenario.load_robot(), unit=options.trajectory_unit)
@@ -49,11 +49,11 @@ def run(options: argparse.Namespace) -> int:
         found = time_step_refinement(scenario, walk) if options.check_time_step else None
         return found.attributes() if found else {}
 
-    return make_run(lambda: WalkExperiment(scenario, walk), scenario, options, words, refinement)
+    return make_run(lambda: new_run(scenario, walk), scenario, options, words, refinement)
 
 
 def make_run(
-    experiment: Callable[[], Experiment],
+    begin: Callable[[], Run],
     scenario: Scenario,
     options: argparse.Namespace,
     words: Sequence[str],
@@ -62,7 +62,7 @@ def make_run(
     """Make a run with its result folder, summary and video, and return the exit status.
 
     Args:
-        experiment: Returns the run; called after the options have been checked.
+        begin: Returns the run; called after the options have been checked.
         scenario: Its scenario.
         options: Those of the command line.
         words: Parts of the folder's name.
@@ -81,7 +81,7 @@ def make_run(
     if options.mcap:
         check_mcap()
     check_film(options)
-    run = experiment()
+    run = begin()
     try:
         with progress_bar("walking", scenario.duration, quiet=options.quiet) as progress:
             trouble = run.record(log, progress=progress, force=options.force)

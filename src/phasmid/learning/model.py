@@ -11,7 +11,7 @@ from phasmid.learning.terrain import Terrain
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, point_name
-from phasmid.simulation.model import model_specification, set_contact_laws
+from phasmid.simulation.model import compile_model, model_specification
 from phasmid.simulation.servo import own_servo, servo_parameters
 
 FAST_STEP, FULL_STEP = 0.004, 0.001
@@ -105,7 +105,7 @@ def learning_model(
         scenario = scenario.replace(dt=FULL_STEP, drive="servo")
         spec = model_specification(robot, scenario)
         _add_ground_and_payload(spec, robot, terrain)
-        return set_contact_laws(spec, robot, scenario)
+        return compile_model(spec, scenario)
     model = fast_specification(robot, scenario, terrain).compile()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model

@@ -19,7 +19,7 @@ class ContactTable(Table):
         contact_law: ``spring-damper``: a linear spring and damper per point; ``mujoco``: the
             engine's own soft contact with its own numbers; ``simscape``: the law of the paper's
             library, a one-sided damper and stick-slip friction, in a simulator of its own, of
-            prescribed joints.
+            prescribed joints on level ground.
         stiffness: Of each of a foot's four contact points [N/m].
         damping: Of each of a foot's four contact points [N·s/m]; absent: the law's own, 30 for
             ``spring-damper``, 100 for ``simscape``, whose points damp only while they sink in.

@@ -11,7 +11,6 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording, new_recording
-from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.sensors.models import Sensor, robot_sensors
 
@@ -40,7 +39,10 @@ def sense(scenario: Scenario, recording: Recording) -> Recording:
     time = np.asarray(recording["time"].values)
     true, measured = dict(channels), dict[str, np.ndarray]()
     if "body_velocity" in channels:
-        true["body_acceleration"] = mean_acceleration(time, channels["body_velocity"])
+        # The mean since the sample before: a sensor with a low-pass filter measures this mean.
+        velocity = channels["body_velocity"]
+        true["body_acceleration"] = np.zeros_like(velocity)
+        true["body_acceleration"][1:] = np.diff(velocity, axis=0) / np.diff(time)[:, None]
     interval = float(np.diff(time).max(initial=0.0))
     for sensor in robot_sensors(scenario, scenario.load_robot()):
         if all(name in true for name in sensor.needs):
@@ -52,18 +54,6 @@ def sense(scenario: Scenario, recording: Recording) -> Recording:
         )
     attributes = {str(name): value for name, value in recording.attrs.items()}
     return new_recording(time, channels | measured, attributes)
-
-
-def mean_acceleration(
-    time: Float[np.ndarray, " time"], velocity: Float[np.ndarray, "time 3"]
-) -> Float[np.ndarray, "time 3"]:
-    """Return the mean acceleration since the sample before [m/s²], zero at the first, (N, 3).
-
-    A sensor with a low-pass filter of its own measures this mean.
-    """
-    acceleration = np.zeros_like(velocity)
-    acceleration[1:] = np.diff(velocity, axis=0) / np.diff(time)[:, None]
-    return acceleration
 
 
 def measure(
@@ -84,51 +74,26 @@ def measure(
 
 
 class SensorStream:
-    """The readings of `sense`, while samples arrive one after another.
+    """The readings of `sense` of one sensor, while samples arrive one after another.
 
     Args:
-        scenario: Its sensors and its gravity are used.
-        robot: The robot, L legs.
+        sensor: The sensor, unused.
         interval: Time between samples [s].
-        first: Channels of one sample of the robot at rest, which are read at once.
+        first: Channels of one sample of the robot at rest, which is read at once.
 
     Attributes:
-        next_row: Index of the next sample that a sensor reads.
+        next_row: Index of the next sample that the sensor reads.
     """
-
-    def __init__(
-        self, scenario: Scenario, robot: Robot, interval: float, first: Mapping[str, np.ndarray]
-    ) -> None:
-        sensors = robot_sensors(scenario, robot)
-        self._readings = [_Readings(sensor, interval, first) for sensor in sensors]
-        self.next_row = 0
-
-    def take(self, true: Mapping[str, np.ndarray]) -> None:
-        """Let the sensors read the sample of index `next_row`, channels of one sample."""
-        for readings in self._readings:
-            while readings.next_row == self.next_row:
-                readings.take(true)
-        self.next_row = min(readings.next_row for readings in self._readings)
-
-    def measured(self, elapsed: float) -> dict[str, np.ndarray]:
-        """Return the latest readings that have arrived, at a time [s] that never decreases."""
-        measured: dict[str, np.ndarray] = {}
-        for readings in self._readings:
-            measured |= readings.latest(elapsed)
-        return measured
-
-
-class _Readings:
-    """Readings of one sensor that have not all arrived yet."""
 
     def __init__(self, sensor: Sensor, interval: float, first: Mapping[str, np.ndarray]) -> None:
         self._sensor, self._interval = sensor, interval
         self._noise: Any = sensor.noise(1)
         self._pending: deque[dict[str, np.ndarray]] = deque()
-        self._first = self._done = self.next_row = 0
+        self._arrived = self._done = self.next_row = 0
         self._read(first)
 
     def take(self, true: Mapping[str, np.ndarray]) -> None:
+        """Read the sample of index `next_row`, channels of one sample."""
         if self._done:
             self._noise = self._sensor.noise(1)
         else:
@@ -137,13 +102,14 @@ class _Readings:
         self._done += 1
         self.next_row = self._sensor.sampling.row(self._done, self._interval)
 
+    def measured(self, elapsed: float) -> dict[str, np.ndarray]:
+        """Return the latest reading that has arrived, at a time [s] that never decreases."""
+        latest = self._sensor.sampling.latest(elapsed)
+        while self._arrived < latest and len(self._pending) > 1:
+            self._pending.popleft()
+            self._arrived += 1
+        return self._pending[0]
+
     def _read(self, true: Mapping[str, np.ndarray]) -> None:
         read = self._sensor.read(true, self._noise)
         self._pending.append({name: values[0] for name, values in read.items()})
-
-    def latest(self, elapsed: float) -> dict[str, np.ndarray]:
-        latest = self._sensor.sampling.latest(elapsed)
-        while self._first < latest and len(self._pending) > 1:
-            self._pending.popleft()
-            self._first += 1
-        return self._pending[0]

@@ -1,42 +1,36 @@
 """Simulation of planned walks and of robots in closed loop."""
 
+from phasmid.simulation.channels import with_sensors
 from phasmid.simulation.contact import CONTACT_POINTS
-from phasmid.simulation.drive import DriveExperiment, check_drive, drive
-from phasmid.simulation.experiment import (
-    Experiment,
-    Refinement,
-    WalkExperiment,
-    check_load,
-    new_run,
-    simulate,
-    simulate_many,
-    time_step_refinement,
-    with_sensors,
-)
-from phasmid.simulation.faults import Fault
+from phasmid.simulation.drive import check_drive, drive, new_drive
 from phasmid.simulation.model import build_model
+from phasmid.simulation.model_reference import check_load
 from phasmid.simulation.rerun import Difference, Replay, replay
 from phasmid.simulation.run import Run
 from phasmid.simulation.start import check_time_step, longest_time_step
 from phasmid.simulation.termination import Ending
+from phasmid.simulation.walks import (
+    Refinement,
+    new_run,
+    simulate,
+    simulate_many,
+    time_step_refinement,
+)
 
 __all__ = [
     "CONTACT_POINTS",
     "Difference",
-    "DriveExperiment",
     "Ending",
-    "Experiment",
-    "Fault",
     "Refinement",
     "Replay",
     "Run",
-    "WalkExperiment",
     "build_model",
     "check_drive",
     "check_load",
     "check_time_step",
     "drive",
     "longest_time_step",
+    "new_drive",
     "new_run",
     "replay",
     "simulate",

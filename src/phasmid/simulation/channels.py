@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import platform
 from functools import cache
 from importlib.metadata import version
@@ -9,10 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from phasmid.forces.analysis import recording_attributes
-from phasmid.motion import JointTrajectory
-from phasmid.recording.recording import Attributes
+from phasmid.recording import Recording
+from phasmid.scenario import Scenario
+from phasmid.sensors import sense
 from phasmid.sensors.models import rotated_vector
+from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.termination import Ending, Failure
 
@@ -64,22 +66,6 @@ def versions() -> dict[str, str]:
     }
 
 
-def run_attributes(run: Run) -> Attributes:
-    """Return the attributes of a run's recording, except for how it ended."""
-    scenario, walk = run.scenario, run.walk
-    return {
-        **recording_attributes(scenario, walk),
-        "kind": "simulation",
-        "drive": scenario.simulation.planned_drive,
-        "contact_law": scenario.contact.contact_law,
-        "simulator": run.simulator,
-        "time_step": scenario.simulation.dt,
-        **versions(),
-        **({"trajectory": walk.to_text()} if isinstance(walk, JointTrajectory) else {}),
-        **run.start_attribute(),
-    }
-
-
 def ending_attributes(failure: Failure | None) -> dict[str, str | int | float]:
     """Return how a run ended, as attributes of its recording."""
     ending = failure.ending if failure else Ending.COMPLETED
@@ -87,3 +73,21 @@ def ending_attributes(failure: Failure | None) -> dict[str, str | int | float]:
         "ending": ending.name,
         "ending_reason": failure.sentence if failure else ending.value,
     }
+
+
+def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
+    """Add the measured channels, with the recorded faults, where the scenario measures.
+
+    A log does not hold these channels, since they follow from the others.
+    """
+    if scenario.sensors.measured != "everything":
+        return recording
+    sensed = sense(scenario, recording)
+    texts = json.loads(str(sensed.attrs.get("faults", "[]")))
+    faults = Faults(scenario.load_robot(), texts, scenario.sensors.contact_threshold)
+    added = sensed.data_vars.keys() - recording.data_vars.keys()
+    channels = {str(name): sensed[name].values for name in added}
+    faulty = faults.apply_to_recording(sensed["time"].values, channels)
+    return sensed.assign(
+        {name: (sensed[name].dims, values, sensed[name].attrs) for name, values in faulty.items()}
+    )

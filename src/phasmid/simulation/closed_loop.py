@@ -2,40 +2,46 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import numbers
-from phasmid.control import Command, Controller, JointTargets, Observation, Posture
+from phasmid.control import (
+    Command,
+    CommandScript,
+    Controller,
+    JointTargets,
+    Observation,
+    Player,
+    Posture,
+    commands_to_text,
+)
+from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import Motion
-from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.channels import CHANNELS
+from phasmid.recording.recording import Attributes
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
-from phasmid.simulation.loop import Keep, Samples
+from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
-Between: TypeAlias = Literal["hold", "linear", "cubic"]
-"""Interpolation of targets between updates. ``hold``: the angles stay, as on a servo's bus;
-``linear``: they go on with the targets' velocities; ``cubic``: joints go from the last targets to
-the new ones, and reach them with the targets' velocities at the next update."""
+Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
+"""A constant command, a script, or a function of time [s] and observation; None ends the run."""
 
-Pose: TypeAlias = tuple[float, float, float]
-"""True pose of the body in the world: x, y [m] and yaw [rad]."""
-
-Commands: TypeAlias = Callable[[float, Observation, Callable[[], Pose]], Command | None]
-"""Returns the command at a time of the controller's clock [s]; None ends the run."""
+MOST_EVENTS = 10_000
+"""Most events of a controller that a recording keeps."""
 
 RISEN = 0.01
 """Height of a trunk over the ground above which it no longer lies [m]."""
@@ -44,31 +50,6 @@ COMMANDED = "velocity_command"
 """Channel of the commanded velocity, beside the controller's telemetry."""
 
 TARGETS = "joint_position_target", "joint_velocity_target", "joint_acceleration_target"
-
-
-def interpolation(drive: str, between: str | None) -> Between:
-    """Return how targets are interpolated with a drive, as in `drive`.
-
-    Raises:
-        InvalidInput: There is no such interpolation, or prescribed joints cannot follow it.
-    """
-    if between is None:
-        usual: dict[str, Between] = {"prescribed": "cubic", "torque": "linear"}
-        return usual.get(drive, "hold")
-    kinds = get_args(Between)
-    if between not in kinds:
-        guess = nearest(str(between), kinds)
-        raise InvalidInput(
-            f'between is "{between}"; it must be {", ".join(kinds[:-1])} or {kinds[-1]}.',
-            hint=f'"{guess}"' if guess else "",
-        )
-    if drive == "prescribed" and between != "cubic":
-        raise InvalidInput(
-            f'between is "{between}" and drive "prescribed"; joints that follow exactly cannot '
-            "follow steps.",
-            hint='between = "cubic", or drive = "ideal-servo"',
-        )
-    return between  # type: ignore[return-value]
 
 
 def period_steps(scenario: Scenario, rate: float) -> int:
@@ -91,56 +72,36 @@ def period_steps(scenario: Scenario, rate: float) -> int:
     return steps
 
 
-class SetpointInterpolator:
-    """Interpolates the targets of successive updates at the time steps between them.
+def interpolation_weights(drive: str, steps: int, dt: float) -> Float[np.ndarray, "3 steps 4"]:
+    """Return the weights that interpolate targets at the time steps of a period.
+
+    Goals of servos stay until the next update, as on a servo's bus. Those of joints driven by
+    torque go on with the targets' velocities. Prescribed joints go from the last targets to the new
+    ones by a cubic, and reach them with the targets' velocities at the next update.
 
     Args:
-        between: Kind of interpolation.
+        drive: Kind of drive.
         steps: Time steps of a period.
         dt: Time step [s].
-        q: Joint angles at the beginning [rad], shape (L, 3).
-        qd: Joint velocities at the beginning [rad/s], shape (L, 3).
+
+    Returns:
+        For angle, velocity and acceleration: weights of angle and velocity of the last targets, and
+        of angle and velocity of the new ones.
     """
-
-    def __init__(
-        self,
-        between: Between,
-        steps: int,
-        dt: float,
-        q: Float[np.ndarray, "legs 3"],
-        qd: Float[np.ndarray, "legs 3"],
-    ) -> None:
-        # Angles and velocities of the last targets but one, then of the last targets.
-        self._ends = np.stack([q, qd, q, qd])
-        self._flat = self._ends.reshape(4, -1)
-        s, T = np.arange(steps) / steps, steps * dt
-        weights = np.zeros((3, steps, 4))
-        if between == "cubic":
-            # Hermite's basis in powers of s, and its derivatives.
-            basis = np.array([[1, 0, -3, 2], [0, T, -2 * T, T], [0, 0, 3, -2], [0, 0, -T, T]])
-            powers = np.stack([s**0, s, s**2, s**3])
-            weights[0] = (basis @ powers).T
-            weights[1] = (basis[:, 1:] @ (powers[:3] * [[1], [2], [3]]) / T).T
-            weights[2] = (basis[:, 2:] @ (powers[:2] * [[2], [6]]) / T**2).T
-        else:
-            weights[0, :, 2] = weights[1, :, 3] = 1.0
-            if between == "linear":
-                weights[0, :, 3] = T * s
-        self._weights = weights
-
-    def push(self, targets: JointTargets) -> bool:
-        """Take new targets, and return whether they are finite; others are dropped."""
-        ends = self._ends
-        ends[:2] = ends[2:]
-        ends[2], ends[3] = targets.position, targets.velocity
-        finite = math.isfinite(np.vdot(ends, ends))
-        if not finite:
-            ends[2:] = ends[:2]
-        return finite
-
-    def interpolate(self, rows: Float[np.ndarray, "3 steps legs 3"]) -> None:
-        """Write angles, velocities and accelerations at the steps of the present period."""
-        np.matmul(self._weights, self._flat, out=rows.reshape(3, len(rows[0]), -1))
+    s, T = np.arange(steps) / steps, steps * dt
+    weights = np.zeros((3, steps, 4))
+    if drive == "prescribed":
+        # Hermite's basis in powers of s, and its derivatives.
+        basis = np.array([[1, 0, -3, 2], [0, T, -2 * T, T], [0, 0, 3, -2], [0, 0, -T, T]])
+        powers = np.stack([s**0, s, s**2, s**3])
+        weights[0] = (basis @ powers).T
+        weights[1] = (basis[:, 1:] @ (powers[:3] * [[1], [2], [3]]) / T).T
+        weights[2] = (basis[:, 2:] @ (powers[:2] * [[2], [6]]) / T**2).T
+        return weights
+    weights[0, :, 2] = weights[1, :, 3] = 1.0
+    if drive == "torque":
+        weights[0, :, 3] = T * s
+    return weights
 
 
 class Decision(NamedTuple):
@@ -158,16 +119,14 @@ class ClosedLoopRun(Run):
         scenario: Its robot, ground, drive, time step and duration are used.
         begin: A motion at whose first instant the robot begins.
         controller: Returns the targets.
-        commands: Return the command at each update.
+        commands: A command, a script, or a function that returns the command at each update.
         rate: Updates per second [1/s]; a period is a whole number of time steps.
-        between: Interpolation of targets between updates.
         faults: Faults of sensors and servos with their times.
-        interrupted: The robot stops settling as soon as this is not empty.
+        attributes: Further attributes of the recording.
         endless: Whether the run goes on for as long as it is advanced.
 
     Attributes:
         controller: The controller.
-        commands: Return the command at each update.
         period_steps: Time steps from one update to the next.
         now: Index of the next time step.
         command_changes: Every command that differs from the one before it, with its time [s].
@@ -182,12 +141,11 @@ class ClosedLoopRun(Run):
         scenario: Scenario,
         begin: Motion,
         controller: Controller,
-        commands: Commands,
+        commands: Commanded,
         *,
         rate: float,
-        between: Between,
         faults: Faults,
-        interrupted: Sequence[int] = (),
+        attributes: Attributes | None = None,
         endless: bool = False,
     ) -> None:
         self.period_steps = period_steps(scenario, rate)
@@ -196,8 +154,12 @@ class ClosedLoopRun(Run):
         self.block_steps = updates * self.period_steps
         self._controller_failure: Failure | None = None
         self._must_lie = True
-        super().__init__(scenario, begin, interrupted=interrupted, endless=endless)
-        self.controller, self.commands, self.now = controller, commands, self.step
+        super().__init__(scenario, begin, endless=endless)
+        self.controller, self.now = controller, self.step
+        self._commands, self._attributes = commands, attributes or {}
+        self._follower: WaypointFollower | None = None
+        if isinstance(commands, CommandScript) and commands.waypoint:
+            self._follower = WaypointFollower(commands)
         self._shape = len(self.robot.legs), 3
         self._works = np.ones(self._shape, dtype=bool)
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
@@ -208,11 +170,13 @@ class ClosedLoopRun(Run):
         self._pushes: list[tuple[int, np.ndarray]] = []
         first = begin.sample(np.zeros(1))
         start = first.q[0], first.qd[0]
-        self._interpolator = SetpointInterpolator(between, self.period_steps, self.dt, *start)
+        kind = scenario.simulation.planned_drive
+        self._weights = interpolation_weights(kind, self.period_steps, self.dt)
+        # Angles and velocities of the last targets but one, then of the last targets.
+        self._ends = np.stack([*start, *start])
         self._setpoints = np.zeros((updates, 3, self.period_steps, *self._shape))
         self._setpoints[0, :2, 0] = start
         self._torque = np.zeros((self.period_steps, *self._shape))
-        self._kept = slice(0, 1)
         self.command_changes: list[tuple[float, Command]] = []
         self._newest: Command | None = None
         observation = self._observe()
@@ -220,8 +184,11 @@ class ClosedLoopRun(Run):
         self._decision = self._decide(observation)
         if self._decision is None:
             raise InvalidInput("the commands ended before their first one.")
-        self._telemetry = self._allocate_telemetry(self._decision)
-        self._record_telemetry(0, self._decision)
+        self._check_telemetry(self._decision)
+        # Of the latest update, and of each update of the present block.
+        self._latest: dict[str, np.ndarray] = {}
+        self._telemetry: list[dict[str, np.ndarray]] = []
+        self._record_telemetry(self._decision)
 
     # Disturbances --------------------------------------------------------------------------------
 
@@ -234,19 +201,13 @@ class ClosedLoopRun(Run):
 
         Returns:
             The rounded duration [s].
-
-        Raises:
-            InvalidInput: A number is not finite, or the duration not greater than 0.
         """
-        vector = numbers(impulse, "impulse")
-        if vector.shape != (3,) or not np.isfinite(vector).all():
-            raise InvalidInput("impulse must be three finite numbers: ahead, left, up [N·s].")
-        if not (math.isfinite(duration) and duration > 0):
-            raise InvalidInput(f"duration is {duration:g} s; it must be greater than 0.")
         period = self.period_steps
         steps = max(1, math.ceil(duration / (period * self.dt) - 1e-9)) * period
         R_world_body = quaternion_rotation(self._qpos[3:7])
-        self._pushes.append((self.now + steps, R_world_body @ vector / (steps * self.dt)))
+        self._pushes.append(
+            (self.now + steps, R_world_body @ np.array(impulse) / (steps * self.dt))
+        )
         return steps * self.dt
 
     def fail_servo(self, leg: int, joint: int) -> None:
@@ -269,13 +230,23 @@ class ClosedLoopRun(Run):
             self.drive.fail(3 * leg + joint)
         return self._observer.observe(time, self._works, self._velocity_before)
 
-    def _pose(self) -> Pose:
-        x, y, _, w, i, j, k = self._qpos[:7].tolist()
-        return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+    def _command(self, observation: Observation) -> Command | None:
+        """Return the command at an observation; None where the commands end."""
+        commands, time = self._commands, observation.time
+        if isinstance(commands, Command):
+            return commands
+        if self._follower:
+            # Waypoints are followed by the true pose.
+            x, y, _, w, i, j, k = self._qpos[:7].tolist()
+            yaw = math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
+            return self._follower.command(time, (x, y, yaw))
+        if isinstance(commands, CommandScript):
+            return commands.at(time)
+        return commands(time, observation)
 
     def _decide(self, observation: Observation) -> Decision | None:
         """Return command, targets and telemetry of an update; None where the commands end."""
-        command = self.commands(observation.time, observation, self._pose)
+        command = self._command(observation)
         if command is None:
             return None
         if command is not self._newest:
@@ -287,13 +258,13 @@ class ClosedLoopRun(Run):
         if self._must_lie:
             self.lies = self.scenario.simulation.can_lie
         targets = self.controller.update(observation, command)
-        _check_targets(targets, self._shape)
         telemetry = getattr(self.controller, "telemetry", dict)
         return Decision(command, targets, telemetry())
 
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, with an update before each period."""
         made, count = 0, min(self.block_steps, end - self.step)
+        self._telemetry.clear()
         while made < count and not (interrupted or self._controller_failure):
             # The first decision was made before the run.
             decision = self._decision if self.now == 0 else self._decide(self._observe())
@@ -305,7 +276,7 @@ class ClosedLoopRun(Run):
             # A controller may use MuJoCo too; its warnings do not count.
             self._warnings.clear()
             last = self.now + len(targets) > self.steps
-            steps = self._advance(targets, at=made, last=last, interrupted=interrupted)
+            steps = self._advance(targets, at=made, last=last)
             if steps:
                 self._observer.take(made, made + steps, self.now)
                 made += steps
@@ -318,15 +289,18 @@ class ClosedLoopRun(Run):
 
     def _period_targets(self, decision: Decision, at: int) -> Float[np.ndarray, "steps joints"]:
         """Return the commands of the drive in the period that begins at row `at` of the buffer."""
-        update, torque, count = at // self.period_steps, decision.targets.torque, self.period_steps
-        if not self._interpolator.push(decision.targets):
+        torque, count, ends = decision.targets.torque, self.period_steps, self._ends
+        ends[:2] = ends[2:]
+        ends[2], ends[3] = decision.targets.position, decision.targets.velocity
+        if not math.isfinite(np.vdot(ends, ends)):
+            ends[2:] = ends[:2]
             reason = _not_finite(decision.targets, self.robot.leg_names)
             self._controller_failure = Failure(Ending.FAILED, at, reason)
             # One more step with the last targets, so that there is a sample to report.
             torque, count = None, 1
-        rows = self._setpoints[update]
-        self._interpolator.interpolate(rows)
-        self._record_telemetry(update, decision)
+        rows = self._setpoints[at // self.period_steps]
+        np.matmul(self._weights, ends.reshape(4, -1), out=rows.reshape(3, len(rows[0]), -1))
+        self._record_telemetry(decision)
         if torque is not None:
             self._torque[:] = torque
         q, qd, qdd = rows
@@ -344,61 +318,89 @@ class ClosedLoopRun(Run):
 
     # Recording -----------------------------------------------------------------------------------
 
-    def _keep(self, count: int, keep: Keep) -> None:
-        """Pass on the recorded samples, and note their rows in the block for `channels`."""
-        self._kept = slice(-self.step % self.every, count, self.every)
-        super()._keep(count, keep)
-
     def channels(self, samples: Samples) -> dict[str, np.ndarray]:
-        """Return all channels at the samples that were passed on last."""
-        update = np.arange(self._kept.start, self._kept.stop, self._kept.step) // self.period_steps
-        telemetry = {name: values[update] for name, values in self._telemetry.items()}
+        """Return all channels at the samples that are recorded next."""
+        rows = -self.step % self.every + np.arange(len(samples)) * self.every
+        update = np.minimum(rows // self.period_steps, len(self._telemetry) - 1)
+        telemetry = {
+            name: np.stack([row[name] for row in self._telemetry])[update]
+            for name in self._telemetry[0]
+        }
         setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
-        targets = dict(zip(TARGETS, setpoints[:, self._kept], strict=True))
+        targets = dict(zip(TARGETS, setpoints[:, rows], strict=True))
         return {**telemetry, **targets, **sample_channels(self, samples)}
 
-    def _allocate_telemetry(self, decision: Decision) -> dict[str, np.ndarray]:
-        """Allocate one row per update of a block for every channel of the telemetry."""
-        sizes = {"leg": len(self.robot.legs)} | {dim: len(x) for dim, x in COORDINATES.items()}
-        own = {*TARGETS, *sample_channels(self, self.first)}
-        telemetry: dict[str, np.ndarray] = {}
-        for name in {COMMANDED: None, **decision.telemetry}:
-            if name not in CHANNELS or name in own:
-                guess = nearest(name, CHANNELS.keys() - own)
-                what = "which the simulation records" if name in own else "which is none"
-                raise InvalidInput(
-                    f'the controller\'s telemetry has the channel "{name}", {what}.',
-                    hint=f'"{guess}"' if guess else "a name of phasmid.recording.CHANNELS",
-                )
-            shape = tuple(sizes[dim] for dim in CHANNELS[name].dims[1:])
-            kind = np.bool_ if CHANNELS[name].kind == "bool" else np.float64
-            telemetry[name] = np.zeros((len(self._setpoints), *shape), kind)
-        return telemetry
+    def attributes(self) -> Attributes:
+        """Return the attributes of run, controller, commands and faults."""
+        attributes = {**super().attributes(), **self._attributes}
+        if not isinstance(self.controller, Player):
+            attributes.pop("trajectory", None)
+        if isinstance(self._commands, CommandScript):
+            attributes["commands"] = self._commands.to_text()
+        return attributes
 
-    def _record_telemetry(self, update: int, decision: Decision) -> None:
-        """Record command and telemetry of an update; absent channels keep their last values."""
-        telemetry = {**decision.telemetry, COMMANDED: decision.command.velocity}
-        for name, rows in self._telemetry.items():
-            value = telemetry.get(name)
-            rows[update] = rows[update - 1] if value is None else value
+    def final_attributes(self) -> Attributes:
+        """Return the controller's events, the waypoints reached, and the commands."""
+        all_events = list(getattr(self.controller, "events", ()))
+        events = [[float(time), str(sentence)] for time, sentence in all_events[:MOST_EVENTS]]
+        if len(all_events) > MOST_EVENTS:
+            events.append([events[-1][0], f"{len(all_events) - MOST_EVENTS} more were not kept"])
+        final = {"events": json.dumps(events, ensure_ascii=False)}
+        if not isinstance(self._commands, CommandScript):
+            # The run ended after the last update with a command, before the one without.
+            end = (self.step - 0.5 * self.period_steps) * self.dt if self.ended else None
+            final["commands"] = commands_to_text(self.command_changes, end)
+        elif self._follower:
+            places = self._commands.waypoint
+            times = [*self._follower.reached, *[None] * len(places)]
+            rows = [
+                {"x": place.x, "y": place.y, "heading": place.heading, "reached": time}
+                for place, time in zip(places, times, strict=False)
+            ]
+            final["waypoints"] = json.dumps(rows)
+        return final
 
-
-def _check_targets(targets: JointTargets, shape: tuple[int, int]) -> None:
-    """Refuse targets of another shape."""
-    if not np.shape(targets.position) == np.shape(targets.velocity) == shape:
-        raise InvalidInput(
-            f"the controller's targets have shapes {np.shape(targets.position)} and "
-            f"{np.shape(targets.velocity)}; both must have shape {shape}."
+    def shortfall(self) -> Failure | None:
+        """Return which waypoint was not reached, or None."""
+        follower, commands = self._follower, self._commands
+        if follower is None or not isinstance(commands, CommandScript):
+            return None
+        reached, count = len(follower.reached), len(commands.waypoint)
+        if reached == count:
+            return None
+        reason = (
+            f"by {min(self.step, self.steps) * self.dt:.4g} s: {reached} of {count} reached, "
+            f"waypoint {reached + 1} is {follower.remaining}. Try a longer --duration"
         )
+        return Failure(Ending.INCOMPLETE, self.step, reason)
+
+    def _check_load(self) -> None:
+        """Check nothing: the controller's motion is not known beforehand."""
+
+    def _check_telemetry(self, decision: Decision) -> None:
+        """Refuse telemetry with other channels than those of a controller."""
+        known = CHANNELS.keys() - {*TARGETS, *sample_channels(self, self.first)}
+        for name in decision.telemetry:
+            if name not in known:
+                guess = nearest(name, known)
+                raise InvalidInput(
+                    f'the controller\'s telemetry has the channel "{name}"; it must be one of '
+                    "phasmid.recording.CHANNELS that the simulation does not record.",
+                    hint=f'"{guess}"' if guess else "",
+                )
+
+    def _record_telemetry(self, decision: Decision) -> None:
+        """Record command and telemetry of an update; absent channels keep their last values."""
+        row = {**decision.telemetry, COMMANDED: decision.command.velocity}
+        self._latest |= {
+            name: np.array(row[name], bool if CHANNELS[name].kind == "bool" else float)
+            for name in row.keys() & (self._latest or row).keys()
+        }
+        self._telemetry.append(dict(self._latest))
 
 
 def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:
     """Return which target is no finite number."""
-    for name in ("position", "velocity"):
-        values = getattr(targets, name)
-        for leg, joint in np.argwhere(~np.isfinite(values)):
-            return (
-                f"its target {name} is {values[leg, joint]} at {legs[leg]}.{JOINTS[joint]}; "
-                "targets must be finite"
-            )
+    for leg, joint in np.argwhere(~np.isfinite(targets.position + targets.velocity)):
+        return f"its target is not finite at {legs[leg]}.{JOINTS[joint]}"
     return "its targets are too large to add up"

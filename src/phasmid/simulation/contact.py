@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,6 +24,9 @@ CONTACT_POINTS = 4
 
 POINT_RADIUS = 0.0005
 """Radius of a contact point [m]."""
+
+POINT_PRIORITY = 1
+"""Priority of contact points: their own spring counts, not a mixture with the ground's."""
 
 SOFT_TIME = 0.02
 """Time constant of MuJoCo's own contact [s]."""
@@ -85,8 +87,7 @@ def add_points(
             mass=0.0,
             condim=3,
             friction=friction,
-            # The point's own spring counts, not a mixture with the ground's.
-            priority=1,
+            priority=POINT_PRIORITY,
             contype=0,
             conaffinity=1,
         )
@@ -100,9 +101,7 @@ def friction_hardness(scenario: Scenario) -> float:
     return contact.friction_damping / contact.law_damping
 
 
-def set_contact(
-    spec: mujoco.MjSpec, points: Iterable[str], scenario: Scenario, mobility: float
-) -> None:
+def set_contact_law(model: mujoco.MjModel, scenario: Scenario) -> None:
     """Make contact points linear springs and dampers with constants in N/m and N·s/m.
 
     With a constant impedance d MuJoCo's force on a point of mobility A is
@@ -110,15 +109,15 @@ def set_contact(
     -K (1 - d) A and -B (1 - d) A, which MuJoCo divides by d² and d, make this
     K depth + B speed - m acceleration with m = d / ((1 - d) A). It is exact at rest.
     """
-    contact = scenario.contact
+    contact, d = scenario.contact, scenario.contact.impedance
     if contact.contact_law == "mujoco":
         return
-    d = contact.impedance
-    scale = (1 - d) * mobility
-    for name in points:
-        point = spec.geom(name)
-        point.solimp = [d, d, 0.001, 0.5, 2.0]
-        point.solref = [-contact.stiffness * scale, -contact.law_damping * scale]
+    points = np.flatnonzero(model.geom_priority == POINT_PRIORITY)
+    # MuJoCo's own measure of the mobility of each point's body is known after compilation only.
+    scale = (1 - d) * model.body_invweight0[model.geom_bodyid[points], 0]
+    model.geom_solimp[points] = d, d, 0.001, 0.5, 2.0
+    model.geom_solref[points, 0] = -contact.stiffness * scale
+    model.geom_solref[points, 1] = -contact.law_damping * scale
 
 
 # Ground -------------------------------------------------------------------------------------------

@@ -1,57 +1,43 @@
-"""Closed-loop experiments: a controller drives the simulated robot by commands."""
+"""Closed-loop runs: a controller drives the simulated robot by commands."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
-import numpy as np
-from jaxtyping import Float
+from pydantic import TypeAdapter
 
 from phasmid.control import (
     Command,
-    CommandScript,
     Controller,
+    EngineSettings,
     LocomotionEngine,
-    Observation,
     Player,
     SafetyFilter,
     SafetySettings,
     Sequencer,
-    commands_to_text,
 )
 from phasmid.control.sequences import packing
-from phasmid.control.waypoints import WaypointFollower
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, plain
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
 from phasmid.recording import Recording
 from phasmid.recording.recording import Attributes
+from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.sensors import SENSORS
-from phasmid.simulation.closed_loop import (
-    ClosedLoopRun,
-    Commands,
-    interpolation,
-    period_steps,
-)
-from phasmid.simulation.experiment import Experiment
-from phasmid.simulation.faults import Fault, Faults
-from phasmid.simulation.rerun import SCENARIO_CONTROLLER, controller_attributes
-from phasmid.simulation.run import Progress, Run
+from phasmid.simulation.closed_loop import ClosedLoopRun, Commanded, period_steps
+from phasmid.simulation.faults import Faults
+from phasmid.simulation.run import Progress
 from phasmid.simulation.start import check_start, check_time_step, standing
-from phasmid.simulation.termination import Ending, Failure
-
-MOST_EVENTS = 10_000
-"""Most events of a controller that a recording keeps."""
 
 MISSED_PERIODS = 2.5
 """Periods without an observation that the safety monitor tolerates at least."""
 
-Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
-"""A constant command, a script, or a function of time [s] and observation; None ends the run."""
+OWN, ENGINE, PLAYER = "scenario's own", "locomotion engine", "player"
+"""Recorded names of the controllers that a replay can make again."""
 
 
 def drive(
@@ -60,9 +46,7 @@ def drive(
     commands: Commanded = Command(),  # noqa: B008, a frozen value
     *,
     rate: float = 200.0,
-    between: str | None = None,
-    start: Float[np.ndarray, "legs 3"] | None = None,
-    faults: Sequence[Fault | str] = (),
+    faults: Sequence[str] = (),
     progress: Progress | None = None,
     log: str | Path | None = None,
     force: bool = False,
@@ -80,13 +64,8 @@ def drive(
         commands: A command, a script, or a function of time and observation. Waypoints of a script
             are followed by the robot's true pose.
         rate: Updates per second [1/s]; a period must be a whole number of time steps.
-        between: Interpolation of targets between updates. ``hold``: the goals stay, as on a
-            servo's bus; ``linear``: they go on with the targets' velocities; ``cubic``: joints go
-            from the last targets to the new ones, which they reach at the next update. None:
-            ``cubic`` for the drive ``prescribed``, ``linear`` for ``torque``, else ``hold``.
-        start: Joint angles at the start [rad], shape (L, 3).
-        faults: What fails, and when: each a `phasmid.simulation.Fault`, or a sentence such as
-            ``right_middle.tibia dead at 5 s``.
+        faults: What fails, and when: sentences such as ``right_middle.tibia dead at 5 s``; see
+            `phasmid.simulation.faults`.
         progress: Receives the simulated time [s].
         log: As in `phasmid.simulate`.
         force: Whether an older log of that name is replaced.
@@ -101,21 +80,16 @@ def drive(
             controller returns no targets, and the like.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
-    experiment = DriveExperiment(
-        scenario, controller, commands, rate=rate, between=between, start=start, faults=faults
-    )
-    return experiment.make(progress=progress, log=log, force=force)
+    run = new_drive(scenario, controller, commands, rate=rate, faults=faults)
+    return run.make(progress=progress, log=log, force=force)
 
 
-def check_drive(
-    scenario: Scenario, *, rate: float, between: str | None, faults: Sequence[Fault | str] = ()
-) -> Faults:
+def check_drive(scenario: Scenario, *, rate: float, faults: Sequence[str] = ()) -> Faults:
     """Refuse what no controller could change, and return the faults of the scenario's robot.
 
     Raises:
         InvalidInput: As in `drive`.
     """
-    interpolation(scenario.simulation.planned_drive, between)
     period_steps(scenario, rate)
     if scenario.contact.contact_law == "simscape":
         raise InvalidInput(
@@ -125,138 +99,60 @@ def check_drive(
     return Faults(scenario.load_robot(), faults, scenario.sensors.contact_threshold)
 
 
-class DriveExperiment(Experiment):
-    """A closed-loop run that can be made; arguments and errors as in `drive`.
+def new_drive(
+    scenario: Scenario,
+    controller: Controller | None,
+    commands: Commanded,
+    *,
+    rate: float = 200.0,
+    faults: Sequence[str] = (),
+    endless: bool = False,
+) -> ClosedLoopRun:
+    """Return a closed-loop run before its first step.
 
-    Attributes:
-        scenario: With the drive of a driven robot, and sensor delays of a time step at least.
-        begin: A motion at whose first instant the robot begins.
-        controller: The controller.
+    Arguments and errors as in `drive`; an endless run goes on for as long as it is advanced.
     """
+    scenario = scenario.driven()
+    checked = check_drive(scenario, rate=rate, faults=faults)
+    if controller is None:
+        controller = scenario_controller(scenario, rate)
+    _check_prescribed(scenario, controller)
+    begin = _begin(scenario, controller)
+    check_time_step(scenario, begin)
+    check_start(scenario, begin)
+    attributes: dict[str, str | int | float] = {
+        **_controller_attributes(controller, rate),
+        "control_rate": float(rate),
+        "faults": json.dumps(list(checked.texts)),
+    }
+    if not isinstance(controller, Player):
+        attributes["servo_verdict"] = verdict_text(scenario)
+    table = scenario.sensors
+    if table.measured == "everything":
+        # A reading of a step arrives after it.
+        delays = {name: getattr(table, name) for name in (f"{s}_delay" for s in SENSORS)}
+        least = scenario.simulation.dt
+        scenario = scenario.replace(**{name: max(each, least) for name, each in delays.items()})
+    return ClosedLoopRun(
+        scenario,
+        begin,
+        controller,
+        commands,
+        rate=rate,
+        faults=checked,
+        attributes=attributes,
+        endless=endless,
+    )
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        controller: Controller | None,
-        commands: Commanded,
-        *,
-        rate: float = 200.0,
-        between: str | None = None,
-        start: Float[np.ndarray, "legs 3"] | None = None,
-        faults: Sequence[Fault | str] = (),
-    ) -> None:
-        scenario = scenario.driven()
-        self._faults = check_drive(scenario, rate=rate, between=between, faults=faults)
-        self._between = interpolation(scenario.simulation.planned_drive, between)
-        self._is_scenarios = controller is None
-        if controller is None:
-            controller = scenario_controller(scenario, rate)
-        _check_prescribed(scenario, controller)
-        motion = getattr(controller, "motion", None)
-        self.begin: Motion
-        if motion is not None and start is None:
-            self.begin = motion
-            self.begin.check_planned_for(scenario)
-        else:
-            robot = scenario.load_robot()
-            if start is None and scenario.simulation.start_posture == "packed":
-                start = packing(robot).folded
-            self.begin = standing(scenario, robot, start)
-        check_time_step(scenario, self.begin)
-        check_start(scenario, self.begin)
-        table, dt = scenario.sensors, scenario.simulation.dt
-        delays = [f"{sensor}_delay" for sensor in SENSORS]
-        if table.measured == "everything":
-            scenario = scenario.replace(**{name: max(getattr(table, name), dt) for name in delays})
-        self.scenario, self.controller = scenario, controller
-        self._commands, self._rate, self._start = commands, rate, start
-        self._waypoints = commands.waypoint if isinstance(commands, CommandScript) else ()
-        self._follower: WaypointFollower | None = None
 
-    def begin_run(
-        self,
-        *,
-        samples: int | None = None,
-        interrupted: Sequence[int] = (),
-        endless: bool = False,
-    ) -> ClosedLoopRun:
-        """Return the run before its first step; `endless` goes on for as long as it is advanced."""
-        del samples
-        return ClosedLoopRun(
-            self.scenario,
-            self.begin,
-            self.controller,
-            self._command_function(),
-            rate=self._rate,
-            between=self._between,
-            faults=self._faults,
-            interrupted=interrupted,
-            endless=endless,
-        )
-
-    def attributes(self, run: Run) -> Attributes:
-        """Return run, controller, commands and faults."""
-        attributes = dict(super().attributes(run))
-        if not isinstance(self.controller, Player):
-            attributes.pop("trajectory", None)
-            attributes["servo_verdict"] = verdict_text(self.scenario)
-        if isinstance(self._commands, CommandScript):
-            attributes["commands"] = self._commands.to_text()
-        if self._start is not None:
-            attributes["start_angles"] = json.dumps(np.asarray(self._start).tolist())
-        own = {"controller": SCENARIO_CONTROLLER}
-        return {
-            **attributes,
-            **(own if self._is_scenarios else controller_attributes(self.controller)),
-            "control_rate": float(self._rate),
-            "faults": json.dumps([str(fault) for fault in self._faults.faults]),
-            "between_updates": self._between,
-        }
-
-    def final_attributes(self, run: Run) -> Attributes:
-        """Return the controller's events, the waypoints reached, and the commands."""
-        assert isinstance(run, ClosedLoopRun)
-        all_events = list(getattr(self.controller, "events", ()))
-        events = [[float(time), str(sentence)] for time, sentence in all_events[:MOST_EVENTS]]
-        if len(all_events) > MOST_EVENTS:
-            events.append([events[-1][0], f"{len(all_events) - MOST_EVENTS} more were not kept"])
-        final = {"events": json.dumps(events, ensure_ascii=False)}
-        if self._follower:
-            times = [*self._follower.reached, *[None] * len(self._waypoints)]
-            rows = [
-                {"x": place.x, "y": place.y, "heading": place.heading, "reached": time}
-                for place, time in zip(self._waypoints, times, strict=False)
-            ]
-            final["waypoints"] = json.dumps(rows)
-        if not isinstance(self._commands, CommandScript):
-            # The run ended after the last update with a command, before the one without.
-            end = (run.step - 0.5 * run.period_steps) * run.dt if run.ended else None
-            final["commands"] = commands_to_text(run.command_changes, end)
-        return final
-
-    def shortfall(self, run: Run) -> Failure | None:
-        """Return which waypoint was not reached, or None."""
-        count, follower = len(self._waypoints), self._follower
-        if follower is None or len(follower.reached) == count:
-            return None
-        reached = len(follower.reached)
-        reason = (
-            f"by {min(run.step, run.steps) * run.dt:.4g} s: {reached} of {count} reached, waypoint "
-            f"{reached + 1} is {follower.remaining}. Try a longer --duration"
-        )
-        return Failure(Ending.INCOMPLETE, run.step, reason)
-
-    def _command_function(self) -> Commands:
-        """Return the commands as a function of time, observation and pose, from their start."""
-        commands = self._commands
-        if isinstance(commands, Command):
-            return lambda *_: commands
-        if not isinstance(commands, CommandScript):
-            return lambda time, observation, _: commands(time, observation)
-        if not commands.waypoint:
-            return lambda time, *_: commands.at(time)
-        follower = self._follower = WaypointFollower(commands)
-        return lambda time, _, pose: follower.command(time, pose())
+def _begin(scenario: Scenario, controller: Controller) -> Motion:
+    """Return the motion at whose first instant the robot begins."""
+    motion: Motion | None = getattr(controller, "motion", None)
+    if motion is not None:
+        motion.check_planned_for(scenario)
+        return motion
+    robot, packed = scenario.load_robot(), scenario.simulation.start_posture == "packed"
+    return standing(scenario, robot, packing(robot).folded if packed else None)
 
 
 def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> SafetyFilter:
@@ -277,10 +173,67 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
         "step_height": stride.step_height,
         "update_period": 1 / rate,
     }
-    engine = LocomotionEngine(robot, **(own | settings))
+    return _in_safety(LocomotionEngine(robot, **(own | settings)), robot, rate)
+
+
+def _in_safety(engine: LocomotionEngine, robot: Robot, rate: float) -> SafetyFilter:
+    return SafetyFilter(Sequencer(engine, robot), robot, _safety(rate))
+
+
+def _safety(rate: float) -> SafetySettings:
     patience = max(SafetySettings().observation_time, MISSED_PERIODS / rate)
-    safety = SafetySettings(observation_time=patience)
-    return SafetyFilter(Sequencer(engine, robot), robot, safety)
+    return SafetySettings(observation_time=patience)
+
+
+# Controllers in recordings ------------------------------------------------------------------------
+
+
+def _controller_attributes(controller: Controller, rate: float) -> dict[str, str]:
+    """Return a controller's name and settings, as attributes of a recording."""
+    inner: Any = controller
+    if type(inner) is SafetyFilter and inner.monitor.settings == _safety(rate):
+        inner = inner.controller
+        inner = inner.walker if type(inner) is Sequencer else controller
+    if type(inner) is LocomotionEngine:
+        settings = TypeAdapter(EngineSettings).dump_python(inner.settings, mode="json")
+        name = ENGINE if inner is controller else OWN
+        return {"controller": name, "controller_settings": json.dumps(settings)}
+    if type(inner) is Player:
+        settings = {"rate": inner.rate, "lead": inner.lead}
+        return {"controller": PLAYER, "controller_settings": json.dumps(settings)}
+    kind = type(controller)
+    return {"controller": f"{kind.__module__}.{kind.__qualname__}"}
+
+
+def recorded_controller(
+    attributes: Attributes, scenario: Scenario, motion: Callable[[], Motion]
+) -> Controller:
+    """Return the controller of a recorded run.
+
+    Args:
+        attributes: Of the recording.
+        scenario: Of the recording.
+        motion: Returns the motion of a player.
+
+    Raises:
+        InvalidInput: It is none of phasmid's, or not well formed.
+    """
+    name, robot = str(attributes["controller"]), scenario.load_robot()
+    text = str(attributes.get("controller_settings", ""))
+    try:
+        if name == PLAYER:
+            return Player(motion(), **json.loads(text))
+        if name in (OWN, ENGINE):
+            engine = LocomotionEngine(robot, TypeAdapter(EngineSettings).validate_json(text))
+            rate = float(attributes["control_rate"])
+            return engine if name == ENGINE else _in_safety(engine, robot, rate)
+    except (ValueError, TypeError):
+        pass
+    raise InvalidInput(
+        f"the run was driven by {plain(name)}, which a recording does not hold; it cannot be "
+        "run again.",
+        hint="phasmid.drive with that controller",
+    )
 
 
 def _check_prescribed(scenario: Scenario, controller: Controller) -> None:

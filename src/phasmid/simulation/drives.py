@@ -11,25 +11,14 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.feed_forward.servo_goal import SLOW
-from phasmid.dynamics import BodyMotion, inverse_dynamics
-from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.forces import minimum_norm, planned_load
-from phasmid.kinematics import jacobian
+from phasmid.errors import InvalidInput
+from phasmid.forces import holding_forces, planned_load
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import Scenario
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains, joint_gains
 
 if TYPE_CHECKING:
     import mujoco
-
-
-class LostConstraints(PhasmidError):
-    """MuJoCo made no constraint for some of the joints that constraints hold."""
-
-    def __init__(self) -> None:
-        super().__init__(
-            "the engine left out constraints that hold joints, whose torques are therefore unknown."
-        )
 
 
 class Setpoints(NamedTuple):
@@ -68,11 +57,7 @@ class Drive:
         raise NotImplementedError
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Return the torques of the last step, leg by leg [N·m], shape (3 L,).
-
-        Raises:
-            LostConstraints: There are none.
-        """
+        """Return the torques of the last step, leg by leg [N·m], shape (3 L,)."""
         raise NotImplementedError
 
     def fail(self, joint: int) -> None:
@@ -111,14 +96,8 @@ class PrescribedDrive(Drive):
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the forces of the constraints, which come first among MuJoCo's."""
-        data, held = self._data, self._held
-        force: np.ndarray = data.efc_force[: len(held)]
-        if data.ne < len(held) or len(force) < len(held):
-            raise LostConstraints
-        if len(held) == len(self._angle):
-            return force
         torque = np.zeros(len(self._angle))
-        torque[held] = force
+        torque[self._held] = self._data.efc_force[: len(self._held)]
         return torque
 
     def fail(self, joint: int) -> None:
@@ -237,11 +216,7 @@ def standing_torque(
     Raises:
         InfeasibleLoad: Its feet lie on a line.
     """
-    robot, trunk, q = start.robot, start.trunk, start.q
-    R, still, gravity = trunk.rotation, np.zeros_like(q), scenario.model.gravity
-    body = BodyMotion.at_rest(trunk.position, R)
-    torque, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
-    feet = start.foot_position - trunk.position[:, None]
-    force = minimum_norm(feet, np.ones(q.shape[:-1], dtype=bool), wrench)
-    J = R[:, None] @ robot.arrays.R_body_hip @ jacobian(robot.arrays, q)
-    return torque - np.einsum("...ij,...i->...j", J, force)
+    trunk, ground, feet = start.trunk, scenario.planned_terrain(), start.foot_position[0]
+    pose = trunk.position[0], trunk.rotation[0], start.q[0], feet
+    stance = np.ones(len(feet), dtype=bool)
+    return holding_forces(scenario, start.robot, *pose, stance, ground).torque[None]

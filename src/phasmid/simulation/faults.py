@@ -15,10 +15,6 @@ from phasmid.errors import InvalidInput, nearest
 from phasmid.robot import JOINTS, Robot
 from phasmid.sensors.models import rotated
 
-KINDS = ("dead", "stuck", "off")
-"""``dead``: a sensor reads no number, a foot no contact; the joint of a servo is limp. ``stuck``:
-the reading stays. ``off``: an amount is added to the true value."""
-
 
 class Part(NamedTuple):
     """A part of a robot that can fail.
@@ -26,8 +22,8 @@ class Part(NamedTuple):
     Attributes:
         channels: Measured channels that it affects.
         place: Number of names of its place: leg and joint, the leg alone, or none.
-        units: Units of an amount; the last one is SI.
-        amounts: Numbers of an amount.
+        units: Units of an amount, in SI; none where it cannot be off.
+        amounts: Numbers of an amount; three are along the body axes.
     """
 
     channels: tuple[str, ...]
@@ -48,137 +44,77 @@ PARTS = {
 }
 """Parts by name; ``imu`` is gyro, accelerometer and orientation together."""
 
-FORM = "right_middle.tibia dead at 5 s"
-WORDS = re.compile(
-    r"(?P<place>[\w.-]+)(?: (?P<part>encoder|foot|servo))? (?P<kind>[a-z]+)"
-    r"(?: by (?P<amount>[-+.,\deE]+) ?(?P<unit>[a-zA-Z²/2]+))? at (?P<time>[-+.\deE]+) ?s"
+NUMBER = r"[-+]?[\d.]+(?:[eE][-+]?\d+)?"
+SENTENCE = re.compile(
+    r"(?P<place>[\w.-]+)(?: (?P<part>encoder|foot|servo))? (?P<kind>dead|stuck|off)"
+    rf"(?: by (?P<amount>{NUMBER}(?:,{NUMBER})*) ?(?P<unit>[a-zA-Z²/2]+))?"
+    rf" at (?P<time>\+?[\d.]+(?:[eE][-+]?\d+)?) ?s"
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fault:
     """A fault that begins at a time and stays.
 
     Attributes:
         part: One of `PARTS`.
-        kind: One of `KINDS`; a servo can only be dead, and the whole imu not off.
+        kind: ``dead``: a sensor reads no number, a foot no contact, the joint of a servo is limp;
+            ``stuck``: the reading stays; ``off``: an amount is added to the true value.
         time: When it begins [s].
-        leg: Name of the leg, of servo, encoder and foot.
-        joint: Name of its joint, of servo and encoder.
-        amount: By how much it is off [rad, N, rad/s, m/s², rad]: three numbers in body axes of
-            gyro, accelerometer and orientation, which is rotated about that vector.
-
-    Raises:
-        InvalidInput: There is no such part or kind, or a number is not finite or missing.
+        index: Leg and joint, of a foot the leg alone, of the imu nothing.
+        amount: By how much it is off, in SI units; an orientation is rotated about that vector.
     """
 
     part: str
     kind: str
     time: float
-    leg: str = ""
-    joint: str = ""
-    amount: tuple[float, ...] = ()
+    index: tuple[int, ...]
+    amount: Float[np.ndarray, " amounts"]
 
-    def __post_init__(self) -> None:
-        for name, value, known in (("part", self.part, PARTS), ("kind", self.kind, KINDS)):
-            if value not in known:
-                guess = nearest(str(value), known)
-                raise InvalidInput(
-                    f'a fault has no {name} "{value}"; it must be one of {", ".join(known)}.',
-                    hint=f'"{guess}"' if guess else f'"{FORM}"',
-                )
-        if not (math.isfinite(self.time) and self.time >= 0):
-            raise InvalidInput(f"a fault's time is {self.time:g} s; it must be finite, 0 or more.")
-        if self.part == "servo" and self.kind != "dead":
-            raise InvalidInput(
-                f"a servo cannot be {self.kind}; it can only be dead.", hint=f'"{FORM}"'
-            )
-        if self.part == "imu" and self.kind == "off":
-            raise InvalidInput(
-                "imu cannot be off as a whole; one of its parts can.",
-                hint='"gyro off by 0,0,5 deg/s at 2 s"',
-            )
-        needed = PARTS[self.part].amounts if self.kind == "off" else 0
-        if len(self.amount) != needed:
-            raise InvalidInput(
-                f"a fault of kind {self.kind} of {self.part} has {len(self.amount)} amounts; it "
-                f"must have {needed}."
-            )
-        for amount in self.amount:
-            if not math.isfinite(amount):
-                raise InvalidInput(f"a fault's amount is {amount:g}; it must be a finite number.")
 
-    @classmethod
-    def of(cls, text: str) -> Fault:
-        """Parse a sentence.
+def parse_fault(text: str, robot: Robot) -> Fault:
+    """Parse a sentence.
 
-        Args:
-            text: Such as ``right_middle.tibia dead at 5 s`` (the servo),
-                ``right_middle.tibia encoder stuck at 5 s``, ``left_front foot off by 2 N at 1 s``,
-                ``gyro off by 0,0,5 deg/s at 2 s``, ``imu dead at 3 s``.
+    Args:
+        text: Such as ``right_middle.tibia dead at 5 s`` (the servo),
+            ``right_middle.tibia encoder stuck at 5 s``, ``left_front foot off by 2 N at 1 s``,
+            ``gyro off by 0,0,5 deg/s at 2 s``, ``imu dead at 3 s``.
+        robot: The robot that has the part.
 
-        Raises:
-            InvalidInput: It is no fault.
-        """
-        found = WORDS.fullmatch(" ".join(text.split()))
-        if found is None:
-            raise InvalidInput(
-                f'a fault is "{text[:80]}"; it must be what fails, how and when.',
-                hint=f'"{FORM}"',
-            )
-        place, part, kind = found["place"], found["part"], found["kind"]
-        leg, _, joint = place.partition(".")
-        if part is None:
-            part = "servo" if joint else place
-        known = PARTS.get(part)
-        if known and not known.place:
-            leg = ""
-        amount: tuple[float, ...] = ()
-        if found["amount"] is not None:
-            units = known.units if known else {}
-            if found["unit"] not in units:
-                raise InvalidInput(
-                    f'"{text}": {part} is off by an amount in {" or ".join(units) or "nothing"}.'
-                )
-            scale = units[found["unit"]]
-            amount = tuple(_number(word, text) * scale for word in found["amount"].split(","))
-        return cls(part, kind, _number(found["time"], text), leg, joint, amount)
-
-    def __str__(self) -> str:
-        part = PARTS[self.part]
-        place = ".".join([self.leg, self.joint][: part.place])
-        words = [place, "" if self.part == "servo" else self.part, self.kind]
-        if self.amount:
-            unit = list(part.units)[-1]
-            words.append(f"by {','.join(repr(float(value)) for value in self.amount)} {unit}")
-        return f"{' '.join(filter(None, words))} at {float(self.time)!r} s"
-
-    def index_in(self, robot: Robot) -> tuple[int, ...]:
-        """Return the indices of leg and joint; of a foot the leg alone; of the imu nothing.
-
-        Raises:
-            InvalidInput: The robot has none of that name.
-        """
-        names: tuple[tuple[str, Sequence[str], str], ...] = (
-            (self.leg, robot.leg_names, f'{robot.name} has no leg "{self.leg}"'),
-            (self.joint, JOINTS, f'a leg has no joint "{self.joint}"'),
+    Raises:
+        InvalidInput: It is no fault of this robot.
+    """
+    found = SENTENCE.fullmatch(" ".join(text.split()))
+    place, name, kind, amount, unit, time = found.groups() if found else [""] * 6
+    leg, _, joint = place.partition(".")
+    name = name or ("servo" if joint else place)
+    part = PARTS.get(name)
+    if part is None or (name == "servo" and kind != "dead") or (kind == "off") != bool(amount):
+        raise InvalidInput(
+            f'a fault is "{text[:80]}"; it must be what fails, how (a servo dead; a sensor dead, '
+            "stuck or off by an amount) and when.",
+            hint='"right_middle.tibia dead at 5 s" or "gyro off by 0,0,5 deg/s at 2 s"',
         )
-        names = names[: PARTS[self.part].place]
-        for name, known, what in names:
-            if name not in known:
-                guess = nearest(name, known)
-                raise InvalidInput(
-                    f'fault "{self}": {what}.',
-                    hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
-                )
-        return tuple(known.index(name) for name, known, _ in names)
-
-
-def _number(word: str, text: str) -> float:
+    index = []
+    for word, known in [(leg, robot.leg_names), (joint, JOINTS)][: part.place]:
+        if word not in known:
+            guess = nearest(word, known)
+            raise InvalidInput(
+                f'fault "{text}": {robot.name} has no "{word}".',
+                hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
+            )
+        index.append(known.index(word))
     try:
-        return float(word)
+        values = [float(value) for value in (amount or "").split(",") if value]
+        begin = float(time)
     except ValueError:
-        raise InvalidInput(f'"{text}": "{word}" is no number.', hint=f'"{FORM}"') from None
+        raise InvalidInput(f'fault "{text}": an amount or time is no number.') from None
+    if kind == "off" and (unit not in part.units or len(values) != part.amounts):
+        size = f"{part.amounts} in {' or '.join(part.units)}" if part.units else "no amount"
+        raise InvalidInput(
+            f'fault "{text}": {name} is off by {len(values)} in {unit}; it must be {size}.'
+        )
+    return Fault(name, kind, begin, tuple(index), part.units.get(unit, 1.0) * np.array(values))
 
 
 class Faults:
@@ -186,29 +122,28 @@ class Faults:
 
     Args:
         robot: The robot.
-        faults: Each a `Fault`, or the sentence of one.
+        texts: Sentences, as of `parse_fault`.
         threshold: Normal force from which a foot counts as touching [N].
 
     Attributes:
-        faults: All of them.
+        texts: All sentences.
+        faults: All faults.
 
     Raises:
         InvalidInput: One of them is none, or of a part that the robot lacks.
     """
 
-    def __init__(self, robot: Robot, faults: Sequence[Fault | str], threshold: float) -> None:
-        if isinstance(faults, str | Fault):
-            faults = [faults]
-        self.faults = tuple(f if isinstance(f, Fault) else Fault.of(f) for f in faults)
-        self._indices = [fault.index_in(robot) for fault in self.faults]
+    def __init__(self, robot: Robot, texts: Sequence[str], threshold: float) -> None:
+        self.texts = (texts,) if isinstance(texts, str) else tuple(texts)
+        self.faults = [parse_fault(text, robot) for text in self.texts]
         self._threshold = threshold
         self.of_sensors = any(fault.part != "servo" for fault in self.faults)
 
     def servos(self) -> list[tuple[float, int, int]]:
         """Return the times [s] at which servos fail, with indices of leg and joint."""
         return [
-            (fault.time, *index)  # type: ignore[misc]
-            for fault, index in zip(self.faults, self._indices, strict=True)
+            (fault.time, fault.index[0], fault.index[1])
+            for fault in self.faults
             if fault.part == "servo"
         ]
 
@@ -226,24 +161,24 @@ class Faults:
             frozen: Readings of sensors that are stuck, by the fault's index.
         """
         faulty = {name: values.copy() for name, values in measured.items()}
-        for number, (fault, index) in enumerate(zip(self.faults, self._indices, strict=True)):
+        for number, fault in enumerate(self.faults):
             rows = time >= fault.time - 1e-9
-            if fault.part == "servo" or not rows.any():
+            if not rows.any():
                 continue
+            at: Any = (rows, *fault.index)
             for name in faulty.keys() & PARTS[fault.part].channels:
                 values = faulty[name]
-                at: Any = (rows, *index)
                 if fault.kind == "dead":
                     values[at] = False if values.dtype == np.bool_ else np.nan
                 elif fault.kind == "stuck":
-                    values[at] = frozen[number][name][index]
+                    values[at] = frozen[number][name][fault.index]
                 elif name == "imu_orientation":
-                    values[rows] = rotated(values[rows], np.array(fault.amount))
+                    values[rows] = rotated(values[rows], fault.amount)
                 elif name != "contact_measured":
                     values[at] += fault.amount
             if fault.part == "foot" and fault.kind == "off" and "contact_measured" in faulty:
-                force = faulty["foot_normal_force_measured"][rows, index[0]]
-                faulty["contact_measured"][rows, index[0]] = force >= self._threshold
+                force = faulty["foot_normal_force_measured"][at]
+                faulty["contact_measured"][at] = force >= self._threshold
         return faulty
 
     def apply_to_recording(

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+import warnings
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.simulation.contact import FootGround
-from phasmid.simulation.drives import Drive, LostConstraints
+from phasmid.simulation.drives import Drive
 
 if TYPE_CHECKING:
     import mujoco
 
+    from phasmid.simulation.run import Run
 
 Samples: TypeAlias = np.ndarray
 """States and measurements at N samples, in MuJoCo's order; fields of `empty_samples`."""
@@ -52,91 +53,64 @@ def present_sample(model: mujoco.MjModel, data: mujoco.MjData, drive: Drive) -> 
 
 
 def make_steps(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    drive: Drive,
-    ground: FootGround,
-    targets: Float[np.ndarray, "samples joints"],
-    buffer: Samples,
-    *,
-    last: bool = False,
-    interrupted: Sequence[int] = (),
+    run: Run, targets: Float[np.ndarray, "samples joints"], buffer: Samples, *, last: bool = False
 ) -> tuple[int, str]:
-    """Make one step per row of targets, and write a sample of each.
+    """Make one step of a run per row of targets, and write a sample of each.
 
     Args:
-        model: MuJoCo's model.
-        data: MuJoCo's state, advanced.
-        drive: Moves the joints.
-        ground: Ground under the feet.
+        run: Its model, state, drive and ground under the feet are used.
         targets: Commands of the drive, N rows.
         buffer: Receives the samples, at least N rows.
         last: Whether the last row is the end of the run, which is measured and not stepped.
-        interrupted: No further step begins once this is not empty.
 
     Returns:
-        Number of steps made, and why there are fewer than targets; empty after an interruption.
+        Number of steps made, and why there are fewer than targets.
     """
     import mujoco
 
-    step, end, made = mujoco.mj_step, len(targets) - last, 0
+    model, data, drive, ground = run.model, run.data, run.drive, run.foot_ground
+    step, end = mujoco.mj_step, len(targets) - last
     qpos, qvel, sensors, state = data.qpos, data.qvel, data.sensordata, drive.state
     names = "qpos", "qvel", "sensors", "torque", "drive"
     all_qpos, all_qvel, all_sensors, all_torque, all_state = (buffer[name] for name in names)
-    try:
-        for target in targets:
-            if interrupted:
-                break
-            all_qpos[made], all_qvel[made] = qpos, qvel
-            drive.command(target)
-            if ground.varies:
-                ground.update()
-            if made == end:
-                step = mujoco.mj_forward
+    for k, target in enumerate(targets):
+        all_qpos[k], all_qvel[k] = qpos, qvel
+        drive.command(target)
+        if ground.varies:
+            ground.update()
+        if k == end:
+            step = mujoco.mj_forward
+        try:
             step(model, data)
-            all_sensors[made], all_torque[made], all_state[made] = sensors, drive.torque(), state
-            made += 1
-    except mujoco.FatalError as error:
-        return made, f"the engine reports: {' '.join(str(error).split())}"
-    except LostConstraints as error:
-        return made, error.what.rstrip(".")
-    return made, ""
+        except mujoco.FatalError as error:
+            return k, f"the engine reports: {' '.join(str(error).split())}"
+        all_sensors[k], all_torque[k], all_state[k] = sensors, drive.torque(), state
+    return len(targets), ""
 
 
-_LOCK = threading.Lock()
-_COLLECTORS: dict[int, list[str]] = {}
-_PREVIOUS: list[Callable[[str], Any] | None] = []
+_THREAD = threading.local()
 
 
 @contextmanager
 def collect_engine_warnings(messages: list[str]) -> Iterator[None]:
     """Collect MuJoCo's warnings in this thread, which it would print and write to a file.
 
-    MuJoCo has one handler for all threads and calls it in the thread that steps.
+    MuJoCo has one handler for all threads, which stays set, and calls it in the thread that steps.
     """
     import mujoco
 
-    thread = threading.get_ident()
-    with _LOCK:
-        if not _COLLECTORS:
-            _PREVIOUS.append(mujoco.get_mju_user_warning())
-            mujoco.set_mju_user_warning(_collect)
-        outer = _COLLECTORS.get(thread)
-        _COLLECTORS[thread] = messages
+    outer = getattr(_THREAD, "messages", None)
+    _THREAD.messages = messages
+    mujoco.set_mju_user_warning(_collect)
     try:
         yield
     finally:
-        with _LOCK:
-            del _COLLECTORS[thread]
-            if outer is not None:
-                _COLLECTORS[thread] = outer
-            if not _COLLECTORS:
-                mujoco.set_mju_user_warning(_PREVIOUS.pop())
+        _THREAD.messages = outer
 
 
 def _collect(message: str) -> None:
-    messages = _COLLECTORS.get(threading.get_ident())
-    if messages is not None:
+    messages = getattr(_THREAD, "messages", None)
+    if messages is None:
+        warnings.warn(message, RuntimeWarning, stacklevel=2)
+    else:
         messages.append(message)
-    elif _PREVIOUS and _PREVIOUS[0]:
-        _PREVIOUS[0](message)

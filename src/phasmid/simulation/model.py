@@ -10,10 +10,9 @@ from jaxtyping import Float
 
 from phasmid.dynamics import BodyMotion, mass_matrix
 from phasmid.kinematics import jacobian, joint_angles, neutral_feet, rpy_quaternion
-from phasmid.robot import JOINTS, Leg, Robot
+from phasmid.robot import JOINTS, Body, Leg, Link, Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import (
-    CONTACT_POINTS,
     GROUND,
     add_foot_planes,
     add_ground,
@@ -21,8 +20,7 @@ from phasmid.simulation.contact import (
     check_flat,
     foot_points,
     friction_hardness,
-    point_name,
-    set_contact,
+    set_contact_law,
     trunk_points,
 )
 
@@ -54,30 +52,23 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
         and the force of the ground on the foot in world axes [N] (3), then the positions of all
         feet in world axes [m] (L times 3).
     """
-    return set_contact_laws(model_specification(robot, scenario), robot, scenario)
+    return compile_model(model_specification(robot, scenario), scenario)
 
 
-def set_contact_laws(spec: mujoco.MjSpec, robot: Robot, scenario: Scenario) -> mujoco.MjModel:
-    """Set the contact law of a specification's feet and trunk, and compile it."""
+def compile_model(spec: mujoco.MjSpec, scenario: Scenario) -> mujoco.MjModel:
+    """Compile a specification, and set the contact law of its feet and trunk."""
     import mujoco
 
     model = spec.compile()
-    # The contact's constants are scaled by MuJoCo's own measure of each foot's mobility, which
-    # is known after a first compilation only.
-    owners = dict(zip((leg.name for leg in robot.legs), _mobility(model, robot), strict=True))
-    if scenario.simulation.can_lie:
-        owners["trunk"] = model.body("trunk").invweight0[0]
-    for owner, mobility in owners.items():
-        points = [point_name(owner, i) for i in range(CONTACT_POINTS)]
-        set_contact(spec, points, scenario, float(mobility))
-    model = spec.compile()
+    set_contact_law(model, scenario)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model
 
 
 def foot_mobility(robot: Robot, scenario: Scenario) -> Float[np.ndarray, " legs"]:
     """Return MuJoCo's inverse effective mass of each foot at the neutral stance [1/kg], (L,)."""
-    return _mobility(model_specification(robot, scenario).compile(), robot)
+    model = model_specification(robot, scenario).compile()
+    return np.array([model.body(f"{leg.name}.tibia").invweight0[0] for leg in robot.legs])
 
 
 def joint_mobility(robot: Robot, scenario: Scenario, q: Float[np.ndarray, "legs 3"]) -> float:
@@ -127,10 +118,6 @@ def drive_gains(dt: float) -> tuple[float, float]:
     return 0.25 / dt**2, 1.0 / dt
 
 
-def _mobility(model: mujoco.MjModel, robot: Robot) -> Float[np.ndarray, " legs"]:
-    return np.array([model.body(f"{leg.name}.tibia").invweight0[0] for leg in robot.legs])
-
-
 def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     """Describe a robot on the scenario's ground, without the contact law of its feet."""
     import mujoco
@@ -150,7 +137,7 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     height = -float(neutral_feet(robot)[:, 2].mean())
     trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, height])
     trunk.add_freejoint(name="trunk")
-    _set_inertia(trunk, robot.body.mass, robot.body.com, robot.body.inertia)
+    set_inertia(trunk, robot.body)
     if scenario.simulation.can_lie:
         check_flat(scenario)
         add_points(trunk, "trunk", trunk_points(robot), friction)
@@ -162,16 +149,10 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     return spec
 
 
-def _set_inertia(
-    body: mujoco.MjsBody,
-    mass: float,
-    com: Float[np.ndarray, "3"],
-    inertia: Float[np.ndarray, "3 3"],
-) -> None:
+def set_inertia(body: mujoco.MjsBody, link: Link | Body) -> None:
+    """Set mass, centre of mass and inertia of a body."""
     body.explicitinertial = True
-    body.mass = mass
-    body.ipos = com
-    i = inertia
+    body.mass, body.ipos, i = link.mass, link.com, link.inertia
     body.fullinertia = [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
 
 
@@ -199,7 +180,7 @@ def _add_leg(
     ):
         name = f"{leg.name}.{joint}"
         body = parent.add_body(name=name, pos=position, quat=quaternion)
-        _set_inertia(body, link.mass, link.com, link.inertia)
+        set_inertia(body, link)
         body.add_joint(
             name=name,
             type=mujoco.mjtJoint.mjJNT_HINGE,

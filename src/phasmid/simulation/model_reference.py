@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from phasmid.forces.analysis import model_channels
 from phasmid.motion import Walk
 from phasmid.scenario import Scenario
 
 BLOCK = 1024
-"""Samples that are computed together."""
+"""Samples that are computed together before the run."""
 
-KEPT_BLOCKS = 64
-"""Blocks that are kept between `check` and `at`."""
+LONGEST_CYCLE = 64 * BLOCK
+"""Samples of the longest cycle that is kept."""
 
 CHANNELS = (
     "joint_position_target",
@@ -41,48 +39,45 @@ class ModelReference:
         scenario: Its force model and recording interval are used.
         walk: The plan.
         until: The last recorded instant [s].
+
+    Raises:
+        InvalidInput: The load transfer takes longer than the gait allows.
+        InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
 
     def __init__(self, scenario: Scenario, walk: Walk, until: float) -> None:
         self._scenario, self._walk = scenario, walk
         self._interval = scenario.simulation.dt * scenario.record_steps
-        self._count = math.floor(until / self._interval + 1e-9) + 1
+        count = math.floor(until / self._interval + 1e-9) + 1
         cycle = scenario.stride.period / self._interval
+        self._cycle: dict[str, np.ndarray] | None = None
         is_whole = abs(cycle - round(cycle)) <= 1e-9 * cycle
-        if walk.keeps_heading and is_whole and 0 < round(cycle) <= KEPT_BLOCKS * BLOCK:
-            self._count = min(self._count, round(cycle))
-        self._block = lru_cache(KEPT_BLOCKS)(self._compute)
-
-    def check(self, interrupted: Sequence[int] = ()) -> None:
-        """Compute the load until `interrupted` is not empty; of one cycle where all are alike.
-
-        Raises:
-            InvalidInput: The load transfer takes longer than the gait allows.
-            InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
-        """
-        count = self._count
-        if self._walk.is_periodic:
-            cycle = math.floor(self._scenario.stride.period / self._interval + 1e-9) + 1
-            count = min(count, cycle)
-        for number in range(math.ceil(count / BLOCK)):
-            if interrupted:
-                return
-            self._block(number)
+        if walk.keeps_heading and is_whole and 0 < round(cycle) <= LONGEST_CYCLE:
+            self._cycle = self._compute(np.arange(min(count, round(cycle))))
+            return
+        if walk.is_periodic:
+            count = min(count, math.floor(cycle + 1e-9) + 1)
+        for first in range(0, count, BLOCK):
+            self._compute(np.arange(first, min(first + BLOCK, count)))
 
     def at(self, time: Float[np.ndarray, " time"]) -> dict[str, np.ndarray]:
         """Return the `CHANNELS` at N recorded instants [s]."""
-        sample = np.rint(time / self._interval).astype(int) % self._count
-        block, row = np.divmod(sample, BLOCK)
-        channels: dict[str, np.ndarray] = {}
-        for number in np.unique(block):
-            which = block == number
-            for name, values in self._block(int(number)).items():
-                shape = (len(sample), *values.shape[1:])
-                rows = channels.setdefault(name, np.empty(shape, values.dtype))
-                rows[which] = values[row[which]]
-        return channels
+        sample = np.rint(time / self._interval).astype(int)
+        if self._cycle is None:
+            return self._compute(sample)
+        length = len(self._cycle["stance"])
+        return {name: values[sample % length] for name, values in self._cycle.items()}
 
-    def _compute(self, number: int) -> dict[str, np.ndarray]:
-        sample = np.arange(number * BLOCK, min((number + 1) * BLOCK, self._count))
+    def _compute(self, sample: Int[np.ndarray, " samples"]) -> dict[str, np.ndarray]:
         channels = model_channels(self._scenario, self._walk.sample(sample * self._interval))
         return {name: channels[name] for name in CHANNELS}
+
+
+def check_load(scenario: Scenario, walk: Walk) -> None:
+    """Refuse a walk whose load the scenario's force model cannot share.
+
+    Raises:
+        InvalidInput: The load transfer takes longer than the gait allows.
+        InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+    """
+    ModelReference(scenario, walk, scenario.duration)

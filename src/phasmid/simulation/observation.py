@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from phasmid.control import Observation
 from phasmid.sensors.measurement import SensorStream
-from phasmid.sensors.models import INVERSE
+from phasmid.sensors.models import INVERSE, robot_sensors
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import present_sample
@@ -51,12 +51,13 @@ class Observer:
         if isinstance(run.drive, ServoDrive):
             servos = run.drive.servos.reshape(-1, 3)
             self._duty, self._shutdown = servos["duty"], servos["shutdown"]
-        self._stream: SensorStream | None = None
+        self._streams: list[SensorStream] = []
         self._interval, self._velocity = run.every * run.dt, np.zeros(3)
         if run.scenario.sensors.measured == "everything":
             first = sample_channels(run, present_sample(run.model, run.data, run.drive))
             first["body_acceleration"] = np.zeros((1, 3))
-            self._stream = SensorStream(run.scenario, run.robot, self._interval, first)
+            sensors = robot_sensors(run.scenario, run.robot)
+            self._streams = [SensorStream(sensor, self._interval, first) for sensor in sensors]
         self._frozen: dict[int, dict[str, np.ndarray]] = {}
 
     def take(self, begin: int, end: int, step: int) -> None:
@@ -67,23 +68,21 @@ class Observer:
             end: One after the last.
             step: Index of the first row's time step.
         """
-        stream, every, buffer = self._stream, self._run.every, self._run.buffer
-        if stream is None:
+        if not self._streams:
             return
+        every, buffer = self._run.every, self._run.buffer
         last = (step + end - begin - 1) // every
         velocity = buffer["qvel"][:, :3]
-        while stream.next_row <= last:
-            row = stream.next_row
+        for row in range(-(-step // every), last + 1):
             at = begin + row * every - step
-            before = velocity[at - every] if at - every >= begin else self._velocity
-            channels = sample_channels(self._run, buffer[at : at + 1])
-            channels["body_acceleration"] = np.zeros((1, 3))
-            if row:
+            streams = [stream for stream in self._streams if stream.next_row == row]
+            if streams:
+                channels = sample_channels(self._run, buffer[at : at + 1])
                 interval = row * self._interval - (row - 1) * self._interval
-                channels["body_acceleration"] = (velocity[at : at + 1] - before) / interval
-            stream.take(channels)
-        at = begin + last * every - step
-        if at >= begin:
+                change = velocity[at] - self._velocity if row else np.zeros(3)
+                channels["body_acceleration"] = change[None] / interval
+                for stream in streams:
+                    stream.take(channels)
             self._velocity = velocity[at].copy()
 
     def observe(
@@ -101,7 +100,7 @@ class Observer:
         """
         running = works.copy() if self._shutdown is None else works & (self._shutdown == RUNNING)
         true = None
-        if self._stream is None:
+        if not self._streams:
             true = self._true(time, running, velocity_before)
             if not self._faults.of_sensors:
                 return true
@@ -165,8 +164,8 @@ class Observer:
         )
 
     def _measured(self, time: float, true: Observation | None) -> dict[str, np.ndarray]:
-        if self._stream is not None:
-            return self._stream.measured(time)
+        if self._streams:
+            return {name: x for each in self._streams for name, x in each.measured(time).items()}
         return {name: getattr(true, field) for name, field in OBSERVED.items()}
 
     def _freeze(self, time: float, true: Observation | None) -> None:

@@ -3,51 +3,23 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control import (
-    Controller,
-    EngineSettings,
-    LocomotionEngine,
-    Player,
-    SafetyFilter,
-    SafetySettings,
-    Sequencer,
-    script_from_text,
-)
-from phasmid.control.estimation.settings import EstimatorSettings
-from phasmid.control.feed_forward.settings import FeedForwardSettings
+from phasmid.control import script_from_text
 from phasmid.errors import InvalidInput, plain
-from phasmid.gait import Gait
 from phasmid.motion import Motion, plan, trajectory_from_text
 from phasmid.recording import Recording, load_recording
 from phasmid.scenario import Scenario, recorded_scenario
 from phasmid.simulation.channels import versions
-from phasmid.simulation.experiment import Experiment, WalkExperiment
-from phasmid.simulation.run import Progress
-
-SCENARIO_CONTROLLER = "scenario's own"
-"""Recorded name of the controller of a scenario that is driven without another one."""
-
-SETTINGS = {
-    kind.__name__: kind
-    for kind in (
-        EngineSettings,
-        FeedForwardSettings,
-        EstimatorSettings,
-        Gait,
-        SafetySettings,
-    )
-}
-"""Types of recorded settings, beside numbers, texts and lists of them."""
+from phasmid.simulation.drive import new_drive, recorded_controller
+from phasmid.simulation.run import Progress, Run
+from phasmid.simulation.walks import new_run
 
 
 @dataclass(frozen=True)
@@ -128,13 +100,14 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
             hint="a recording that phasmid.simulate made",
         )
     scenario, robot = recorded_scenario(attributes)
-    scenario = scenario.replace(robot=robot)
-    experiment = _drive if "controller" in attributes else _walk
-    samples = recording.sizes["time"]
-    repeated = experiment(recording, scenario).simulate(samples, progress=progress)
+    # The samples are the same bits, however long the run goes on.
+    last = max(float(recording["time"].values[-1]), scenario.simulation.dt)
+    scenario = scenario.replace(robot=robot, duration=min(scenario.duration, last))
+    repeated = _repeat(recording, scenario).simulate(progress=progress)
     then = {name: str(attributes.get(name, "")) for name in versions()}
     changed = {name: (then[name], now) for name, now in versions().items() if then[name] != now}
-    return Replay(samples, len(recording.data_vars), first_difference(recording, repeated), changed)
+    difference = first_difference(recording, repeated)
+    return Replay(recording.sizes["time"], len(recording.data_vars), difference, changed)
 
 
 def first_difference(recorded: Recording, repeated: Recording) -> Difference | None:
@@ -165,126 +138,41 @@ def _bits(values: np.ndarray) -> np.ndarray:
     return values.view(np.uint64) if values.dtype == np.float64 else values
 
 
-def _walk(recording: Recording, scenario: Scenario) -> Experiment:
-    # A plan begins with the same bits, however long it is.
-    needed = float(recording["time"].values[-1]) + scenario.simulation.dt
-    planned = scenario.replace(duration=min(scenario.duration, needed))
-    return WalkExperiment(scenario, _motion(recording, planned), _start(recording))
-
-
-def _drive(recording: Recording, scenario: Scenario) -> Experiment:
-    """Return the experiment of a driven run.
+def _repeat(recording: Recording, scenario: Scenario) -> Run:
+    """Return the run of a recording, before its first step.
 
     Raises:
         InvalidInput: The recording does not hold its controller or its commands.
     """
-    from phasmid.simulation.drive import DriveExperiment
-
     attributes = recording.attrs
-    text, start = attributes.get("commands"), attributes.get("start_angles")
-    controller = _controller(recording, scenario)
-    if text is None:
+
+    def motion() -> Motion:
+        text = attributes.get("trajectory")
+        if text is not None:
+            return trajectory_from_text(str(text), scenario.load_robot())
+        return plan(scenario)
+
+    if "controller" not in attributes:
+        return new_run(scenario, motion(), start=_start(attributes.get("start")))
+    controller = recorded_controller(attributes, scenario, motion)
+    if "commands" not in attributes:
         raise InvalidInput(
             "the recording does not hold its run's commands; it cannot be run again.",
             hint="phasmid.drive with commands in a CommandScript",
         )
-    return DriveExperiment(
+    return new_drive(
         scenario,
         controller,
-        script_from_text(str(text)),
+        script_from_text(str(attributes["commands"])),
         rate=float(attributes["control_rate"]),
-        between=str(attributes["between_updates"]),
-        start=None if start is None else np.array(json.loads(str(start))),
         faults=json.loads(str(attributes.get("faults", "[]"))),
     )
 
 
-def _start(recording: Recording) -> Float[np.ndarray, " state"] | None:
-    text = recording.attrs.get("start")
+def _start(text: object) -> Float[np.ndarray, " state"] | None:
     if text is None:
         return None
     try:
         return np.frombuffer(base64.b64decode(str(text), validate=True), "<f8").astype(np.float64)
-    except (binascii.Error, ValueError):
+    except ValueError:
         raise InvalidInput("the recording's start is not a state of a run.") from None
-
-
-def _motion(recording: Recording, scenario: Scenario) -> Motion:
-    text = recording.attrs.get("trajectory")
-    if text is None:
-        return plan(scenario)
-    return trajectory_from_text(str(text), scenario.load_robot())
-
-
-def controller_attributes(controller: Controller) -> dict[str, str]:
-    """Return a controller's name and settings, as attributes of a recording."""
-    inner: Any = controller
-    around = []
-    while type(inner) in (SafetyFilter, Sequencer):
-        if type(inner) is SafetyFilter:
-            around.append(_to_json(inner.monitor.settings))
-            inner = inner.controller
-        else:
-            around.append(Sequencer.__name__)
-            inner = inner.walker
-    kind = type(inner)
-    attributes = {"controller": f"{kind.__module__}.{kind.__qualname__}"}
-    if kind is LocomotionEngine:
-        settings = json.dumps(_to_json(inner.settings))
-        attributes = {"controller": "locomotion engine", "controller_settings": settings}
-    elif kind is Player:
-        settings = json.dumps({"rate": inner.rate, "lead": inner.lead})
-        attributes = {"controller": "player", "controller_settings": settings}
-    return attributes | ({"controller_around": json.dumps(around)} if around else {})
-
-
-def _controller(recording: Recording, scenario: Scenario) -> Controller | None:
-    """Return the controller of a recorded run; None: the scenario's own.
-
-    Raises:
-        InvalidInput: It is none of phasmid's.
-    """
-    name, robot = str(recording.attrs["controller"]), scenario.load_robot()
-    if name == SCENARIO_CONTROLLER:
-        return None
-    try:
-        settings = _from_json(json.loads(str(recording.attrs.get("controller_settings", "null"))))
-        around = _from_json(json.loads(str(recording.attrs.get("controller_around", "[]"))))
-        controller: Controller
-        if name == "locomotion engine" and isinstance(settings, EngineSettings):
-            controller = LocomotionEngine(robot, settings)
-        elif name == "player":
-            controller = Player(_motion(recording, scenario), **settings)
-        else:
-            raise ValueError(name)
-        for outer in reversed(around):
-            if outer == Sequencer.__name__:
-                controller = Sequencer(controller, robot)
-            elif isinstance(outer, SafetySettings):
-                controller = SafetyFilter(controller, robot, outer)
-            else:
-                raise ValueError(outer)
-    except (ValueError, TypeError, KeyError):
-        raise InvalidInput(
-            f"the run was driven by {plain(name)}, which a recording does not hold; it cannot be "
-            "run again.",
-            hint="phasmid.drive with that controller",
-        ) from None
-    return controller
-
-
-def _to_json(value: Any) -> Any:
-    """Return a setting as JSON types; a dataclass carries its name under ``is``."""
-    if is_dataclass(value) and not isinstance(value, type):
-        inner = {field.name: _to_json(getattr(value, field.name)) for field in fields(value)}
-        return {"is": type(value).__name__, **inner}
-    if isinstance(value, tuple | list):
-        return [_to_json(each) for each in value]
-    return value if value is None or isinstance(value, str | int | float) else repr(value)
-
-
-def _from_json(value: Any) -> Any:
-    if isinstance(value, dict):
-        inner = {name: _from_json(each) for name, each in value.items() if name != "is"}
-        return SETTINGS[value["is"]](**inner) if "is" in value else inner
-    return tuple(_from_json(each) for each in value) if isinstance(value, list) else value

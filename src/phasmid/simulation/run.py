@@ -1,22 +1,33 @@
-"""A simulated run of a planned walk, block by block."""
+"""A simulated run of a planned walk, block by block, recorded in memory or in a log."""
 
 from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.motion import Motion, SampledMotion, Walk
+from phasmid.forces.analysis import recording_attributes
+from phasmid.motion import JointTrajectory, Motion, SampledMotion, Walk
+from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
+from phasmid.recording.recording import Attributes
 from phasmid.scenario import SETTLING_TIME, Scenario
-from phasmid.simulation.channels import sample_channels
+from phasmid.simulation.channels import (
+    ending_attributes,
+    sample_channels,
+    versions,
+    with_sensors,
+)
 from phasmid.simulation.contact import FootGround
 from phasmid.simulation.drives import (
     Drive,
@@ -36,6 +47,7 @@ from phasmid.simulation.loop import (
     present_sample,
 )
 from phasmid.simulation.model import build_model
+from phasmid.simulation.model_reference import ModelReference
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.start import start_offset
 from phasmid.simulation.termination import Ending, Failure, check_termination
@@ -65,7 +77,6 @@ class Run:
         scenario: Its simulation, contact and terrain are used.
         walk: The motion that the joints follow.
         start: A state of the same walk to continue from, from `state`; None: settle first.
-        interrupted: The robot stops settling as soon as this is not empty.
         endless: Whether the run goes on for as long as it is advanced.
 
     Attributes:
@@ -92,7 +103,6 @@ class Run:
         walk: Motion,
         *,
         start: Float[np.ndarray, " state"] | None = None,
-        interrupted: Sequence[int] = (),
         endless: bool = False,
     ) -> None:
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
@@ -112,7 +122,7 @@ class Run:
         self._cycle = self._cycle_targets()
         self._place(walk.sample(np.zeros(1)))
         if start is None:
-            self.failure = self._settle(interrupted)
+            self.failure = self._settle()
         else:
             self.restore(start)
         self._start = start
@@ -124,10 +134,6 @@ class Run:
         if self.steps == ENDLESS:
             return np.empty(0)
         return np.arange(self._begin, self.steps // self.every + 1) * (self.every * self.dt)
-
-    def step_of(self, sample: int) -> int:
-        """Return the index of the step at which a sample is recorded."""
-        return (self._begin + sample) * self.every
 
     # State ---------------------------------------------------------------------------------------
 
@@ -141,30 +147,23 @@ class Run:
         Raises:
             InvalidInput: It is no state of this run.
         """
-        size, own = len(self._physics()), len(self.drive.state)
-        state = numbers(state, "start")
-        if state.shape != (1 + size + own,) or not np.isfinite(state).all():
+        state, own = numbers(state, "start"), self.state()
+        last = self.steps // self.every * self.every
+        if not (
+            state.shape == own.shape
+            and np.isfinite(state).all()
+            and state[0] == round(state[0])
+            and 0 <= state[0] <= last
+        ):
             raise InvalidInput(
-                f"start has shape {state.shape}; it must be {1 + size + own} finite numbers, "
-                "a state of a run of this walk.",
+                f"start is no state of a run of this walk; it must be {len(own)} finite numbers, "
+                f"the first of them a step from 0 to {last}, the last that is recorded.",
                 hint="Run.state() of the same scenario and walk",
             )
-        last = self.steps // self.every * self.every
-        if not (state[0] == round(state[0]) and 0 <= state[0] <= last):
-            raise InvalidInput(
-                f"start is at step {state[0]:g}; it must be one of 0 to {last}, the last that is "
-                "recorded.",
-                hint="a longer duration",
-            )
         self.step = int(state[0])
-        self._set_physics(state[1 : 1 + size])
-        self.drive.state[:] = state[1 + size :]
-
-    def start_attribute(self) -> dict[str, str]:
-        """Return the state that the run was started from, as an attribute of a recording."""
-        if self._start is None:
-            return {}
-        return {"start": base64.b64encode(np.asarray(self._start, "<f8").tobytes()).decode()}
+        size = len(own) - len(self.drive.state)
+        self._set_physics(state[1:size])
+        self.drive.state[:] = state[size:]
 
     def _physics(self) -> Float[np.ndarray, " physics"]:
         import mujoco
@@ -186,7 +185,7 @@ class Run:
 
         self.model = build_model(self.robot, self.scenario)
         self.data = mujoco.MjData(self.model)
-        self.drive: Drive = _drive(self.scenario, self.model, self.data, self.walk)
+        self.drive: Drive = _new_drive(self.scenario, self.model, self.data, self.walk)
         self.foot_ground = FootGround(self.model, self.data, self.robot, self.ground)
 
     def _place(self, start: SampledMotion) -> None:
@@ -205,14 +204,12 @@ class Run:
         mujoco.mj_forward(self.model, data)
         self.first = present_sample(self.model, data, self.drive)
 
-    def _settle(self, interrupted: Sequence[int]) -> Failure | None:
+    def _settle(self) -> Failure | None:
         """Let the robot come to rest on its feet, then give it the velocities of the plan."""
         start = self.walk.sample(np.zeros(1))
         still = self._still(start, BLOCK_STEPS)
         with collect_engine_warnings(self._warnings):
             for _ in range(math.ceil(SETTLING_TIME / self.dt / BLOCK_STEPS)):
-                if interrupted:
-                    return Failure(Ending.STOPPED, 0, "before its first step")
                 self._advance(still)
                 failure = self._check(BLOCK_STEPS)
                 if failure:
@@ -298,6 +295,9 @@ class Run:
         failure = self.failure
         with collect_engine_warnings(self._warnings):
             while self.step < end and failure is None and not self.ended:
+                if interrupted:
+                    failure = Failure(Ending.STOPPED, 0, f"at {self.step * self.dt:.3f} s")
+                    break
                 made = self._make_block(end, interrupted)
                 failure = self._check(made)
                 self._keep(self._finite(failure.sample) if failure else made, keep)
@@ -306,44 +306,23 @@ class Run:
                 self.step += made
                 if progress:
                     progress(min(self.step * self.dt, self.scenario.duration))
-                if interrupted and not failure and self.step < end and not self.ended:
-                    at = f"at {self.step * self.dt:.3f} s"
-                    failure = Failure(Ending.STOPPED, self.step, at)
         if failure and self.done == 0:
             # A recording has at least one sample.
             keep(self.first)
             self.done = 1
         return failure
 
-    def channels(self, samples: Samples) -> dict[str, np.ndarray]:
-        """Return the channels of the samples that are passed on."""
-        return sample_channels(self, samples)
-
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, before step `end` at the latest; return their number."""
+        del interrupted
         stop = min(self.step + BLOCK_STEPS, end)
-        targets = self.targets(self.step, stop)
-        return self._advance(targets, last=stop > self.steps, interrupted=interrupted)
+        return self._advance(self.targets(self.step, stop), last=stop > self.steps)
 
     def _advance(
-        self,
-        targets: Float[np.ndarray, "samples joints"],
-        *,
-        at: int = 0,
-        last: bool = False,
-        interrupted: Sequence[int] = (),
+        self, targets: Float[np.ndarray, "samples joints"], *, at: int = 0, last: bool = False
     ) -> int:
         """Make one step per row of targets into the buffer from row `at` on; see `make_steps`."""
-        made, self._step_error = make_steps(
-            self.model,
-            self.data,
-            self.drive,
-            self.foot_ground,
-            targets,
-            self.buffer[at:],
-            last=last,
-            interrupted=interrupted,
-        )
+        made, self._step_error = make_steps(self, targets, self.buffer[at:], last=last)
         return made
 
     def _error(self) -> str:
@@ -371,7 +350,7 @@ class Run:
         at = (self.step + failure.sample) * self.dt
         place = "at once"
         if self.done:
-            kept = self.step_of(self.done - 1) * self.dt
+            kept = (self._begin + self.done - 1) * self.every * self.dt
             place = f"after the recording's last sample at {kept:.3f} s"
             if abs(kept - at) < self.dt / 2:
                 place = "the recording's last sample"
@@ -389,11 +368,146 @@ class Run:
     def _into_log(self, rows: Samples) -> None:
         self.log[self.done : self.done + len(rows)] = rows
 
+    # Recording -----------------------------------------------------------------------------------
 
-def _drive(scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> Drive:
+    def simulate(
+        self, *, progress: Progress | None = None, interrupted: Sequence[int] | None = None
+    ) -> Recording:
+        """Make the run, recorded in memory.
+
+        Args:
+            progress: Receives the simulated time [s].
+            interrupted: The run stops as soon as this is not empty; None: at Ctrl-C.
+
+        Raises:
+            InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+        """
+        self._check_load()
+        blocks: list[dict[str, np.ndarray]] = []
+
+        def keep(rows: Samples) -> None:
+            blocks.append({name: values.copy() for name, values in self.channels(rows).items()})
+
+        with noticed_interrupts() if interrupted is None else nullcontext(interrupted) as seen:
+            failure = self.advance(progress, keep=keep, interrupted=seen) or self.shortfall()
+        attributes = {**self.attributes(), **self._outcome(failure)}
+        channels = {name: np.concatenate([each[name] for each in blocks]) for name in blocks[0]}
+        recording = new_recording(self.time[: self.done], channels, attributes, own=True)
+        return with_sensors(self.scenario, recording)
+
+    def record(
+        self, path: str | Path, *, progress: Progress | None = None, force: bool = False
+    ) -> Failure | None:
+        """Make the run, recorded into a log file only, in memory that does not grow with it.
+
+        Args:
+            path: The log file.
+            progress: Receives the simulated time [s].
+            force: Whether an older file of that name is replaced.
+
+        Returns:
+            What ended the run early; None where it was completed.
+
+        Raises:
+            InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+            InvalidInput: The file exists and may not be replaced.
+            OutputError: It cannot be written.
+        """
+        self._check_load()
+
+        def keep(rows: Samples) -> None:
+            time = self.time[self.done : self.done + len(rows)]
+            log.append(time, self.channels(rows))
+
+        cut = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
+        attributes = {**self.attributes(), **cut}
+        first = self.channels(self.first)
+        with (
+            noticed_interrupts() as interrupted,
+            RecordingLog(path, first, attributes, time=self.time, force=force) as log,
+        ):
+            failure = self.advance(progress, keep=keep, interrupted=interrupted)
+            failure = failure or self.shortfall()
+            log.finish(self._outcome(failure))
+        return failure
+
+    def make(self, *, progress: Progress | None, log: str | Path | None, force: bool) -> Recording:
+        """Make the run, in memory or through a log; arguments as in `phasmid.simulate`."""
+        if log is None:
+            return self.simulate(progress=progress)
+        self.record(log, progress=progress, force=force)
+        return with_sensors(self.scenario, load_recording(log))
+
+    def channels(self, samples: Samples) -> dict[str, np.ndarray]:
+        """Return the channels of the samples that are recorded next, beside those of the model."""
+        walk, time = self.walk, self.time[self.done : self.done + len(samples)]
+        model = walk.channels(time) if isinstance(walk, JointTrajectory) else self._model.at(time)
+        return {**model, **sample_channels(self, samples)}
+
+    def attributes(self) -> Attributes:
+        """Return the recording's attributes, except for how the run ended."""
+        scenario, walk = self.scenario, self.walk
+        attributes = {
+            **recording_attributes(scenario, walk),
+            "kind": "simulation",
+            "drive": scenario.simulation.planned_drive,
+            "contact_law": scenario.contact.contact_law,
+            "simulator": self.simulator,
+            "time_step": scenario.simulation.dt,
+            **versions(),
+        }
+        if isinstance(walk, JointTrajectory):
+            attributes["trajectory"] = walk.to_text()
+        if self._start is not None:
+            state = np.asarray(self._start, "<f8").tobytes()
+            attributes["start"] = base64.b64encode(state).decode()
+        return attributes
+
+    def final_attributes(self) -> Attributes:
+        """Return attributes that are known at the end of the run only."""
+        return {}
+
+    def shortfall(self) -> Failure | None:
+        """Return why a run that came to its end is incomplete, or None."""
+        return None
+
+    def _outcome(self, failure: Failure | None) -> Attributes:
+        return {**ending_attributes(failure), **self.final_attributes()}
+
+    def _check_load(self) -> None:
+        """Refuse a plan whose load the feet cannot share, and prepare its model's channels."""
+        if isinstance(self.walk, Walk):
+            self._model = ModelReference(self.scenario, self.walk, float(self.time[-1]))
+
+
+def _new_drive(
+    scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion
+) -> Drive:
     kind = scenario.simulation.planned_drive
     if kind == "servo":
         return ServoDrive(model, data, walk, scenario)
     if kind == "torque":
         return TorqueDrive(model, data, walk, scenario)
     return (PrescribedDrive if kind == "prescribed" else IdealServoDrive)(model, data, walk)
+
+
+@contextmanager
+def noticed_interrupts() -> Iterator[list[int]]:
+    """Note the first Ctrl-C in a list instead of raising it; a second one is raised."""
+    noticed: list[int] = []
+
+    def note(number: int, frame: Any) -> None:
+        if noticed:
+            signal.default_int_handler(number, frame)
+        noticed.append(number)
+
+    try:
+        before = signal.signal(signal.SIGINT, note)
+    except ValueError:
+        # Only the main thread may handle signals, and only it receives them.
+        yield noticed
+        return
+    try:
+        yield noticed
+    finally:
+        signal.signal(signal.SIGINT, before)

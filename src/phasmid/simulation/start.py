@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import (
     body_from_hip,
@@ -150,16 +149,10 @@ def standing(
         q: Joint angles [rad], shape (L, 3); None: those of the neutral stance.
 
     Raises:
-        InvalidInput: The angles are not L x 3 finite numbers.
         InfeasibleWalk: They exceed the joints' limits.
     """
     if q is None:
         q = joint_angles(robot.arrays, hip_from_body(robot, neutral_feet(robot)))
-    q = numbers(q, "start")
-    if q.shape != (len(robot.legs), 3):
-        raise InvalidInput(
-            f"start has shape {q.shape}; it must be ({len(robot.legs)}, 3) joint angles in rad."
-        )
     ground = scenario.load_terrain()
     feet = body_from_hip(robot, foot_position(robot.arrays, q))
     corners = np.array([[x, y, -1.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])

@@ -25,7 +25,7 @@ from phasmid.robot import robot_to_toml
 from phasmid.robot.file import robot_from_table
 from phasmid.scenario import Scenario
 from phasmid.scenario.file import scenario_to_toml
-from phasmid.simulation import DriveExperiment, WalkExperiment
+from phasmid.simulation import new_drive, new_run
 from phasmid.simulation.drive import scenario_controller
 from phasmid.studies.definition import Point, Study
 from phasmid.tables import dotted
@@ -127,11 +127,11 @@ class Runner:
             return analyse(scenario, plan(scenario))
         # Interrupts are handled by the process that hands out the runs.
         if self.study.kind == "simulate":
-            return WalkExperiment(scenario, plan(scenario)).simulate(interrupted=())
+            return new_run(scenario, plan(scenario)).simulate(interrupted=())
         rate = self.study.rate
         controller = scenario_controller(scenario, rate, **settings) if settings else None
-        experiment = DriveExperiment(scenario, controller, self.commands(), rate=rate)
-        return experiment.simulate(interrupted=())
+        run = new_drive(scenario, controller, self.commands(), rate=rate)
+        return run.simulate(interrupted=())
 
     def commands(self) -> Command | CommandScript:
         """Return the commands of a driven run."""

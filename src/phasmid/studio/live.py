@@ -14,7 +14,7 @@ from phasmid.control.sequences import Stage as Sequence
 from phasmid.errors import InvalidGait
 from phasmid.motion import Walk, plan
 from phasmid.reporting.run import Source
-from phasmid.simulation import DriveExperiment
+from phasmid.simulation import new_drive
 from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.drive import scenario_controller
 from phasmid.simulation.loop import Samples
@@ -58,7 +58,6 @@ class LiveRobot:
     Attributes:
         source: Robot and scenario, as reports use them.
         run: Run of the simulation.
-        driving: Its experiment.
         failure: Cause of its end; None while it goes on.
         sample: Last sample.
         peak: Largest joint torques since the last frame [N·m].
@@ -94,10 +93,9 @@ class LiveRobot:
         self._controller = controller
         self.setting = setting
         self.command = Command()
-        self.driving = DriveExperiment(
-            scenario, controller, lambda *_: self.command, rate=rate, between=None
+        self.run: ClosedLoopRun = new_drive(
+            scenario, controller, lambda *_: self.command, rate=rate, endless=True
         )
-        self.run: ClosedLoopRun = self.driving.begin_run(endless=True)
         self.source = Source(self.run.robot, scenario, setting.gait)
         self._metrics = WalkMetrics(self.source.weight)
         self.failure: Failure | None = self.run.failure

@@ -170,7 +170,7 @@ class Recorder:
     def _open(self, first: dict[str, np.ndarray]) -> RecordingLog:
         assert self._live is not None
         live = self._live
-        attributes = {**live.driving.attributes(live.run), **CUT_OFF}
+        attributes = {**live.run.attributes(), **CUT_OFF}
         # Two blocks more than fits: the last samples come together.
         time = np.arange(round(LONGEST / self._interval) + 2 * live.run.block_steps)
         log = RecordingLog(self._path(self.run), first, attributes, time=time * self._interval)

@@ -69,14 +69,11 @@ def forward_and_inverse(laboratory: Laboratory) -> Iterator[Row]:
     yield reading("torques, our recursion", torque.max(), 1e-9, why, unit="N·m")
     yield reading("left on the trunk, ours", wrench.max(), 1e-9, why, unit="N, N·m")
     yield reading("the engine's own inverse", own.max(), 1e-9, why, unit="N, N·m")
-    yield reading(
-        "left by the solver in a run",
-        as_run.max(),
-        None,
+    why = (
         "What the engine's solver leaves unbalanced where it stops by its own tolerance of "
-        "1e-8, as in every run.",
-        unit="N, N·m",
+        "1e-8, as in every run."
     )
+    yield reading("left by the solver in a run", as_run.max(), None, why, unit="N, N·m")
     yield seen(points, "points that touch, all instants together")
 
 
@@ -90,11 +87,12 @@ def static_depth(laboratory: Laboratory) -> Iterator[Row]:
         pass
     contact, weight = run.scenario.contact, run.robot.mass * run.scenario.model.gravity
     depth = touching(run.robot, run.model, run.data).depth
+    why = "Springs are exact at rest; after 2 s what is left of the motion is below 1e-12 m."
     yield reading(
         f"mean of {contact_points(run.robot)} points",
         float(depth.mean()) if len(depth) else math.nan,
         1e-9,
-        "Springs are exact at rest; after 2 s what is left of the motion is below 1e-12 m.",
+        why,
         unit="m",
         expected=weight / (contact_points(run.robot) * contact.stiffness),
     )
@@ -142,13 +140,8 @@ def impact_energy(laboratory: Laboratory) -> Iterator[Row]:
             if touched:
                 gained.append(after - before)
             before, touched = after, False
-    yield reading(
-        "most that any impact gained",
-        np.max(gained),
-        1e-9,
-        "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J.",
-        unit="J",
-    )
+    why = "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J."
+    yield reading("most that any impact gained", np.max(gained), 1e-9, why, unit="J")
     yield seen(len(gained) - 1, "impacts")
 
 
@@ -206,11 +199,12 @@ def incline(laboratory: Laboratory) -> Iterator[Row]:
             limit = 2 * friction * _weight(run) / _damping(run)
             slides = _speed_on_slope(run, middle) > limit
             low, high = (low, middle) if slides else (middle, high)
+        why = "The charter's; after 0.5 s a slope steeper by 0.1° shows, found to 0.06°."
         yield reading(
             f"steepest that holds, μ = {friction:g}",
             math.degrees((low + high) / 2),
             0.5,
-            "The charter's; after 0.5 s a slope steeper by 0.1° shows, found to 0.06°.",
+            why,
             unit="°",
             expected=math.degrees(critical),
         )
@@ -222,21 +216,12 @@ def creep(laboratory: Laboratory) -> Iterator[Row]:
         run = laboratory.standing(friction_damping=damping)
         speed = _speed_on_slope(run, CREEP_SLOPE)
         law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
+        why = "Stated: friction that sticks is a damper here. Joints are held to a thousandth."
         yield reading(
-            f"{damping:g} N·s/m a point",
-            speed,
-            1e-3 * law,
-            "Stated: friction that sticks is a damper here. Joints are held to a thousandth.",
-            unit="m/s",
-            expected=law,
+            f"{damping:g} N·s/m a point", speed, 1e-3 * law, why, unit="m/s", expected=law
         )
-    yield reading(
-        f"bound, {CREEPLESS:g} N·s/m a point",
-        speed,
-        1e-4,
-        "The charter's 1e-4 m/s; it takes more friction damping than the default.",
-        unit="m/s",
-    )
+    why = "The charter's 1e-4 m/s; it takes more friction damping than the default."
+    yield reading(f"bound, {CREEPLESS:g} N·s/m a point", speed, 1e-4, why, unit="m/s")
 
 
 def stopping(laboratory: Laboratory) -> Iterator[Row]:
@@ -251,22 +236,24 @@ def stopping(laboratory: Laboratory) -> Iterator[Row]:
         for k in hold(run, steps + round(0.1 / dt)):
             aloft += k < steps and run.data.ncon == 0
         expected = speed**2 / (2 * friction * g)
+        why = (
+            "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
+            "0.1 mm, 0.2 %."
+        )
         yield reading(
             f"way, μ = {friction:g}",
             float(run.data.qpos[0]) - start,
             0.005 * expected,
-            "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
-            "0.1 mm, 0.2 %.",
+            why,
             unit="m",
             expected=expected,
         )
-        yield reading(
-            f"time off the ground, μ = {friction:g}",
-            100 * aloft / steps,
-            None,
+        why = (
             "A point that slips by v is pushed up by μ · damping · v besides, as engines with "
-            "convex contact have it: above load / (μ · damping), here some 0.1 m/s, feet hop.",
-            unit="%",
+            "convex contact have it: above load / (μ · damping), here some 0.1 m/s, feet hop."
+        )
+        yield reading(
+            f"time off the ground, μ = {friction:g}", 100 * aloft / steps, None, why, unit="%"
         )
 
 
@@ -279,28 +266,17 @@ def cone(laboratory: Laboratory) -> Iterator[Row]:
         slipping = 2 * friction * _weight(run) / _damping(run)
         measured += [_friction(run, friction, slipping) for _ in hold(run, 300)]
     over, short, along, slips = np.reshape(measured, (-1, 4)).T
-    yield reading(
-        "beyond μ times the normal force",
-        over.max(initial=0.0),
-        1e-9,
-        "The cone is exact in the engine; forces below 30 N round by 1e-14 N.",
-        unit="N",
-    )
-    yield reading(
-        "short of μ times the normal force, fast slip",
-        short.max(initial=0.0),
-        1e-9,
+    why = "The cone is exact in the engine; forces below 30 N round by 1e-14 N."
+    yield reading("beyond μ times the normal force", over.max(initial=0.0), 1e-9, why, unit="N")
+    why = (
         f"A point that slips by more than {FAST_SLIP:g} m/s has all the friction that the cone "
-        "allows; round-off as above.",
-        unit="N",
+        "allows; round-off as above."
     )
     yield reading(
-        "along the slip",
-        along.max(initial=0.0),
-        1e-9,
-        "Friction takes energy from a point that slips, and never gives.",
-        unit="N",
+        "short of μ times the normal force, fast slip", short.max(initial=0.0), 1e-9, why, unit="N"
     )
+    why = "Friction takes energy from a point that slips, and never gives."
+    yield reading("along the slip", along.max(initial=0.0), 1e-9, why, unit="N")
     yield seen(int(slips.sum()), "points that slipped fast, all steps together")
 
 

@@ -40,13 +40,11 @@ def quintic(laboratory: Laboratory) -> Iterator[Row]:
     yield reading("ends of a blend", np.array(ends) - wanted, 1e-12, why)
     yield reading("over the top of a lift", over, 1e-12, why)
     yield reading("ends of a join", path - target, 1e-12, why)
-    yield reading(
-        "derivatives, off the difference quotient",
-        np.max(slopes),
-        1e-11,
+    why = (
         "The difference quotient is exact for a quintic but for round-off: some 20 terms up to "
-        "10 rounded by 1e-15, over a step of 0.01, are 1e-12.",
+        "10 rounded by 1e-15, over a step of 0.01, are 1e-12."
     )
+    yield reading("derivatives, off the difference quotient", np.max(slopes), 1e-11, why)
 
 
 def gaits(laboratory: Laboratory) -> Iterator[Row]:
@@ -64,20 +62,10 @@ def gaits(laboratory: Laboratory) -> Iterator[Row]:
         apart.append(np.abs(margin - walk.support_margin).max())
     yield reading("fewer than three feet down", max(missing, 0.0), 0.0, "Counted.", unit="feet")
     yield reading("no margin", without, 0.0, "Counted: it must be positive.", unit="instants")
-    yield reading(
-        "margin, off the support function's",
-        np.max(apart),
-        1e-12,
-        "Some ten operations on lengths below 0.3 m.",
-        unit="m",
-    )
-    yield reading(
-        "standing, off the duty factor",
-        off,
-        1e-9,
-        f"Counted at {PHASES} instants, which all fractions divide; 1e-9 is for a sixth.",
-        unit="instants",
-    )
+    why = "Some ten operations on lengths below 0.3 m."
+    yield reading("margin, off the support function's", np.max(apart), 1e-12, why, unit="m")
+    why = f"Counted at {PHASES} instants, which all fractions divide; 1e-9 is for a sixth."
+    yield reading("standing, off the duty factor", off, 1e-9, why, unit="instants")
 
 
 def _slope_error(

@@ -53,14 +53,11 @@ def symmetry(laboratory: Laboratory) -> Iterator[Row]:
         "world turned by 0.7 rad": turned @ [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]],
     }
     for case, trunk in cases.items():
-        yield reading(
-            case,
-            trunk - plain,
-            1e-9,
+        why = (
             "The same numbers in another order: what rounding (1e-16 m) and the solver's tolerance "
-            "leave, over 4000 steps.",
-            unit="m",
+            "leave, over 4000 steps."
         )
+        yield reading(case, trunk - plain, 1e-9, why, unit="m")
 
 
 def repetition(laboratory: Laboratory) -> Iterator[Row]:
@@ -84,13 +81,8 @@ def repetition(laboratory: Laboratory) -> Iterator[Row]:
         "gone on with from its saved middle": first_difference(late, rest) is None,
     }
     for case, equal in same.items():
-        yield reading(
-            case,
-            not equal,
-            0.0,
-            "The same steps with the same numbers: not one bit may differ.",
-            unit="run",
-        )
+        why = "The same steps with the same numbers: not one bit may differ."
+        yield reading(case, not equal, 0.0, why, unit="run")
 
 
 def _with_order(scenario: Scenario, order: tuple[int, ...]) -> Scenario:

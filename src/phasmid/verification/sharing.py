@@ -30,28 +30,15 @@ def force_sharing(laboratory: Laboratory) -> Iterator[Row]:
     local = np.einsum("nlij,nli->nlj", contacts.axes, force)
     other = _second_method(contacts, wrench)
     other_local = np.einsum("nlij,nli->nlj", contacts.axes, other)
-    yield reading(
-        "equilibrium",
-        given - wrench,
-        1e-9,
-        "Equilibrium is eliminated first, so that it holds to round-off of 100 N.",
-        unit="N, N·m",
-    )
-    yield reading(
-        "KKT residual",
-        _stationarity(contacts, local),
-        1e-9,
+    why = "Equilibrium is eliminated first, so that it holds to round-off of 100 N."
+    yield reading("equilibrium", given - wrench, 1e-9, why, unit="N, N·m")
+    why = (
         "F = Aᵀλ + z with z on the cones' inner normals where they are touched; the program is "
-        "solved to 1e-11 of some 10 N.",
-        unit="N",
+        "solved to 1e-11 of some 10 N."
     )
-    yield reading(
-        "off a second method",
-        local - other_local,
-        1e-7,
-        f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum.",
-        unit="N",
-    )
+    yield reading("KKT residual", _stationarity(contacts, local), 1e-9, why, unit="N")
+    why = f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum."
+    yield reading("off a second method", local - other_local, 1e-7, why, unit="N")
 
 
 def _loads() -> tuple[Contacts, Float[np.ndarray, "loads 6"]]:
@@ -144,12 +131,8 @@ def tripod(laboratory: Laboratory) -> Iterator[Row]:
     """Compare the middle foot's share by areas, by the force model, and in the walk."""
     recording, robot = laboratory.walk(), laboratory.scenario.load_robot()
     weight = robot.mass * laboratory.scenario.model.gravity
-    yield reading(
-        "statics: model off the areas' share",
-        _model_error(laboratory),
-        1e-9,
-        "Three equations with three unknowns, of numbers about 1: round-off of 1e-15.",
-    )
+    why = "Three equations with three unknowns, of numbers about 1: round-off of 1e-15."
+    yield reading("statics: model off the areas' share", _model_error(laboratory), 1e-9, why)
     rotation = quaternion_rotation(recording["body_orientation"].values)
     inside = centre_of_mass(robot, recording["joint_position"].values)
     centre = recording["body_position"].values + (rotation @ inside[..., None])[..., 0]
@@ -158,11 +141,12 @@ def tripod(laboratory: Laboratory) -> Iterator[Row]:
         feet = recording["foot_position"].values[rows]
         share = _share_by_areas(feet, centre[rows], legs, middle)
         seen = recording["foot_normal_force"].values[rows, middle] / weight
+        why = "The charter's 2 %: what moves the body to and fro cancels over a stance."
         yield reading(
             f"leg {middle + 1}, simulated mean",
             seen.mean(),
             0.02 * float(share.mean()),
-            "The charter's 2 %: what moves the body to and fro cancels over a stance.",
+            why,
             expected=share.mean(),
         )
 

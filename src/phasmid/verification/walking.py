@@ -14,7 +14,7 @@ from phasmid.reporting.steps import away_from_switches
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation import time_step_refinement
-from phasmid.simulation.experiment import REFINED_CYCLES
+from phasmid.simulation.walks import REFINED_CYCLES
 from phasmid.verification.laboratory import CannotMeasure, Laboratory
 from phasmid.verification.row import Row, reading, seen
 
@@ -25,12 +25,15 @@ def mean_load(laboratory: Laboratory) -> Iterator[Row]:
     weight = scenario.load_robot().mass * scenario.model.gravity
     # The last sample begins the next cycle.
     total = recording["foot_normal_force"].sum("leg").values[:-1]
+    why = (
+        "The body ends each cycle as high and as fast as it began it, so that the mean force "
+        "is the weight; touchdowns leave it 0.1 mm and some mm/s beside."
+    )
     yield reading(
         f"over {scenario.duration / scenario.stride.period:g} cycles",
         float(total.mean()) / weight,
         0.002,
-        "The body ends each cycle as high and as fast as it began it, so that the mean force "
-        "is the weight; touchdowns leave it 0.1 mm and some mm/s beside.",
+        why,
         expected=1.0,
     )
 
@@ -44,18 +47,14 @@ def swing_load(laboratory: Laboratory) -> Iterator[Row]:
     force = np.linalg.norm(recording["foot_force"].values, axis=-1)
     stance, away = recording["stance"].values, calm(recording)
     swinging, standing = away & ~stance, away & stance
-    yield reading(
-        "largest on any foot",
-        force[swinging].max(initial=0.0),
-        0.0,
-        "A foot in the air touches nothing: exactly none.",
-        unit="N",
-    )
+    why = "A foot in the air touches nothing: exactly none."
+    yield reading("largest on any foot", force[swinging].max(initial=0.0), 0.0, why, unit="N")
+    why = "Counted: every foot of a tripod carries a part of the weight."
     yield reading(
         "standing feet without load",
         np.count_nonzero(~(force[standing] > 0)),
         0.0,
-        "Counted: every foot of a tripod carries a part of the weight.",
+        why,
         unit="samples",
     )
     yield seen(int(swinging.sum()), "samples of feet in swing")
@@ -71,11 +70,12 @@ def refinement(laboratory: Laboratory) -> Iterator[Row]:
     half = f"{1000 * found.time_step:g} ms and half"
     yield reading(f"normal forces, {half}", 100 * found.normal_force, 0.5, why, unit="%")
     yield reading(f"joint torques, {half}", 100 * found.joint_torque, 0.5, why, unit="%")
+    why = "The charter's 0.5 %, of the way itself."
     yield reading(
         f"way of the body, {half}",
         100 * found.way / float(np.linalg.norm(_way(scenario))),
         0.5,
-        "The charter's 0.5 %, of the way itself.",
+        why,
         unit="%",
     )
 
@@ -86,14 +86,11 @@ def model_against_simulation(laboratory: Laboratory) -> Iterator[Row]:
     for name, key in (("whole walk", "rms"), ("mid-stance", "rms_mid_stance")):
         worst = np.array(compared[key], dtype=float).max(axis=0)
         for joint, value in zip(JOINTS, worst, strict=True):
-            yield reading(
-                f"{joint}, {name}, worst leg",
-                value,
-                None,
+            why = (
                 "Reported: statics does not determine the internal forces of the feet, so "
-                "nothing is claimed beyond this number.",
-                unit="N·m",
+                "nothing is claimed beyond this number."
             )
+            yield reading(f"{joint}, {name}, worst leg", value, None, why, unit="N·m")
 
 
 def calm(recording: Recording) -> Bool[np.ndarray, "time legs"]:

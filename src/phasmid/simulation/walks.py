@@ -1,0 +1,201 @@
+"""Simulation of planned walks: one, many, and at half the time step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.cores import cores
+from phasmid.errors import FailedRuns, InvalidInput
+from phasmid.motion import JointTrajectory, Motion, Walk, plan
+from phasmid.recording import Recording
+from phasmid.scenario import Scenario
+from phasmid.simulation.drives import check_feed_forward
+from phasmid.simulation.run import Progress, Run
+from phasmid.simulation.start import check_start, check_time_step
+from phasmid.simulation.termination import Ending
+
+
+def simulate(
+    scenario: Scenario,
+    walk: Motion,
+    *,
+    progress: Progress | None = None,
+    log: str | Path | None = None,
+    force: bool = False,
+    start: Float[np.ndarray, " state"] | None = None,
+) -> Recording:
+    """Simulate a walk.
+
+    The robot starts at rest on its feet, in equilibrium. Interrupting the run (Ctrl-C) ends it
+    and keeps what was recorded.
+
+    Args:
+        scenario: Its simulation, contact and terrain are used.
+        walk: The plan that the joints follow, or a trajectory, which has no model channels and
+            ends the run with it.
+        progress: Receives the simulated time [s].
+        log: A file, by custom ``.mcap``, that is written during the run and outlives a killed
+            process; `phasmid.load_recording` reads it.
+        force: Whether an older file of that name is replaced.
+        start: A state of an earlier run of the same walk to continue from, from `Run.state`.
+
+    Returns:
+        The simulated channels, beside the model's torques and forces at the same instants. How the
+        run ended is in the attributes ``ending`` and ``ending_reason``.
+
+    Raises:
+        InvalidInput: The time step cannot resolve the contact, or the walk was planned for another
+            robot, gait or stride, or starts with a foot below the terrain, or the start is none
+            of its states, or the log exists.
+        InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
+        OutputError: The log cannot be written; what it holds until then can be read.
+    """
+    run = new_run(scenario, walk, start=start)
+    return run.make(progress=progress, log=log, force=force)
+
+
+def new_run(
+    scenario: Scenario, walk: Motion, *, start: Float[np.ndarray, " state"] | None = None
+) -> Run:
+    """Return the run of a walk, before its first step, in the simulator of its contact law.
+
+    Arguments and errors as in `simulate`.
+    """
+    if isinstance(walk, JointTrajectory) and walk.duration < scenario.duration:
+        scenario = scenario.replace(duration=walk.duration)
+    walk.check_planned_for(scenario)
+    check_time_step(scenario, walk)
+    check_feed_forward(scenario, walk)
+    if start is None:
+        check_start(scenario, walk)
+    if scenario.contact.contact_law != "simscape":
+        return Run(scenario, walk, start=start)
+    # Lazy import: its compiled functions take a while.
+    from phasmid.simulation.simscape.run import SimscapeRun
+
+    return SimscapeRun(scenario, walk, start=start)
+
+
+def simulate_many(
+    scenarios: Iterable[Scenario | tuple[Scenario, Walk]],
+    *,
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> list[Recording]:
+    """Simulate independent walks on all cores; each gives the same bits as by itself.
+
+    Args:
+        scenarios: The scenarios, with or without a plan.
+        workers: Number of runs at a time; by default the number of cores.
+        progress: Receives the number of runs that have ended.
+
+    Returns:
+        What `simulate` returns for each, in the same order.
+
+    Raises:
+        InvalidInput: There is no worker.
+        FailedRuns: Some were refused or failed; it names them and carries the recordings of the
+            others.
+    """
+    pairs = [(one, None) if isinstance(one, Scenario) else one for one in scenarios]
+    if workers is not None and workers < 1:
+        raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
+    stopped: list[int] = []
+    recordings: list[Recording | None] = [None] * len(pairs)
+    errors: dict[int, Exception] = {}
+
+    def run(scenario: Scenario, walk: Walk | None) -> Recording:
+        return new_run(scenario, walk or plan(scenario)).simulate(interrupted=stopped)
+
+    # Threads are enough: MuJoCo releases Python's lock during each step.
+    with ThreadPoolExecutor(min(workers or cores(), max(1, len(pairs)))) as pool:
+        places: dict[Future[Recording], int] = {
+            pool.submit(run, *pair): place for place, pair in enumerate(pairs)
+        }
+        try:
+            for count, done in enumerate(as_completed(places), 1):
+                try:
+                    recordings[places[done]] = done.result()
+                except Exception as error:
+                    errors[places[done]] = error
+                if progress:
+                    progress(count)
+        except BaseException:
+            # Ctrl-C, for one: the runs under way end within a block of steps.
+            stopped.append(1)
+            pool.shutdown(cancel_futures=True)
+            raise
+    if errors:
+        raise FailedRuns([scenario.name for scenario, _ in pairs], recordings, errors)
+    return [recording for recording in recordings if recording is not None]
+
+
+REFINED_CYCLES = 2
+"""Cycles of a walk that are compared at half the time step: the first and one in full swing."""
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """The difference between a walk and the same walk at half its time step.
+
+    Attributes:
+        time_step: Of the walk [s].
+        duration: Compared part of the walk [s].
+        normal_force: Rms difference of the feet's normal forces over their rms, at all instants.
+        joint_torque: Rms difference of the joint torques over their rms, at all instants.
+        way: Largest distance between the two trunks [m].
+    """
+
+    time_step: float
+    duration: float
+    normal_force: float
+    joint_torque: float
+    way: float
+
+    def attributes(self) -> dict[str, float]:
+        """Return the numbers as attributes of a recording, for its summary."""
+        return {f"refinement_{name}": value for name, value in vars(self).items()}
+
+
+def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
+    """Simulate the first two cycles at the time step and at half of it, and compare.
+
+    The error of the time step is about as large as this difference, as MuJoCo's is of first order.
+    Arguments and errors are those of `simulate`.
+
+    Returns:
+        The difference; None where one of the two runs did not come to its end.
+
+    Raises:
+        KeyboardInterrupt: It was stopped by Ctrl-C.
+    """
+    duration = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
+    dt = scenario.simulation.dt
+    changes = {"duration": duration, "record_interval": dt * scenario.record_steps}
+    runs = []
+    for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2)):
+        runs.append(simulate(shorter, walk))
+        if runs[-1].attrs["ending"] == Ending.STOPPED.name:
+            raise KeyboardInterrupt
+        if runs[-1].attrs["ending"] != Ending.COMPLETED.name:
+            return None
+    coarse, fine = runs
+
+    def difference(name: str) -> float:
+        error = coarse[name].values - fine[name].values
+        return float(np.sqrt((error**2).mean() / (fine[name].values ** 2).mean()))
+
+    apart = coarse["body_position"].values - fine["body_position"].values
+    return Refinement(
+        time_step=dt,
+        duration=duration,
+        normal_force=difference("foot_normal_force"),
+        joint_torque=difference("joint_torque"),
+        way=float(np.linalg.norm(apart, axis=1).max()),
+    )
