@@ -21,9 +21,8 @@
         parts: [select],
         held: () => false,
         shape({ choices }) {
-          const old = [...select.options].map(({ value, text }) => `${value}\n${text}`).join("\n\n");
-          const now = choices.map(({ value, label }) => `${value}\n${label}`).join("\n\n");
-          if (old !== now) select.replaceChildren(...choices.map(({ value, label }) => new Option(label, value)));
+          const old = [...select.options].map(({ value }) => value);
+          if (old.join("\n") !== choices.join("\n")) select.replaceChildren(...choices.map((word) => new Option(word)));
         },
         show(value) {
           select.disabled = value === undefined || value === null;
