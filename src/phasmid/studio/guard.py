@@ -29,8 +29,6 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
 }
 
-OUR_MISTAKE = "this is a mistake of phasmid, not yours; please report it."
-
 log = logging.getLogger("phasmid.studio")
 
 
@@ -53,11 +51,8 @@ class Guard:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        started = False
 
         async def send_guarded(message: Message) -> None:
-            nonlocal started
-            started = True
             if message["type"].endswith("http.response.start"):
                 headers = MutableHeaders(scope=message)
                 for name, value in HEADERS.items():
@@ -65,15 +60,11 @@ class Guard:
             await send(message)
 
         response = self._check(HTTPConnection(scope))
-        try:
-            if response is None:
-                await self._app(scope, receive, send_guarded)
-        except Exception as error:
-            log_mistake(error)
-            response = None if started else refusal(500, OUR_MISTAKE)
-        if response is not None and scope["type"] == "websocket":
+        if response is None:
+            await self._app(scope, receive, send_guarded)
+        elif scope["type"] == "websocket":
             await WebSocket(scope, receive, send_guarded).send_denial_response(response)
-        elif response is not None:
+        else:
             await response(scope, receive, send_guarded)
 
     def _check(self, request: HTTPConnection) -> Response | None:
@@ -113,16 +104,6 @@ def _forbidden(header: str, values: list[str]) -> Response:
 
 def _unknown() -> Response:
     return refusal(401, "open the address that phasmid studio printed: it carries the token.")
-
-
-def log_mistake(error: BaseException) -> None:
-    """Log an unforeseen exception in one line; with its traceback at level DEBUG."""
-    text = plain(f"{type(error).__name__}: {error}")[:300]
-    log.error(
-        "a mistake of phasmid: %s",
-        text,
-        exc_info=error if log.isEnabledFor(logging.DEBUG) else None,
-    )
 
 
 def names_of(host: str, port: int) -> tuple[str, ...]:
