@@ -101,7 +101,7 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
     assert not controller.controller.events
     assert not controller.controller.walker.events
     assert "time" not in vars(run), "times of samples that never end"
-    assert len(live._metrics._marks) <= 62
+    assert len(live._marks) <= 62
 
 
 def test_a_learned_policy_walks_by_the_stick():

@@ -93,7 +93,7 @@
     // ---------------------------------------------------------------- keep
 
     byId("save-scenario").addEventListener("click", async () => {
-      const answer = await perform({ do: "keep", what: "scenario" }, byId("keep-refused"));
+      const answer = await perform({ do: "keep" }, byId("keep-refused"));
       for (const file of answer ? [answer, answer.robot] : []) if (file) download(file.name, file.text);
     });
 
