@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from phasmid.cli import scenario_options, walk
-from phasmid.cli.compiling import compile_controller
+from phasmid.cli.numbers import number
+from phasmid.cli.progress import announce_compilation
 from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def run(options: argparse.Namespace) -> int:
     def experiment() -> DriveExperiment:
         controller = None
         if policy is None:
-            compile_controller(scenario, rate=options.rate, quiet=options.quiet)
+            announce_compilation(quiet=options.quiet)
         else:
             from phasmid.learning import PolicyController
 
@@ -81,7 +82,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "controller",
     )
     parser.add_argument(
-        "--rate", type=_number, default=RATE, metavar="N", help="updates a second; default: 200"
+        "--rate",
+        type=number("--rate", 1, 100_000, "--rate 200"),
+        default=RATE,
+        metavar="N",
+        help="updates a second; default: 200",
     )
     parser.add_argument(
         "--between",
@@ -126,13 +131,6 @@ def _policy(options: argparse.Namespace) -> Policy | None:
     if policy.task is not None and fields["field:robot"] is None:
         fields["field:robot"] = policy.task.robot
     return policy
-
-
-def _number(text: str) -> float:
-    value = scenario_options.number_or_text(text)
-    if isinstance(value, str):
-        raise InvalidInput(f'--rate is "{text}"; it must be a number.', hint="--rate 200")
-    return float(value)
 
 
 def _script(options: argparse.Namespace) -> CommandScript:

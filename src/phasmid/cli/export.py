@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 
+from phasmid.cli.numbers import number
 from phasmid.cli.plot import run_name
 from phasmid.cli.report import print_damage
 from phasmid.errors import InvalidInput, plain
@@ -27,7 +27,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--channels", metavar="A,B,...", help="channels that are written; default: all"
     )
     parser.add_argument(
-        "--rate", metavar="HZ", help="most samples a second; default: all, of mcap 100"
+        "--rate",
+        type=number("--rate", 1e-3, 1e6),
+        metavar="HZ",
+        help="most samples a second; default: all, of mcap 100",
     )
     parser.add_argument("--force", action="store_true", help="replace the file")
     parser.add_argument("--quiet", action="store_true", help="print only errors")
@@ -41,7 +44,6 @@ def run(options: argparse.Namespace) -> int:
     given = Path(options.file)
     kind = options.format or (None if options.out else "csv")
     target = Path(options.out or _beside(given, ENDINGS.get(kind or "", "")))
-    rate = _rate(options.rate)
     with print_damage() as damage:
         recording = load_recording(given)
     source = given / "recording.nc" if given.is_dir() else given
@@ -51,7 +53,9 @@ def run(options: argparse.Namespace) -> int:
         )
     check_export(target, kind, force=options.force)
     channels = [name.strip() for name in options.channels.split(",")] if options.channels else None
-    export(recording, target, format=kind, channels=channels, rate=rate, force=options.force)
+    export(
+        recording, target, format=kind, channels=channels, rate=options.rate, force=options.force
+    )
     if not options.quiet:
         print(plain(str(target)))
     return 2 if any(found.wrong for found in damage) else 0
@@ -67,15 +71,3 @@ def _beside(given: Path, ending: str) -> Path:
     if given.name in ("", ".", "..") or above.resolve() != folder.parent:
         above = folder.parent
     return above / f"{run_name(given)}{ending}"
-
-
-def _rate(text: str | None) -> float | None:
-    if text is None:
-        return None
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = math.nan
-    if not (rate > 0 and math.isfinite(rate)):
-        raise InvalidInput(f'--rate is "{text}"; it must be a finite number greater than 0.')
-    return rate

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.numbers import whole_numbers
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.cli.scenario_options import (
@@ -18,7 +18,7 @@ from phasmid.cli.scenario_options import (
     add_scenario_options,
     scenario_of,
 )
-from phasmid.errors import InvalidInput, plain
+from phasmid.errors import plain
 
 if TYPE_CHECKING:
     from phasmid.recording import Recording
@@ -124,17 +124,16 @@ def write_report(
     recording: Recording,
     folder: Path,
     options: argparse.Namespace,
-    appearance: Appearance | None = None,
+    appearance: Appearance | None,
 ) -> None:
     """Write the result folder of a recording."""
     from phasmid.reporting import report
 
-    figures = not options.no_figures
     report(
         recording,
         folder,
         force=options.force,
-        figures=figures,
+        figures=not options.no_figures,
         mcap=options.mcap,
         appearance=appearance,
     )
@@ -151,13 +150,12 @@ def print_report(
 
     if options.quiet:
         return
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    print_summary(summary, legs=legs)
-    written = "recording.nc, summary.json, scenario.toml, robot.toml"
-    written += ", commands.toml" if "commands" in recording.attrs else ""
-    written += f"{', recording.mcap' if options.mcap else ''}"
-    written += f"{'' if options.no_figures else ', figures/, report.html'}"
-    print(f"\nWritten to {plain(str(folder))}{os.sep}: {written}")
+    print_summary(json.loads((folder / "summary.json").read_text(encoding="utf-8")), legs=legs)
+    written = ["recording.nc", "summary.json", "scenario.toml", "robot.toml"]
+    written += ["commands.toml"] * ("commands" in recording.attrs)
+    written += ["recording.mcap"] * options.mcap
+    written += [] if options.no_figures else ["figures/", "report.html"]
+    print(f"\nWritten to {plain(str(folder))}{os.sep}: {', '.join(written)}")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -242,13 +240,7 @@ def leg_numbers(text: str | None, robot: Robot, flag: str = "--legs") -> tuple[i
     """Return the leg numbers of an option; None without it."""
     if text is None:
         return None
-    legs = []
-    for part in text.split(","):
-        if not re.fullmatch(r"\s*[0-9]{1,9}\s*", part):
-            raise InvalidInput(
-                f'{flag} is "{text}"; it must be leg numbers with commas between.',
-                hint=f"{flag} 1,2,3",
-            )
-        robot.leg(int(part))
-        legs.append(int(part))
+    legs = whole_numbers(flag, text, "leg numbers", "1,2,3")
+    for leg in legs:
+        robot.leg(leg)
     return tuple(legs)
