@@ -217,15 +217,6 @@ def test_a_mistake_of_ours_is_told_as_one_and_the_robot_goes_on(heard, monkeypat
     heard.wait_for(lambda: heard.stage.live is not None and heard.stage.live.now > 0.05)
 
 
-def test_a_scenario_that_no_controller_can_walk_in_gives_way_to_the_usual_one(tmp_path):
-    with staged(tmp_path, contact_law="simscape") as heard:
-        told = heard.wait_for(lambda: heard.newest("state")["sentence"])
-        assert told.startswith('contact_law is "simscape"; its simulator follows plans')
-        assert heard.newest("setting")["contact_law"] == "spring-damper"
-        heard.submit(Play(how="play"))
-        heard.wait_for(lambda: heard.stage.live.now > 0.05)
-
-
 def test_a_setting_is_kept_and_taken_up_again(heard):
     for name, value in (("gait", "wave"), ("friction", 0.55), ("pitch", 3.0), ("payload", 0.25)):
         heard.submit(Change(name=name, value=value))
@@ -316,25 +307,6 @@ def test_a_saved_run_is_a_folder_like_any_other(heard, tmp_path):
     assert load_scenario(folder / "scenario.toml").gait.name == "wave"
     assert not (tmp_path / f"{run}-log").exists()
     assert heard.stage.folder("../etc") is None
-
-
-@pytest.mark.slow
-def test_every_choice_there_is_can_be_made(heard):
-    for name in ("robot", "gait", "terrain", "drive", "servo", "contact_law", "force_model"):
-        for choice in _choices(heard, name):
-            try:
-                heard.submit(Change(name=name, value=choice))
-            except PhasmidError as error:
-                assert "Error" not in error.what, (name, choice)
-            heard.frame()
-        heard.submit(Load(what="scenario", name="x.toml", content=b""))
-    assert not [event for event in heard.events if "unforeseen" in event["text"]]
-
-
-def _choices(heard, name):
-    fields = heard.newest("catalogue")["fields"]
-    field = next(one for one in fields if one["name"] == name)
-    return field["choices"]
 
 
 # Clock and meter --------------------------------------------------------------------------------

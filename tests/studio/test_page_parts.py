@@ -1,11 +1,8 @@
 """Plots, sliders and the room of the page, in a browser that is shown chosen frames."""
 
-from concurrent.futures import Future
-
 import pytest
 
-from browsers import NEEDED, started, until
-from phasmid.studio.messages import Change
+from browsers import NEEDED, started
 from studio.shown import shown
 
 pytestmark = NEEDED
@@ -70,56 +67,3 @@ def test_plots_tell_values_are_held_and_go_back(page):
         "Support margin",
         "Speed",
     ]
-
-
-def test_the_picture_has_the_larger_part_and_the_bar_divides_the_room(page):
-    window = page.window
-
-    def height(part):
-        return window.evaluate(f"document.getElementById('{part}').offsetHeight")
-
-    assert height("left") > 1.8 * height("below")
-    before = height("view")
-    window.get_by_role("separator").focus()
-    for _ in range(3):
-        window.keyboard.press("ArrowDown")
-    assert height("view") == before + 72
-    bar = window.get_by_role("separator").bounding_box()
-    window.mouse.move(bar["x"] + 20, bar["y"] + 3)
-    window.mouse.down()
-    window.mouse.move(bar["x"] + 20, bar["y"] - 97)
-    window.mouse.up()
-    assert height("view") == pytest.approx(before - 28, abs=2)
-    # The page comes back with it.
-    chosen = height("below")
-    window.reload()
-    until(window, "document.querySelectorAll('#legend li').length > 0")
-    assert height("below") == chosen
-
-
-def test_the_picture_fills_the_screen_and_gives_it_back(page):
-    window = page.window
-    window.get_by_role("button", name="Full screen", exact=True).click()
-    until(window, "document.fullscreenElement?.id === 'left'")
-    assert window.evaluate("document.getElementById('view').clientHeight > 0.8 * innerHeight")
-    window.get_by_role("button", name="Leave full screen").click()
-    until(window, "!document.fullscreenElement")
-
-
-def test_a_slider_stands_where_its_number_says(page):
-    window = page.window
-    slider = window.get_by_label("Payload", exact=True)
-    number = window.get_by_label("Payload in kg")
-    # While the robot has not answered, the number is that of the slider.
-    page.stage.asked.queue.clear()
-    page.stage.answer = Future()
-    slider.fill("0.35")
-    change = page.stage.asked.get(timeout=20)
-    assert change == Change(id=change.id, name="payload", value=0.35)
-    assert float(number.input_value()) == 0.35
-    page.stage.answer.set_result({})
-    # What lies between two steps of the slider keeps its digits, and the slider stands there.
-    slider.blur()
-    page.tell("setting", {**page.values, "payload": 0.123})
-    until(window, "document.getElementById('field-payload-number').value === '0.123'")
-    assert float(slider.input_value()) == 0.123

@@ -418,9 +418,8 @@ def values(setting: Setting) -> dict[str, Value]:
 
 
 def catalogue(setting: Setting) -> dict[str, Any]:
-    """Return the groups, the fields in use and the legs, for the page."""
+    """Return the groups and the fields in use, for the page."""
     return {
         "groups": [{"name": name, "label": label} for name, label in GROUPS.items()],
         "fields": [field.as_dict(setting) for field in FIELDS if field.shown(setting)],
-        "legs": [name.replace("_", " ") for name in setting.base.leg_names],
     }

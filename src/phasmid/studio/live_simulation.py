@@ -16,7 +16,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from phasmid.control.compilation import are_compiled
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario, load_scenario
@@ -66,8 +65,6 @@ SAME_EVENT = 3.0
 KINDS = ("catalogue", "scene", "setting", "state")
 """Kinds of texts that a new browser needs, in order."""
 
-COMPILES = "The controller is being compiled, once for this machine: less than a minute."
-
 AT_REST = (0.0, 0.0, 0.0)
 
 BY_HAND = 'walks = "by hand"'
@@ -112,7 +109,6 @@ class LiveSimulation:
         self._playing = True
         self._sentence, self._notice, self._state = "", "", dict[str, Any]()
         self._reset_at, self._fault_at = math.inf, -math.inf
-        self._compiles = False
         self._viewers, self._needs_frame, self._next_frame = 0, True, 0.0
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulation", daemon=True)
@@ -162,7 +158,6 @@ class LiveSimulation:
     # The thread ----------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        self._compiles = not are_compiled()
         self._send_setting()
         self._send_state()
         while not self._closing.is_set():
@@ -226,7 +221,6 @@ class LiveSimulation:
         while due > 0 and live.failure is None:
             before = live.now
             live.advance(min(due, part))
-            self._compiles = False
             due -= part
             pacing.done(time.monotonic(), live.now, live.now - before)
             if time.monotonic() >= now + 1 / FRAMES:
@@ -504,7 +498,7 @@ class LiveSimulation:
             "pace": self._pacing.factor,
             "recording": {"seconds": math.floor(recorder.seconds)} if recorder.run else None,
             "status": live.status if live else "is being built",
-            "sentence": self._sentence or self._notice or (COMPILES if self._compiles else ""),
+            "sentence": self._sentence or self._notice,
             "lost": sorted(self._lost),
             "dead": sorted(self._dead),
             "servos": self.setting.servo_verdict,

@@ -56,6 +56,7 @@ class Scene:
                 ("link_position", "<f4", (links, 3)),
                 ("link_orientation", "<f4", (links, 4)),
                 ("foot_position", "<f4", (legs, 3)),
+                ("foot_normal", "<f4", (legs, 3)),
                 ("foot_force", "<f4", (legs, 3)),
                 ("foot_force_model", "<f4", (legs, 3)),
                 ("contact", "<f4", legs),
@@ -85,6 +86,7 @@ class Scene:
             "weight": source.weight,
             "trail": 2 * source.scenario.stride.period,
             "names": [name.replace("_", " ") for name in robot.leg_names],
+            "hips": robot.arrays.p_body_hip[:, :2].tolist(),
             "friction": source.scenario.terrain.friction,
             "torque_limit": [[self._limit] * 3 for _ in range(legs)],
             "links": links,
@@ -140,6 +142,7 @@ class Scene:
         row["body_position"], row["body_orientation"] = position, qpos[3:7]
         row["link_position"], row["link_orientation"] = p_links, quaternions(R_links)
         row["foot_position"], row["foot_force"] = feet, contact[:, 1:]
+        row["foot_normal"] = self._terrain.normal(feet[:, 0], feet[:, 1])
         row["contact"], row["stance"] = touching, stance
         row["joint_position"], row["joint_velocity"] = q, sample["qvel"][0, 6:].reshape(legs, 3)
         row["joint_torque"] = sample["torque"][0].reshape(legs, 3)
