@@ -71,11 +71,11 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
     [
         (
             [],
-            "no command is given; it must be one of --velocity, --commands, --waypoints.",
+            "one of the arguments --velocity --commands --waypoints is required.",
         ),
         (
             ["--velocity", "0,0,0", "--waypoints", "1,0"],
-            "--velocity and --waypoints exclude each other; it must be one of",
+            "argument --waypoints: not allowed with argument --velocity.",
         ),
         (
             ["--velocity", "0.1,0"],
@@ -88,7 +88,7 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
         (
             ["--velocity", "50,0,0"],
             "--velocity: ahead is 50 m/s; it must be 10 or less.\n"
-            "  try  --velocity 0.05,0,0 (in m/s and rad/s)",
+            "  try  --velocity 0.05,0,0.1 (in m/s and rad/s)",
         ),
         (["--velocity", "nan,0,0"], "--velocity: ahead is nan; it must be a finite number."),
         (["--velocity", ""], '--velocity has ""; it must be 3 numbers with commas between.'),

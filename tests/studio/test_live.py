@@ -13,6 +13,7 @@ from phasmid.dynamics import BodyMotion
 from phasmid.dynamics.floating_base import momentum
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
+from phasmid.reporting.webpage.replay import surroundings
 from phasmid.studio.fields import field_of
 from phasmid.studio.live import WORDS, LiveRobot
 from phasmid.studio.scene import Scene
@@ -230,3 +231,16 @@ def test_a_payload_costs_a_robot_on_its_servos_more_power_and_more_per_weight_an
     assert costs[1].power > 2 * costs[0].power
     # Mechanical work per weight and way stays within some per cent.
     assert costs[1].cost_of_transport > 1.3 * costs[0].cost_of_transport
+
+
+def test_patches_are_told_with_their_friction_over_that_of_the_ground():
+    patches = ((0.3, 0.6, -1.0, 1.0, 0.14), (0.5, 0.7, 0.0, 0.2, 1.4))
+    scenario = load_scenario("paper").replace(friction=0.7, patches=patches, terrain_yaw=0.5)
+    ground = scenario.load_terrain()
+    told = surroundings(ground, np.zeros(2), 2.0)["patches"]
+    assert told["each"] == [[0.3, 0.6, -1.0, 1.0, 0.2], [0.5, 0.7, 0.0, 0.2, 2.0]]
+    assert (told["box"], told["yaw"]) == ([0.3, 0.7, -1.0, 1.0], 0.5)
+    # Far away there is none to draw.
+    assert surroundings(ground, np.array([9.0, 0.0]), 2.0)["patches"] is None
+    plain = load_scenario("paper").load_terrain()
+    assert surroundings(plain, np.zeros(2), 2.0)["patches"] is None

@@ -4,6 +4,7 @@ import json
 import os
 import time
 from collections import deque
+from itertools import chain
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,7 +20,6 @@ from phasmid.studio.live import LiveRobot
 from phasmid.studio.live_simulation import LiveSimulation
 from phasmid.studio.messages import (
     Change,
-    Keep,
     Limb,
     Load,
     Play,
@@ -27,7 +27,7 @@ from phasmid.studio.messages import (
     Record,
     Stick,
 )
-from phasmid.studio.pacing import MOST_BEHIND, Pacing
+from phasmid.studio.pacing import Pacing
 from phasmid.studio.setting import setting_of
 from staging import staged
 
@@ -48,7 +48,7 @@ def test_it_walks_by_itself_at_once_and_tells_newcomers_all(heard):
 def test_every_field_changes_while_it_walks(heard):
     # To another choice than the present one, or to the range's middle.
     start = setting_of(load_scenario("paper"))
-    for field in catalogue(start)["fields"]:
+    for field in chain(*catalogue(start).values()):
         name, now = field["name"], values(start)[field["name"]]
         if field["kind"] == "choice":
             value = next(word for word in reversed(field["choices"]) if word != now)
@@ -191,7 +191,7 @@ def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
 
 
 def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
-    def faulty(self, periods):
+    def faulty(*_):
         raise ZeroDivisionError("as a test has it")
 
     monkeypatch.setattr(LiveRobot, "advance", faulty)
@@ -200,40 +200,13 @@ def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
     monkeypatch.undo()
     heard.wait_for(lambda: heard.newest("state")["playing"] is False)
     assert heard.submit(Change(name="friction", value=0.5)) == {}
-    heard.submit(Play(how="play"))
-    heard.wait_for(lambda: heard.stage.live is not None and heard.stage.live.now > 0.05)
-
-
-def test_a_mistake_of_ours_is_told_as_one_and_the_robot_goes_on(heard, monkeypatch):
-    def faulty(self, name, value):
-        raise ZeroDivisionError("as a test has it")
-
+    # The exception of a request itself: the server answers that the fault is ours.
     monkeypatch.setattr(LiveSimulation, "_change", faulty)
-    # The exception itself: the server answers that the fault is ours.
     with pytest.raises(ZeroDivisionError, match="as a test has it"):
         heard.submit(Change(name="friction", value=0.5))
     monkeypatch.undo()
-    assert heard.submit(Change(name="friction", value=0.5)) == {}
+    heard.submit(Play(how="play"))
     heard.wait_for(lambda: heard.stage.live is not None and heard.stage.live.now > 0.05)
-
-
-def test_a_setting_is_kept_and_taken_up_again(heard):
-    for name, value in (("gait", "wave"), ("friction", 0.55), ("pitch", 3.0), ("payload", 0.25)):
-        heard.submit(Change(name=name, value=value))
-    kept = heard.newest("setting")
-    file = heard.submit(Keep())
-    heard.submit(
-        Load(what="robot", name=file["robot"]["name"], content=file["robot"]["text"].encode())
-    )
-    heard.submit(Load(what="scenario", name=file["name"], content=file["text"].encode()))
-    # The load is part of the robot's file now; the pose is no scenario's.
-    again = heard.newest("setting")
-    assert {**again, "robot": 0, "payload": 0, "pitch": 0} == {
-        **kept,
-        "robot": 0,
-        "payload": 0,
-        "pitch": 0,
-    }
 
 
 def test_a_recording_that_is_cut_off_can_be_read(tmp_path):
@@ -262,7 +235,7 @@ def test_a_recording_that_is_too_long_or_too_short_ends_with_a_word(heard, monke
     heard.wait_for(lambda: heard.newest("state")["recording"] is None)
     heard.submit(Play(how="pause"))
     heard.submit(Record(on=True))
-    with pytest.raises(InvalidInput, match="less than"):
+    with pytest.raises(InvalidInput, match="has no sample"):
         heard.submit(Record(on=False))
 
 
@@ -321,20 +294,6 @@ def test_updates_follow_the_clock_times_the_pace():
     # What is left of an update is not lost.
     assert pacing.due(10.0345, 0.005) == 0
     assert pacing.due(10.035, 0.005) == 1
-
-
-def test_a_machine_that_is_too_slow_falls_behind_and_is_told_so():
-    pacing = Pacing()
-    wall = now = 0.0
-    pacing.begin(wall)
-    for _ in range(100):
-        # Updates of 5 ms that take 10 ms each.
-        due = pacing.due(wall, 0.005)
-        assert due * 0.005 <= MOST_BEHIND + 0.005
-        made = min(due, 7)
-        wall, now = wall + max(0.001, 0.010 * made), now + 0.005 * made
-        pacing.done(wall, now, 0.005 * made)
-    assert pacing.measured == pytest.approx(0.5, rel=0.05)
 
 
 def test_metrics_are_speed_power_and_cost_of_the_last_cycle():

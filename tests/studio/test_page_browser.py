@@ -1,13 +1,18 @@
 """The live page in a real browser: a robot in physics is looked at, driven, changed and kept."""
 
+import math
 import re
 from contextlib import contextmanager
+from itertools import chain
 
 import numpy as np
 import pytest
 
 from browsers import NEEDED, PATIENCE, is_ours, pixels, started, until
 from hostile import LEG_NAMES, hostile_files
+from phasmid.robot import load_robot
+from phasmid.studio.bench import bench
+from phasmid.studio.messages import Bench
 from studio.running import Heard, running
 
 pytestmark = NEEDED
@@ -116,7 +121,7 @@ def test_the_page_opens_and_the_robot_walks(browser, studio, width, scheme):
 
 def test_every_control_is_found_by_its_label(page):
     window, heard = page
-    for field in heard.told["catalogue"]["fields"]:
+    for field in chain(*heard.told["catalogue"].values()):
         control = window.get_by_label(field["label"], exact=True)
         role = {"choice": "SELECT", "range": "INPUT", "switch": "INPUT"}[field["kind"]]
         assert control.evaluate("(one) => one.tagName") == role
@@ -249,6 +254,28 @@ def test_time_pauses_steps_and_begins_anew(page):
     wait(window, lambda: heard.value("time") is not None and heard.value("time")[0] < 1)
 
 
+def test_plots_are_read_and_held(page):
+    window, heard = page
+    wait(window, lambda: heard.value("time")[0] > 1)
+    canvas = window.locator("#plots canvas").first
+    width = window.evaluate("document.querySelector('#plots canvas').clientWidth")
+
+    def read():
+        canvas.hover(position={"x": width - 6, "y": 30}, force=True)
+        window.wait_for_timeout(100)
+        time, *forces = window.locator(".reading p").all_text_contents()
+        assert len(forces) == 6
+        assert all(force.strip().endswith(" N") for force in forces)
+        return float(time.removesuffix(" s"))
+
+    window.get_by_role("button", name="Hold plots").click()
+    held = read()
+    wait(window, lambda: heard.value("time")[0] > held + 1)
+    assert read() == pytest.approx(held, abs=0.15)
+    window.get_by_role("button", name="Go on").click()
+    assert read() > held + 0.8
+
+
 def test_a_push_and_a_lost_leg(page):
     window, heard = page
     window.get_by_role("button", name="Push to the left", exact=True).click()
@@ -307,3 +334,123 @@ def test_a_lost_connection_is_told_and_comes_back(browser, tmp_path):
         wait(window, lambda: heard.value("time")[0] > seen)
         # A browser writes of connections that fail; nothing else went wrong.
         assert [line for line in wrong if "WebSocket" not in line] == []
+
+
+# The leg bench ------------------------------------------------------------------------------------
+
+ROBOT = load_robot("phantomx-paper")
+
+
+def bench_of(page):
+    """The page with the leg bench, once it has answered."""
+    window, _ = page
+    window.get_by_role("tab", name="Leg bench").click()
+    reads(window, "Force z [N], as a number", "8.7")
+    return window
+
+
+def reads(window, label, text):
+    """Wait until a number reads so."""
+    field = window.get_by_label(label, exact=True)
+    for _ in range(100):
+        if field.input_value() == text:
+            return
+        window.wait_for_timeout(50)
+    assert field.input_value() == text
+
+
+def slid(window, label, value):
+    window.get_by_label(label, exact=True).fill(str(value))
+
+
+def cell(window, table, row, column):
+    return (
+        window.get_by_role("region", name=table)
+        .locator("tbody tr")
+        .nth(row)
+        .locator("td")
+        .nth(column)
+    )
+
+
+def test_angles_move_the_foot_and_the_foot_the_angles(page):
+    window = bench_of(page)
+    slid(window, "Tibia θ₃", -90)
+    slid(window, "Femur θ₂", 0)
+    # 52 + 82 mm out, the tibia of 140 mm straight down.
+    reads(window, "Foot x [mm], as a number", "134.0")
+    reads(window, "Foot z [mm], as a number", "-140.0")
+    window.get_by_label("Foot z [mm], as a number", exact=True).fill("-100")
+    window.keyboard.press("Enter")
+    q = bench(ROBOT, Bench(leg=1, foot=(0.134, 0.0, -0.1)))["angles"]
+    reads(window, "Femur θ₂ [°], as a number", f"{math.degrees(q[1]):.1f}")
+    assert cell(window, "Denavit-Hartenberg parameters", 1, 1).text_content() == "52.0"
+
+
+def centre(locator):
+    locator.scroll_into_view_if_needed()
+    box = locator.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def dragged(window, label, dx, dy):
+    x, y = centre(window.get_by_label(label, exact=True).locator("circle").last)
+    window.mouse.move(x, y)
+    window.mouse.down()
+    window.mouse.move(x + dx, y + dy, steps=4)
+    window.mouse.up()
+
+
+def test_the_foot_follows_the_pointer(page):
+    window = bench_of(page)
+    per_mm = scale(window)
+    dragged(window, "Foot, in the leg's plane", 20 * per_mm, -30 * per_mm)
+    reads(window, "Foot z [mm], as a number", "-70.0")
+    # A pointer stands on whole pixels, of which one is about a millimetre.
+    x = float(window.get_by_label("Foot x [mm], as a number", exact=True).input_value())
+    assert x == pytest.approx(170, abs=1)
+
+
+def scale(window):
+    """Pixels of the drawing for a millimetre, by its own bar of 50 mm."""
+    bar = window.get_by_label("The leg in its own plane").locator("path.bench-scale")
+    # Its line is one and a half units wide, which the box of an element leaves out.
+    return bar.evaluate("bar => bar.getBoundingClientRect().width") / 50
+
+
+def test_the_force_s_tip_follows_the_pointer_and_turns_its_torques(page):
+    window = bench_of(page)
+    before = cell(window, "Torques", 1, 2).text_content()
+    dragged(window, "Force on the foot, in the leg's plane", 25, 0)
+    for _ in range(100):
+        if cell(window, "Torques", 1, 2).text_content() != before:
+            break
+        window.wait_for_timeout(50)
+    assert cell(window, "Torques", 1, 2).text_content() != before
+    assert float(window.get_by_label("Force x [N], as a number", exact=True).input_value()) > 1
+
+
+def test_what_cannot_be_is_said_and_the_nearest_pose_stays(page):
+    window = bench_of(page)
+    slid(window, "Foot x", 280)
+    told = window.get_by_role("status").filter(has_text="mm from the femur axis")
+    told.wait_for()
+    assert "foot target (280.0, 0.0, -100.0) mm" in told.text_content()
+    # The slider keeps what is asked for; the table says where the foot is.
+    reads(window, "Foot x [mm], as a number", "280.0")
+    # On the line to the femur axis, 52 mm out, where the leg of 222 mm ends.
+    nearest = 52 + 222 * 228 / math.hypot(228, 100)
+    assert cell(window, "Foot", 0, 0).text_content() == f"{nearest:.1f}"
+    window.get_by_role("button", name="Neutral foot").click()
+    reads(window, "Foot x [mm], as a number", "150.0")
+    assert told.count() == 0
+
+
+def test_too_large_a_force_is_shown_on_bar_and_sentence(page):
+    window = bench_of(page)
+    slid(window, "Force z", 20)
+    window.get_by_role("status").filter(has_text="the servo AX-12A gives 1.5 N·m").wait_for()
+    share = cell(window, "Torques", 1, 3)
+    assert int(re.sub(r"\D", "", share.text_content())) > 100
+    assert "bench-bad" in share.get_attribute("class")
+    assert window.locator(".bench-overloaded").count() == 2

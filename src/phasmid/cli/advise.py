@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.numbers import number
+from phasmid.cli.options import Number
 from phasmid.cli.robot_options import add_import_options, import_options
 from phasmid.cli.scenario_options import add_field_options, with_fields
 from phasmid.cli.tables import print_table
@@ -21,27 +21,19 @@ if TYPE_CHECKING:
 FIELDS = ("gait", "payload_g", "step_length_mm", "voltage", "ambient_temperature")
 """Fields of the scenario that are options."""
 
+OPTIONS = {
+    "ROBOT": "a preset or a robot file",
+    "--speed-mm-s MM/S": Number("forward speed; default: by a cycle of 2 s", 0.1, 10_000),
+    "--servo NAME": "another servo; default: the robot's",
+    "--battery-mah MAH": Number("the battery; default: 2200", 1, 1_000_000, 2200),
+    "--figure FILE": "draw torque and heat: svg, png or pdf",
+    "--force": "replace an older figure",
+    "--json": "print the numbers as JSON",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("robot", metavar="ROBOT", help="a preset or a robot file")
-    parser.add_argument(
-        "--speed-mm-s",
-        type=number("--speed-mm-s", 0.1, 10_000),
-        metavar="MM/S",
-        help="forward speed; default: by a cycle of 2 s",
-    )
-    parser.add_argument("--servo", metavar="NAME", help="another servo; default: the robot's")
-    parser.add_argument(
-        "--battery-mah",
-        type=number("--battery-mah", 1, 1_000_000),
-        metavar="MAH",
-        default=2200,
-        help="the battery; default: 2200",
-    )
-    parser.add_argument("--figure", metavar="FILE", help="draw torque and heat: svg, png or pdf")
-    parser.add_argument("--force", action="store_true", help="replace an older figure")
-    parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
     add_field_options(parser, "the walk", FIELDS)
     add_import_options(parser)
 

@@ -18,27 +18,18 @@ if TYPE_CHECKING:
     from phasmid.formats import Imported
     from phasmid.scenario import Scenario
 
+OPTIONS = {
+    "FILE": "a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
+    "--gait GAIT": "gait of the servo verdict; default: the first of its number of legs, or the "
+    "scenario's",
+    "--json": "print the robot's numbers as JSON",
+    "--write-sidecar": "write a first guess of FILE.toml, with the values missing in a STEP file",
+    "--force": "replace an older sidecar",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
-        "file",
-        metavar="FILE",
-        help="a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
-    )
-    parser.add_argument(
-        "--gait",
-        metavar="GAIT",
-        help="gait of the servo verdict; default: the first of its number of "
-        "legs, or the scenario's",
-    )
-    parser.add_argument("--json", action="store_true", help="print the robot's numbers as JSON")
-    parser.add_argument(
-        "--write-sidecar",
-        action="store_true",
-        help="write a first guess of FILE.toml, with the values missing in a STEP file",
-    )
-    parser.add_argument("--force", action="store_true", help="replace an older sidecar")
     add_import_options(parser)
 
 

@@ -40,6 +40,8 @@ print(gl_backend(), lack.what if lack else "", lack.advice if lack else "", sep=
 TIMEOUT = 40.0
 """Longest time that a graphics driver may take [s]."""
 
+OPTIONS = {"--json": "print the findings as JSON"}
+
 
 class Finding(NamedTuple):
     """Finding about one capability of the machine.
@@ -57,11 +59,6 @@ class Finding(NamedTuple):
     what: str
     remedy: str = ""
     needed: bool = False
-
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -5,35 +5,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from phasmid.cli.numbers import number
+from phasmid.cli.options import Number
 from phasmid.cli.plot import run_name
 from phasmid.cli.report import print_damage
 from phasmid.errors import InvalidInput, plain
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument("file", metavar="RECORDING", help="a result folder, or a recording")
-    parser.add_argument(
-        "--format",
-        metavar="FORMAT",
-        help="csv, netcdf, or mcap for Foxglove and ROS 2 (extra ros); "
-        "default: as --out ends, or csv",
-    )
-    parser.add_argument(
-        "--out", metavar="FILE", help="default: beside the result folder, with its name"
-    )
-    parser.add_argument(
-        "--channels", metavar="A,B,...", help="channels that are written; default: all"
-    )
-    parser.add_argument(
-        "--rate",
-        type=number("--rate", 1e-3, 1e6),
-        metavar="HZ",
-        help="most samples a second; default: all, of mcap 100",
-    )
-    parser.add_argument("--force", action="store_true", help="replace the file")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
+OPTIONS = {
+    "RECORDING": "a result folder, or a recording",
+    "--format FORMAT": "csv, netcdf, or mcap for Foxglove and ROS 2 (extra ros); default: as --out "
+    "ends, or csv",
+    "--out FILE": "default: beside the result folder, with its name",
+    "--channels A,B,...": "channels that are written; default: all",
+    "--rate HZ": Number("most samples a second; default: all, of mcap 100", 1e-3, 1e6),
+    "--force": "replace the file",
+    "--quiet": "print only errors",
+}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -41,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.recording import load_recording
     from phasmid.reporting.data_file import ENDINGS, check_export, export
 
-    given = Path(options.file)
+    given = Path(options.recording)
     kind = options.format or (None if options.out else "csv")
     target = Path(options.out or _beside(given, ENDINGS.get(kind or "", "")))
     with print_damage() as damage:

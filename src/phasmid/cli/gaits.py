@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from phasmid.cli.numbers import number
+from phasmid.cli.options import Number
 from phasmid.cli.tables import print_table
 from phasmid.errors import plain
 
@@ -19,24 +19,19 @@ if TYPE_CHECKING:
 LARGEST_FRACTION = 24
 """Denominator up to which a phase is shown as a fraction."""
 
+OPTIONS = {
+    "--robot ROBOT": ("a preset or a file; default: phantomx-paper", "phantomx-paper"),
+    "--step-length-mm MM": Number("way of the body while a foot stands", -10_000, 10_000, 40),
+    "--lost 1,2,...": "legs that are lost: how it walks on",
+    "--diagram": "draw gait diagrams",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
         "gaits", nargs="*", metavar="GAIT", help="names or gait files (.toml); default: all"
     )
-    parser.add_argument(
-        "--robot", default="phantomx-paper", help="a preset or a file; default: phantomx-paper"
-    )
-    parser.add_argument(
-        "--step-length-mm",
-        type=number("--step-length-mm", -10_000, 10_000),
-        metavar="MM",
-        default=40.0,
-        help="way of the body while a foot stands",
-    )
-    parser.add_argument("--lost", metavar="1,2,...", help="legs that are lost: how it walks on")
-    parser.add_argument("--diagram", action="store_true", help="draw gait diagrams")
 
 
 def run(options: argparse.Namespace) -> int:

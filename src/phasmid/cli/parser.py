@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from typing import Any, NoReturn
 
+from phasmid.cli.options import declare
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
@@ -76,7 +77,9 @@ def build_parser(command: str | None) -> Parser:
         if name == command:
             module = import_module(f"phasmid.cli.{name}")
             inner.set_defaults(run=module.run)
-            module.add_options(inner)
+            declare(inner, module.OPTIONS)
+            if hasattr(module, "add_options"):
+                module.add_options(inner)
     return parser
 
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.numbers import number
+from phasmid.cli.options import Number
 from phasmid.cli.report import print_damage
 from phasmid.cli.tables import print_table
 from phasmid.cli.walk import leg_numbers
@@ -21,6 +21,31 @@ if TYPE_CHECKING:
 
 KINDS = ("svg", "png", "pdf")
 
+OPTIONS = {
+    "--list": "list the figures and stop",
+    "--out DIR": "folder of the figures; default: plots/NAME of the recording",
+    "--format KINDS": ("svg, png, pdf, or several with commas between; default: svg", "svg"),
+    "--legs 1,2,...": "legs that are shown; default: all",
+    "--labels A,B,...": "names of the runs; default: those of their folders",
+    "--width-mm MM": Number(
+        "width of the figures, such as 85 or 175 for one or two columns of a paper; type keeps a "
+        "legible size; default: 183",
+        60,
+        500,
+        hint="85",
+    ),
+    "--dpi N": Number(
+        "pixels per inch of png, and of pictures in pdf and svg; default: 150",
+        30,
+        1200,
+        default=150,
+        hint="300",
+    ),
+    "--no-title": "no title and subtitle, for use with a caption",
+    "--force": "replace figures of these names",
+    "--quiet": "print only errors",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
@@ -32,39 +57,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="result folders or recordings, then names of figures, or all; several recordings are "
         "compared in one figure",
     )
-    parser.add_argument("--list", action="store_true", help="list the figures and stop")
-    parser.add_argument(
-        "--out", metavar="DIR", help="folder of the figures; default: plots/NAME of the recording"
-    )
-    parser.add_argument(
-        "--format",
-        default="svg",
-        metavar="KINDS",
-        help="svg, png, pdf, or several with commas between; default: svg",
-    )
-    parser.add_argument("--legs", metavar="1,2,...", help="legs that are shown; default: all")
-    parser.add_argument(
-        "--labels", metavar="A,B,...", help="names of the runs; default: those of their folders"
-    )
-    parser.add_argument(
-        "--width-mm",
-        type=number("--width-mm", 60, 500, "--width-mm 85"),
-        metavar="MM",
-        help="width of the figures, such as 85 or 175 for one or two columns of a paper; type "
-        "keeps a legible size; default: 183",
-    )
-    parser.add_argument(
-        "--dpi",
-        type=number("--dpi", 30, 1200, "--dpi 300"),
-        default=150.0,
-        metavar="N",
-        help="pixels per inch of png, and of pictures in pdf and svg; default: 150",
-    )
-    parser.add_argument(
-        "--no-title", action="store_true", help="no title and subtitle, for use with a caption"
-    )
-    parser.add_argument("--force", action="store_true", help="replace figures of these names")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
 
 
 def run(options: argparse.Namespace) -> int:

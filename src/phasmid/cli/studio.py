@@ -13,7 +13,7 @@ from threading import Thread
 from typing import TYPE_CHECKING
 
 from phasmid.cli.doctor import has_display
-from phasmid.cli.numbers import whole_number
+from phasmid.cli.options import Number
 from phasmid.cli.progress import announce_compilation
 from phasmid.cli.scenario_options import (
     add_field_options,
@@ -28,29 +28,23 @@ if TYPE_CHECKING:
 LONGEST_CLOSE = 3.0
 """Longest time in which the robot closes [s]."""
 
+OPTIONS = {
+    "--out DIR": ("where runs are kept; default: results", "results"),
+    "--port N": Number(
+        "of the page; default: 8033, or the next that is free", 0, 65535, is_whole=True, hint="8033"
+    ),
+    "--host NAME": (
+        "where it listens; default: 127.0.0.1, which only this machine reaches",
+        "127.0.0.1",
+    ),
+    "--no-open": "open no browser, only print the address",
+    "--debug": "log errors with their tracebacks",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the scenario, its fields and the page."""
+    """Add the options of the command."""
     add_scenario_option(parser)
-    parser.add_argument(
-        "--out", metavar="DIR", default="results", help="where runs are kept; default: results"
-    )
-    parser.add_argument(
-        "--port",
-        type=whole_number("--port", 0, 65535, "--port 8033"),
-        metavar="N",
-        help="of the page; default: 8033, or the next that is free",
-    )
-    parser.add_argument(
-        "--host",
-        metavar="NAME",
-        default="127.0.0.1",
-        help="where it listens; default: 127.0.0.1, which only this machine reaches",
-    )
-    parser.add_argument(
-        "--no-open", action="store_true", help="open no browser, only print the address"
-    )
-    parser.add_argument("--debug", action="store_true", help="log errors with their tracebacks")
     parser.set_defaults(quiet=False)
     add_field_options(parser)
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.numbers import whole_number
+from phasmid.cli.options import Number
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.tables import print_table
 from phasmid.errors import InvalidInput, plain
@@ -26,25 +26,29 @@ LINE_EVERY = 60.0
 MOST_POINTS, MOST_CAUSES = 10, 3
 """Points of a search, and causes of failures, that are printed."""
 
+OPTIONS = {
+    "FILE": "a study (.toml)",
+    "--out DIR": "folder of the study; default: results/NAME",
+    "--workers N": Number("number of processes; default: one per core", 1, 999_999, is_whole=True),
+    "--max-failures N": Number(
+        "stop after more failed runs; default: never", 0, 999_999, is_whole=True
+    ),
+    "--part K/N": "make the K-th of N parts of the runs, for several machines with one --out",
+    "--only N": Number(
+        "make run number N again, compare it with its row, and write its report",
+        0,
+        9_999_999,
+        is_whole=True,
+    ),
+    "--force": "delete the rows of another study of this name",
+    "--quiet": "print only errors",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a study (.toml)")
-    parser.add_argument("--out", metavar="DIR", help="folder of the study; default: results/NAME")
-    parser.add_argument(
-        "--workers",
-        type=whole_number("--workers", 1, 999_999),
-        metavar="N",
-        help="number of processes; default: one per core",
-    )
     parser.add_argument(
         "--retry", choices=("failed",), help="also make the runs again that failed before"
-    )
-    parser.add_argument(
-        "--max-failures",
-        type=whole_number("--max-failures", 0, 999_999),
-        metavar="N",
-        help="stop after more failed runs; default: never",
     )
     parser.add_argument(
         "--ray",
@@ -53,21 +57,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="make the runs on a Ray cluster, or on a local Ray without an address (extra ray)",
     )
-    parser.add_argument(
-        "--part",
-        metavar="K/N",
-        help="make the K-th of N parts of the runs, for several machines with one --out",
-    )
-    parser.add_argument(
-        "--only",
-        type=whole_number("--only", 0, 9_999_999),
-        metavar="N",
-        help="make run number N again, compare it with its row, and write its report",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="delete the rows of another study of this name"
-    )
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.numbers import whole_numbers
+from phasmid.cli.options import whole_numbers
 from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput
 
@@ -24,17 +24,14 @@ COLOURS = {"PASSES": "green", "FAILS": "bold red", "REPORTED": "yellow"}
 WIDTH = 100
 """Columns of the table."""
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument("--rows", metavar="1,2,...", help="checks to run; default: all")
-    parser.add_argument(
-        "--explain", action="store_true", help="print the derivation of each tolerance"
-    )
-    parser.add_argument("--json", metavar="FILE", help="write the rows to a file, too")
-    parser.add_argument("--page", metavar="FILE", help="write them as a page in Markdown, too")
-    parser.add_argument("--force", action="store_true", help="replace files of those names")
-    parser.add_argument("--quiet", action="store_true", help="print only what fails")
+OPTIONS = {
+    "--rows 1,2,...": "checks to run; default: all",
+    "--explain": "print the derivation of each tolerance",
+    "--json FILE": "write the rows to a file, too",
+    "--page FILE": "write them as a page in Markdown, too",
+    "--force": "replace files of those names",
+    "--quiet": "print only what fails",
+}
 
 
 def run(options: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.numbers import whole_numbers
+from phasmid.cli.options import whole_numbers
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.cli.scenario_options import (
@@ -25,6 +25,22 @@ if TYPE_CHECKING:
     from phasmid.robot import Appearance, Robot
     from phasmid.scenario import Scenario
     from phasmid.simulation import Experiment
+
+REPORT_OPTIONS = {
+    "--force": "replace the folder of an earlier run",
+    "--legs 1,2,...": "legs that the summary lists; default: all",
+    "--mcap": "also write ROS 2 messages, for Foxglove (extra ros)",
+    "--video FILE": "also write a .mp4 or .gif of the robot (extra video)",
+    "--no-figures": "write data and summary only",
+    "--quiet": "print only errors",
+}
+"""Options of a report."""
+
+OPTIONS = {
+    "--trajectory FILE": "joint angles to follow instead of a plan: .csv, .npy, .nc or .mcap",
+    "--check-time-step": "simulate two cycles at half the time step, and print the difference",
+    **REPORT_OPTIONS,
+}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -162,22 +178,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     add_scenario_options(parser)
     parser.add_argument(
-        "--trajectory",
-        metavar="FILE",
-        help="joint angles to follow instead of a plan: a .csv, .npy, .nc or .mcap file",
-    )
-    parser.add_argument(
         "--trajectory-unit",
         choices=("rad", "deg"),
         default="rad",
         help="of its angles, if the file has none; default: rad",
     )
-    parser.add_argument(
-        "--check-time-step",
-        action="store_true",
-        help="simulate two cycles at half the time step, and print the difference",
-    )
-    add_report_options(parser)
     add_field_options(parser)
 
 
@@ -218,22 +223,6 @@ def write_film(
         )
     if not options.quiet:
         print(f"Written to {plain(str(path))}")
-
-
-def add_report_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a report."""
-    parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
-    parser.add_argument(
-        "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
-    )
-    parser.add_argument(
-        "--mcap", action="store_true", help="also write ROS 2 messages, for Foxglove (extra ros)"
-    )
-    parser.add_argument(
-        "--video", metavar="FILE", help="also write a .mp4 or .gif of the robot (extra video)"
-    )
-    parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
 
 
 def leg_numbers(text: str | None, robot: Robot, flag: str = "--legs") -> tuple[int, ...] | None:

@@ -42,7 +42,6 @@ class Field:
     Attributes:
         name: Name in messages.
         label: Name on the page.
-        group: Name of its group.
         help: One sentence.
         read: Return its value, SI.
         write: Return the setting with another value, SI.
@@ -54,7 +53,6 @@ class Field:
 
     name: str
     label: str
-    group: str
     help: str
     read: Callable[[Setting], Value]
     write: Callable[[Setting, Any], Setting]
@@ -73,7 +71,7 @@ class Field:
 
     def as_dict(self, setting: Setting) -> dict[str, Any]:
         """Return its description for the page."""
-        table: dict[str, Any] = {"name": self.name, "label": self.label, "group": self.group}
+        table: dict[str, Any] = {"name": self.name, "label": self.label}
         table |= {"help": self.help, "unit": UNITS[self.unit].symbol if self.unit else ""}
         if self.span is not None:
             (least, most, step), now = self.span(setting), float(self.value(setting))
@@ -124,7 +122,7 @@ class Field:
 # Kinds of fields ------------------------------------------------------------------------------
 
 
-def _scenario(path: str, label: str, group: str, **parts: Any) -> Field:
+def _scenario(path: str, label: str, **parts: Any) -> Field:
     """Return a field of the scenario, with the unit, words and description of its table."""
     table, name = path.split(".")
     kind: Any = Scenario.model_fields[table].annotation
@@ -138,15 +136,14 @@ def _scenario(path: str, label: str, group: str, **parts: Any) -> Field:
         "unit": carried.unit if carried else "",
         "choices": (lambda _: words) if words else None,
     }
-    return Field(label=label, group=group, **given | parts)
+    return Field(label=label, **given | parts)
 
 
-def _own(name: str, label: str, group: str, help: str, **parts: Any) -> Field:
+def _own(name: str, label: str, help: str, **parts: Any) -> Field:
     """Return a field that is an attribute of the setting."""
     return Field(
         name=name,
         label=label,
-        group=group,
         help=help,
         read=lambda setting: getattr(setting, name),
         write=lambda setting, value: replace(setting, **{name: value}),
@@ -165,7 +162,6 @@ def _pose(index: int, name: str, label: str, help: str, unit: str) -> Field:
     return Field(
         name=name,
         label=label,
-        group="body",
         help=help,
         read=lambda setting: setting.pose[index],
         write=write,
@@ -259,15 +255,6 @@ def _words(table: str, name: str) -> tuple[str, ...]:
 
 TERRAIN_KINDS, CONTACT_LAWS = _words("terrain", "kind"), _words("contact", "contact_law")
 
-GROUPS = {
-    "walk": "Walk",
-    "body": "Body",
-    "machine": "Machine",
-    "world": "World",
-    "forces": "Forces",
-}
-"""Groups of fields, and their labels."""
-
 POSES = (
     _pose(2, "body_height", "Height", "Up or down.", "mm"),
     _pose(0, "body_x", "Ahead", "Ahead or back of the feet.", "mm"),
@@ -288,112 +275,110 @@ SIZES = {
 }
 """Label and range of the numbers of each terrain."""
 
-FIELDS = (
-    _own(
-        "walks",
-        "Walks",
-        "walk",
-        "By itself: ahead at half its largest speed; by hand: by stick and keys; the plan: the "
-        "scenario's walk, planned beforehand.",
-        choices=lambda _: get_args(Walks),
+GROUPS = {
+    "Walk": (
+        _own(
+            "walks",
+            "Walks",
+            "By itself: ahead at half its largest speed; by hand: by stick and keys; the plan: the "
+            "scenario's walk, planned beforehand.",
+            choices=lambda _: get_args(Walks),
+        ),
+        _own(
+            "controller",
+            "Controller",
+            "The locomotion controller, or a policy that was learned for the phantomx-ax.",
+            choices=lambda _: (LOCOMOTION, *policies()),
+            shown=lambda setting: not _planned(setting) and bool(policies()),
+        ),
+        _scenario(
+            "gait.name",
+            "Gait",
+            name="gait",
+            help="Schedule of stance and swing of the legs.",
+            write=lambda setting, name: _with(setting, gait=name),
+            choices=lambda setting: [
+                *dict.fromkeys((*gaits_of(len(setting.base.legs)), setting.gait.name))
+            ],
+            shown=_by_gait,
+        ),
+        _scenario("stride.period", "Cycle time", span=_fixed(0.3, 6, 0.05), shown=_by_gait),
+        _scenario("stride.step_height", "Step height", span=_of_height(0, 0.6), shown=_by_gait),
+        _scenario(
+            "stride.step_length",
+            "Step length of the plan",
+            span=_of_height(-1, 1),
+            shown=_planned,
+        ),
+        _scenario("stride.stance_law", "Stance law of the plan", shown=_planned),
+        _scenario("stride.stance_timing", "Timing of the plan", shown=_planned),
+        _own(
+            "ground_sensing",
+            "Senses the ground",
+            "On: the robot searches the ground with its feet. Off: it takes it for level.",
+            shown=_controlled,
+        ),
     ),
-    _own(
-        "controller",
-        "Controller",
-        "walk",
-        "The locomotion controller, or a policy that was learned for the phantomx-ax.",
-        choices=lambda _: (LOCOMOTION, *policies()),
-        shown=lambda setting: not _planned(setting) and bool(policies()),
+    "Body": POSES,
+    "Machine": (
+        Field(
+            "robot",
+            "Robot",
+            "A robot that comes with phasmid, or one from a file.",
+            read=lambda setting: setting.robot_name,
+            write=_with_robot,
+            choices=lambda setting: [*preset_names(), *setting.robots],
+        ),
+        _scenario(
+            "simulation.drive",
+            "Drive",
+            help="Prescribed joints take whatever torque it needs; all others have limits.",
+        ),
+        _own(
+            "servo",
+            "Servo",
+            "The motor of every joint.",
+            choices=lambda _: [OWN_SERVO, *servo_names()],
+        ),
+        _scenario(
+            "servo.voltage",
+            "Supply",
+            help="Voltage of the servos' supply; the servo's rated voltage until it is set.",
+            read=lambda setting: setting.scenario.servo.supply(setting.robot.servo),
+            write=_with_voltage,
+            span=_fixed(6, 16, 0.1),
+            shown=lambda setting: setting.scenario.simulation.drive == "servo",
+        ),
+        _own(
+            "payload",
+            "Payload",
+            "A load in the middle of the trunk's upper side, counted by the robot too.",
+            unit="kg",
+            span=_payloads,
+        ),
     ),
-    _scenario(
-        "gait.name",
-        "Gait",
-        "walk",
-        name="gait",
-        help="Schedule of stance and swing of the legs.",
-        write=lambda setting, name: _with(setting, gait=name),
-        choices=lambda setting: [
-            *dict.fromkeys((*gaits_of(len(setting.base.legs)), setting.gait.name))
-        ],
-        shown=_by_gait,
+    "World": (
+        _scenario(
+            "terrain.kind",
+            "Terrain",
+            name="terrain",
+            help="The ground, which begins ahead of where the robot starts.",
+            read=lambda setting: setting.terrain_name,
+            write=_with_terrain,
+            choices=_terrains,
+        ),
+        *(
+            _scenario(f"terrain.{name}", label, span=_fixed(*span), shown=_on(name))
+            for name, (label, *span) in SIZES.items()
+        ),
+        _scenario("terrain.friction", "Friction", span=_fixed(0, 2, 0.05)),
+        _scenario("contact.contact_law", "Contact law", choices=_contact_laws),
     ),
-    _scenario("stride.period", "Cycle time", "walk", span=_fixed(0.3, 6, 0.05), shown=_by_gait),
-    _scenario("stride.step_height", "Step height", "walk", span=_of_height(0, 0.6), shown=_by_gait),
-    _scenario(
-        "stride.step_length",
-        "Step length of the plan",
-        "walk",
-        span=_of_height(-1, 1),
-        shown=_planned,
-    ),
-    _scenario("stride.stance_law", "Stance law of the plan", "walk", shown=_planned),
-    _scenario("stride.stance_timing", "Timing of the plan", "walk", shown=_planned),
-    _own(
-        "ground_sensing",
-        "Senses the ground",
-        "walk",
-        "On: the robot searches the ground with its feet. Off: it takes it for level.",
-        shown=_controlled,
-    ),
-    *POSES,
-    Field(
-        "robot",
-        "Robot",
-        "machine",
-        "A robot that comes with phasmid, or one from a file.",
-        read=lambda setting: setting.robot_name,
-        write=_with_robot,
-        choices=lambda setting: [*preset_names(), *setting.robots],
-    ),
-    _scenario(
-        "simulation.drive",
-        "Drive",
-        "machine",
-        help="Prescribed joints take whatever torque it needs; the others are servos with limits.",
-    ),
-    _own(
-        "servo",
-        "Servo",
-        "machine",
-        "The motor of every joint.",
-        choices=lambda _: [OWN_SERVO, *servo_names()],
-    ),
-    _scenario(
-        "servo.voltage",
-        "Supply",
-        "machine",
-        help="Voltage of the servos' supply; it follows the servo's rated voltage until it is set.",
-        read=lambda setting: setting.scenario.servo.supply(setting.robot.servo),
-        write=_with_voltage,
-        span=_fixed(6, 16, 0.1),
-        shown=lambda setting: setting.scenario.simulation.drive == "servo",
-    ),
-    _own(
-        "payload",
-        "Payload",
-        "machine",
-        "A load in the middle of the trunk's upper side, counted by the robot too.",
-        unit="kg",
-        span=_payloads,
-    ),
-    _scenario(
-        "terrain.kind",
-        "Terrain",
-        "world",
-        name="terrain",
-        help="The ground, which begins ahead of where the robot starts.",
-        read=lambda setting: setting.terrain_name,
-        write=_with_terrain,
-        choices=_terrains,
-    ),
-    *(
-        _scenario(f"terrain.{name}", label, "world", span=_fixed(*span), shown=_on(name))
-        for name, (label, *span) in SIZES.items()
-    ),
-    _scenario("terrain.friction", "Friction", "world", span=_fixed(0, 2, 0.05)),
-    _scenario("contact.contact_law", "Contact law", "world", choices=_contact_laws),
-    _scenario("model.force_model", "Force distribution", "forces"),
-)
+    "Forces": (_scenario("model.force_model", "Force distribution"),),
+}
+"""Fields by their groups on the page."""
+
+FIELDS = tuple(field for group in GROUPS.values() for field in group)
 
 BY_NAME = {field.name: field for field in FIELDS}
 
@@ -418,8 +403,8 @@ def values(setting: Setting) -> dict[str, Value]:
 
 
 def catalogue(setting: Setting) -> dict[str, Any]:
-    """Return the groups and the fields in use, for the page."""
+    """Return the fields in use by their groups, for the page."""
     return {
-        "groups": [{"name": name, "label": label} for name, label in GROUPS.items()],
-        "fields": [field.as_dict(setting) for field in FIELDS if field.shown(setting)],
+        name: [field.as_dict(setting) for field in fields if field.shown(setting)]
+        for name, fields in GROUPS.items()
     }

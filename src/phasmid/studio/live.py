@@ -141,11 +141,6 @@ class LiveRobot:
         """True if it plays a plan, and takes no commands."""
         return isinstance(self._controller, Player)
 
-    @property
-    def lifts_legs(self) -> bool:
-        """True if it can walk without lost legs."""
-        return self._engine is not None
-
     def follow(self, setting: Setting, share: Velocity, lost: frozenset[int]) -> None:
         """Walk by a setting from now on.
 

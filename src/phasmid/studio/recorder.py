@@ -27,8 +27,8 @@ from phasmid.simulation.termination import Ending, Failure
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.setting import Setting
 
-SHORTEST, LONGEST = 0.1, 600.0
-"""Shortest recording that is kept, and longest [s]."""
+LONGEST = 600.0
+"""Longest recording [s]."""
 
 MOST_JOBS = 2
 """Most folders that are written at a time."""
@@ -73,9 +73,9 @@ class Recorder:
     def __init__(self, out: Path) -> None:
         self._out = out
         self.run = self.failure = ""
-        self._log: RecordingLog | None = None
-        self._live: LiveRobot | None = None
-        self._samples, self._interval, self._begin = 0, 0.001, 0.0
+        self._log: RecordingLog
+        self._live: LiveRobot
+        self._samples, self._interval, self._begin = 0, 0.0, 0.0
         self._events: list[tuple[float, str]] = []
         self._jobs: list[_Job] = []
         self._saved: dict[str, Path] = {}
@@ -113,9 +113,14 @@ class Recorder:
         run = f"r-{secrets.token_hex(2)}"
         while any(self._out.glob(f"{run}*")):
             run = f"r-{secrets.token_hex(2)}"
-        self.run, self._live, self._log = run, live, None
-        self._samples, self._interval = 0, live.run.every * live.run.dt
-        self._begin, self.failure, self._events = live.now, "", []
+        interval = live.run.every * live.run.dt
+        # Two blocks more than fits: the last samples come together.
+        time = np.arange(round(LONGEST / interval) + 2 * live.run.block_steps) * interval
+        attributes = {**live.driving.attributes(live.run), **CUT_OFF}
+        first = live.run.channels(live.sample)
+        self._log = RecordingLog(self._path(run), first, attributes, time=time)
+        self.run, self._live, self.failure = run, live, ""
+        self._samples, self._interval, self._begin, self._events = 0, interval, live.now, []
         live.recorder = self._take
         return run
 
@@ -130,23 +135,12 @@ class Recorder:
             return
         count = len(next(iter(channels.values())))
         try:
-            if self._log is None:
-                self._log = self._open(channels)
             time = np.arange(self._samples, self._samples + count) * self._interval
             self._log.append(time, channels)
         except OutputError as error:
             self.failure = error.what
             return
         self._samples += count
-
-    def _open(self, first: dict[str, np.ndarray]) -> RecordingLog:
-        assert self._live is not None
-        live = self._live
-        attributes = {**live.driving.attributes(live.run), **CUT_OFF}
-        # Two blocks more than fits: the last samples come together.
-        time = np.arange(round(LONGEST / self._interval) + 2 * live.run.block_steps)
-        log = RecordingLog(self._path(self.run), first, attributes, time=time * self._interval)
-        return log.__enter__()
 
     def _path(self, run: str) -> Path:
         return self._out / f"{run}-log" / f"{run}.mcap"
@@ -162,14 +156,9 @@ class Recorder:
             Reason why nothing is written; empty on success.
         """
         log, live, run = self._log, self._live, self.run
-        assert live is not None
-        live.recorder = None
-        self.run, self._log, self._live = "", None, None
-        if log is None or self.seconds < SHORTEST:
-            if log is not None:
-                log.__exit__(None, None, None)
-                shutil.rmtree(self._path(run).parent, ignore_errors=True)
-            return self.failure or f"the recording has less than {SHORTEST:g} s; it was not kept."
+        live.recorder, self.run = None, ""
+        if not self._samples:
+            return self.failure or "the recording has no sample; it was not kept."
         folder = self._free_folder(run_name(live.setting))
         scenario = live.setting.machine.replace(duration=self.seconds, name=folder.name)
         attributes: dict[str, Any] = {
@@ -179,8 +168,8 @@ class Recorder:
             "scenario": scenario_to_toml(scenario, "robot.toml"),
         }
         try:
-            log.finish(attributes)
-            log.__exit__(None, None, None)
+            with log:
+                log.finish(attributes)
             look = live.source.robot.appearance
             if look is not None and look.name.removesuffix(".glb") not in preset_names():
                 (self._path(run).parent / Path(look.name).name).write_bytes(glb(look.parts))
