@@ -8,7 +8,6 @@ import pytest
 
 import phasmid
 from phasmid.cli import main
-from phasmid.formats import ROBOT_SUFFIXES
 from phasmid.robot import robot_to_toml
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
@@ -109,15 +108,6 @@ def test_convert_replaces_nothing_unasked(here, capsys):
     assert answered(capsys, "convert", "phantomx-paper", "mine.urdf", "--force")[0] == 0
 
 
-def test_convert_knows_a_format_by_its_ending(here, capsys):
-    status, _, err = answered(capsys, "convert", "phantomx-paper", "mine.obj")
-    assert status == 2
-    assert err == (
-        "phasmid: mine.obj does not end as a robot file does.\n"
-        f"  try  one of {', '.join(ROBOT_SUFFIXES)}\n"
-    )
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -156,19 +146,6 @@ def test_files_that_another_program_must_turn_into_a_robot_are_told(here, capsys
         assert status == 2
         assert err.startswith(f"phasmid: {name} is a")
         assert err.endswith(f"  try  {hint}\n")
-
-
-def test_a_scenario_reads_its_robot_as_it_says(here):
-    robot = phasmid.load_robot("phantomx-paper")
-    phasmid.save_robot(robot, "mine.urdf")
-    Path("walk.toml").write_text(
-        'name = "mine"\nrobot = "mine.urdf"\n[robot_import]\ntotal_mass_g = 3000\n',
-        encoding="utf-8",
-    )
-    scenario = phasmid.load_scenario("walk.toml")
-    assert scenario.load_robot().mass == pytest.approx(3.0, rel=1e-12)
-    with pytest.raises(phasmid.InvalidInput, match="must be loaded before it is used here"):
-        scenario.replace(robot="mine.urdf").load_robot()
 
 
 def test_a_kits_lengths_and_masses_make_a_robot(here):

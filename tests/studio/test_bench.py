@@ -9,7 +9,7 @@ import pytest
 from matplotlib.path import Path
 
 from general_robot import general_robot
-from phasmid.dynamics import BodyMotion, leg_torque, potential_energy
+from phasmid.dynamics import leg_torque
 from phasmid.errors import InvalidInput, InvalidRobot, Unreachable
 from phasmid.kinematics import foot_position, joint_angles
 from phasmid.robot import load_robot, preset_names
@@ -109,15 +109,6 @@ def test_what_is_shown_instead_is_the_nearest_that_the_leg_reaches(robot):
 # ------------------------------------------------------------------------------------ Jacobian
 
 
-def test_the_jacobian_is_the_slope_of_the_foot(robot):
-    h = 1e-5
-    for (leg, q, _), told in answers(robot):
-        ahead, behind = (foot_position(robot.legs[leg - 1], q + s * h * np.eye(3)) for s in (1, -1))
-        slope = (ahead - behind).T / (2 * h)
-        # Central differences: L h²/6 of truncation and L 1.1e-16 / h of round-off, L < 0.7 m.
-        np.testing.assert_allclose(told["jacobian"], slope, atol=1e-10)
-
-
 def test_joint_speeds_of_unit_norm_move_the_foot_along_the_half_axes(robot):
     for _, told in answers(robot):
         J, values = np.array(told["jacobian"]), np.array(told["singular_values"])
@@ -164,17 +155,6 @@ def test_the_load_s_torques_do_the_work_that_the_force_takes_away(robot):
         foot = np.array(told["jacobian"]) @ speeds
         given = np.dot(told["torque"]["load"], speeds)
         assert given == pytest.approx(-np.dot(force, foot), abs=10 * ROUND_OFF)
-
-
-def test_the_weight_s_torques_are_the_slope_of_the_potential_energy(robot):
-    h, at_rest = 1e-4, BodyMotion.at_rest()
-    for (leg, q, _), told in answers(robot)[:5]:
-        pose = np.zeros((2, 3, len(robot.legs), 3))
-        pose[:, :, leg - 1] = q + np.multiply.outer([h, -h], np.eye(3))
-        ahead, behind = potential_energy(robot, at_rest, pose)
-        # Energies of 1 J keep 2e-16, so that their slope keeps 1e-12 / 1e-4 of a tenth; the third
-        # derivative, below 1 N·m, leaves h²/6.
-        np.testing.assert_allclose(told["torque"]["gravity"], (ahead - behind) / 2 / h, atol=1e-8)
 
 
 def test_torques_are_those_of_equation_11_at_rest_and_beside_the_servo_s(robot):

@@ -8,14 +8,13 @@ import pytest
 
 from phasmid import load_scenario
 from phasmid.control import SafetyFilter
-from phasmid.control.sequences import Stage as Sequence
 from phasmid.dynamics import BodyMotion
 from phasmid.dynamics.floating_base import momentum
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting.webpage.replay import surroundings
 from phasmid.studio.fields import field_of
-from phasmid.studio.live import WORDS, LiveRobot
+from phasmid.studio.live import LiveRobot
 from phasmid.studio.scene import Scene
 from phasmid.studio.setting import setting_of
 
@@ -197,25 +196,6 @@ def test_links_are_where_the_reports_have_them(standing):
     position, turn = frame["link_position"].reshape(-1, 3), frame["link_orientation"].reshape(-1, 4)
     assert position == pytest.approx(poses[:, :3, 3], abs=1e-6)
     assert turn == pytest.approx(quaternions(poses[:, :3, :3]), abs=1e-6)
-
-
-def test_what_it_is_about_is_told_in_words_that_follow_its_name():
-    # On servos, which give way, it first puts its feet where they belong.
-    live = LiveRobot(field_of("drive").changed(PAPER, "servo"))
-    live.advance(1)
-    assert live.status == "puts its feet in their places"
-    assert set(WORDS) == set(Sequence)
-    live = LiveRobot(PAPER)
-    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
-    live.advance(100)
-    assert live.status == "walks"
-    # With no leg on one side it would tip over to it.
-    live.follow(PAPER, (0.5, 0.0, 0.0), frozenset({1, 2, 3}))
-    live.advance(5)
-    assert live.status == "cannot walk"
-    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
-    live.advance(100)
-    assert live.status == "walks"
 
 
 def test_a_payload_costs_a_robot_on_its_servos_more_power_and_more_per_weight_and_way():

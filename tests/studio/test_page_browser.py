@@ -215,19 +215,6 @@ def test_the_stick_springs_back_and_the_robot_stands(page):
     assert turn.input_value() == "0"
 
 
-def test_a_plan_takes_no_stick_and_says_so(page):
-    window, heard = page
-    window.get_by_label("Walks", exact=True).focus()
-    choose(window, heard, "Walks", "walks", "the plan")
-    # Fields of the plan came beside it; what had the focus has it still.
-    window.get_by_label("Step length of the plan", exact=True).wait_for()
-    assert window.evaluate("document.activeElement.id") == "field-walks"
-    window.locator("#view").focus()
-    window.keyboard.press("w")
-    window.locator("#toast").filter(has_text="without a stick").wait_for()
-    begin_anew(window, heard)
-
-
 def test_time_pauses_steps_and_begins_anew(page):
     window, heard = page
     window.get_by_role("button", name="Pause", exact=True).click()
