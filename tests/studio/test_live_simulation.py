@@ -287,13 +287,15 @@ def test_a_saved_run_is_a_folder_like_any_other(heard, tmp_path):
 
 def test_updates_follow_the_clock_times_the_pace():
     pacing = Pacing()
-    pacing.begin(10.0)
+    pacing.begin(10.0, 0.0)
     pacing.factor = 2.0
-    assert pacing.due(10.033, 0.005) == 13
-    pacing.done(10.04, 0.065, 0.065)
+    assert pacing.due(10.033, 0.0, 0.005) == 13
     # What is left of an update is not lost.
-    assert pacing.due(10.0345, 0.005) == 0
-    assert pacing.due(10.035, 0.005) == 1
+    assert pacing.due(10.0345, 0.065, 0.005) == 0
+    assert pacing.due(10.035, 0.065, 0.005) == 1
+    # A slow machine falls behind, by a tenth of a second at most, and the pace says so.
+    assert pacing.due(11.0, 0.07, 0.005) == 41
+    assert pacing.measured == pytest.approx(0.07 / 0.967)
 
 
 def test_metrics_are_speed_power_and_cost_of_the_last_cycle():

@@ -116,7 +116,7 @@ def names_of(host: str, port: int) -> tuple[str, ...]:
     names = [host]
     if is_loopback(host):
         names += ["localhost"]
-    elif (number := _number_of(host)) is not None and number.is_unspecified:
+    elif _number_of(host).is_unspecified:
         names = ["127.0.0.1", "localhost", socket.gethostname().lower()]
     return tuple(host_header(name, port) for name in names)
 
@@ -144,12 +144,8 @@ def address_of(host: str) -> tuple[socket.AddressFamily, str]:
 
 def is_loopback(host: str) -> bool:
     """Return True if only this machine reaches a host."""
-    number = _number_of(address_of(host)[1])
-    return number is not None and number.is_loopback
+    return _number_of(host).is_loopback
 
 
-def _number_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    try:
-        return ipaddress.ip_address(host)
-    except ValueError:
-        return None
+def _number_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    return ipaddress.ip_address(address_of(host)[1])

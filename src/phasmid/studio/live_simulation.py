@@ -214,17 +214,14 @@ class LiveSimulation:
 
     def _advance(self, now: float) -> None:
         """Advance by the updates that are due, for no longer than a frame's time."""
-        live, pacing = self._robot, self._pacing
+        live = self._robot
         if live.failure is not None:
             return
-        due, part = pacing.due(now, live.period), max(1, round(1 / FRAMES / live.period))
-        while due > 0 and live.failure is None:
-            before = live.now
+        due = self._pacing.due(now, live.now, live.period)
+        part = max(1, round(1 / FRAMES / live.period))
+        while due > 0 and time.monotonic() < now + 1 / FRAMES:
             live.advance(min(due, part))
             due -= part
-            pacing.done(time.monotonic(), live.now, live.now - before)
-            if time.monotonic() >= now + 1 / FRAMES:
-                break
         self._report_events()
 
     def _report_events(self) -> None:
@@ -297,7 +294,7 @@ class LiveSimulation:
         self._lost, self._dead = lost, frozenset()
         self._reset_at, self._sentence = math.inf, ""
         self._needs_frame = True
-        self._pacing.begin(time.monotonic())
+        self._pacing.begin(time.monotonic(), live.now)
         self._send_setting()
         self._send("scene", scene.table)
         # A run and its observations refer to each other, and hold megabytes that Python does not
@@ -341,7 +338,7 @@ class LiveSimulation:
                 self._play(request.how)
             case Pace():
                 self._pacing.factor = request.factor
-                self._pacing.begin(time.monotonic())
+                self._pacing.begin(time.monotonic(), self._robot.now)
             case Push():
                 self._push(request.impulse)
             case Limb():
@@ -399,7 +396,7 @@ class LiveSimulation:
             self._build(self.setting)
             return
         self._playing = how == "play"
-        self._pacing.begin(time.monotonic())
+        self._pacing.begin(time.monotonic(), self._robot.now)
         if how == "step":
             self._robot.advance(1)
             self._report_events()
