@@ -31,6 +31,8 @@ WAYS = {
 """Options that command the drive; one of them is given."""
 
 OPTIONS = {
+    **scenario_options.SCENARIO,
+    **scenario_options.OUT,
     "--policy FILE": "learned policy that controls the robot: an ONNX file, or one that comes with "
     "phasmid; its robot is driven unless --robot names another; default: the locomotion controller",
     "--rate N": Number("updates a second; default: 200", 1, 100_000, RATE, hint="200"),
@@ -67,7 +69,6 @@ def run(options: argparse.Namespace) -> int:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    scenario_options.add_scenario_options(parser)
     declare(parser.add_mutually_exclusive_group(required=True), WAYS)
     parser.add_argument(
         "--fault",

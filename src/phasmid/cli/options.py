@@ -60,7 +60,8 @@ def declare(
     Args:
         parser: The parser, or a group of its options.
         options: Help, help with a default, or a number, by flag and placeholder. A flag without
-            a placeholder is a switch; a placeholder alone is an argument.
+            a placeholder is a switch; a placeholder alone is an argument, in brackets an optional
+            one.
     """
     for name, kind in options.items():
         flag, _, placeholder = name.partition(" ")
@@ -73,7 +74,9 @@ def declare(
         else:
             words = kind
         if not flag.startswith("-"):
-            flag, placeholder = flag.lower(), flag
+            settings |= {"nargs": "?"} if flag.startswith("[") else {}
+            placeholder = flag.strip("[]")
+            flag = placeholder.lower()
         if placeholder:
             settings["metavar"] = placeholder
         else:

@@ -18,32 +18,15 @@ if TYPE_CHECKING:
 PLACES = {"robot", "height_map"}
 """Fields that name a file."""
 
+SCENARIO = {"[SCENARIO]": ("a preset or a file; default: paper", "paper")}
+
+OUT = {
+    "--out DIR": "result folder; default: results/NAME, where NAME has the scenario and the "
+    "options, and a number where a run of that name exists"
+}
+
 TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_model", "package"}
 """Fields whose value is text, also where it looks like a number."""
-
-
-def add_scenario_options(parser: argparse.ArgumentParser) -> None:
-    """Add the scenario and the output."""
-    add_scenario_option(parser)
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        help="result folder; default: results/NAME, where NAME has the scenario and the options, "
-        "and a number where a run of that name exists",
-    )
-
-
-def add_scenario_option(parser: argparse.ArgumentParser) -> None:
-    """Add the scenario."""
-    from phasmid.scenario import scenario_names
-
-    parser.add_argument(
-        "scenario",
-        nargs="?",
-        default="paper",
-        metavar="SCENARIO",
-        help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
-    )
 
 
 def add_field_options(

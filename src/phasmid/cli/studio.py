@@ -16,8 +16,8 @@ from phasmid.cli.doctor import has_display
 from phasmid.cli.options import Number
 from phasmid.cli.progress import announce_compilation
 from phasmid.cli.scenario_options import (
+    SCENARIO,
     add_field_options,
-    add_scenario_option,
     scenario_of,
 )
 from phasmid.errors import InvalidInput, plain
@@ -29,6 +29,7 @@ LONGEST_CLOSE = 3.0
 """Longest time in which the robot closes [s]."""
 
 OPTIONS = {
+    **SCENARIO,
     "--out DIR": ("where runs are kept; default: results", "results"),
     "--port N": Number(
         "of the page; default: 8033, or the next that is free", 0, 65535, is_whole=True, hint="8033"
@@ -44,7 +45,6 @@ OPTIONS = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_scenario_option(parser)
     parser.set_defaults(quiet=False)
     add_field_options(parser)
 

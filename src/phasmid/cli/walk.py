@@ -14,8 +14,9 @@ from phasmid.cli.options import whole_numbers
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.cli.scenario_options import (
+    OUT,
+    SCENARIO,
     add_field_options,
-    add_scenario_options,
     scenario_of,
 )
 from phasmid.errors import plain
@@ -37,6 +38,8 @@ REPORT_OPTIONS = {
 """Options of a report."""
 
 OPTIONS = {
+    **SCENARIO,
+    **OUT,
     "--trajectory FILE": "joint angles to follow instead of a plan: .csv, .npy, .nc or .mcap",
     "--check-time-step": "simulate two cycles at half the time step, and print the difference",
     **REPORT_OPTIONS,
@@ -176,7 +179,6 @@ def print_report(
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_scenario_options(parser)
     parser.add_argument(
         "--trajectory-unit",
         choices=("rad", "deg"),
