@@ -343,6 +343,18 @@ def leaves(table: type[Table]) -> Iterator[tuple[tuple[str, ...], FieldInfo]]:
                 yield (name, *path), leaf
 
 
+def field_help(table: type[Table], name: str) -> str:
+    """Return the description of a field from the docstring of its table; empty if it has none."""
+    lines = [line.strip() for line in (table.__doc__ or "").splitlines()]
+    start = next((i for i, line in enumerate(lines) if line.startswith(f"{name}: ")), len(lines))
+    words = [line.partition(": ")[2] for line in lines[start : start + 1]]
+    for line in lines[start + 1 :]:
+        if not line or line.split(":")[0].isidentifier():
+            break
+        words.append(line)
+    return " ".join(words).replace("``", "")
+
+
 def choices(field: FieldInfo) -> tuple[str, ...]:
     """Return the choices of a field; empty if it has none."""
     # A choice that may be absent is one of a union.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -146,17 +145,6 @@ def test_the_command_prints_all_joints_and_servos(capsys, tmp_path):
     assert figure.read_text(encoding="utf-8").startswith("<?xml")
 
 
-def test_the_command_compares_with_a_full_simulation(capsys):
-    assert main(["advise", "quadruped", "--simulate", "0.2", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["simulation"]["minutes"] == pytest.approx(0.2, abs=1e-3)
-    for values in found["simulation"]["joints"].values():
-        full, advised = values["temperature"]
-        assert full == pytest.approx(advised, abs=0.1)
-    assert main(["advise", "quadruped", "--simulate", "0.1"]) == 0
-    assert "Full simulation of 0.1 min" in capsys.readouterr().out
-
-
 def test_servos_that_do_not_hold_give_status_2(capsys):
     assert main(["advise", "phantomx-ax", "--payload-g", "6000"]) == 2
     captured = capsys.readouterr()
@@ -176,7 +164,6 @@ def test_servos_that_do_not_hold_give_status_2(capsys):
         (["phantomx-ax", "--speed-mm-s", "900"], "another --speed-mm-s, --step-length-mm"),
         (["phantomx-ax", "--servo", "mg996r"], 'try  "MG996R"'),
         (["phantomx-ax", "--battery-mah", "nan"], '--battery-mah is "nan"'),
-        (["phantomx-ax", "--simulate", "1e9"], '--simulate is "1e9"'),
         (["phantomx-ax", "--figure", "advice.txt"], '--figure is "advice.txt"'),
         (["phantomx-ax", "--step-length-mm", "0", "--speed-mm-s", "20"], "step_length is 0"),
     ],

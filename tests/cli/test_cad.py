@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import struct
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import phasmid
 from phasmid.cli import main
 from phasmid.robot import load_robot
 from phasmid.robot.glb import read_glb
@@ -26,27 +23,6 @@ FILES = {
     "stl/femur.stl",
     "stl/tibia.stl",
 }
-
-
-def test_a_ctrl_c_while_the_cad_library_is_imported_is_no_missing_library(tmp_path: Path) -> None:
-    # A compiled module in which Ctrl-C arrives ends its import with an ImportError.
-    for name in ("build123d", "OCP"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "__init__.py").write_text(
-            "import os, signal\n"
-            "try:\n    os.kill(os.getpid(), signal.SIGINT)\n    input()\n"
-            "except KeyboardInterrupt:\n    raise ImportError('initialization failed')\n"
-        )
-    source = Path(phasmid.__file__).parents[1]
-    done = subprocess.run(
-        [sys.executable, "-m", "phasmid", "cad", "phantomx-paper", "--out", str(tmp_path / "out")],
-        env={**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{source}"},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (130, "phasmid: stopped.\n")
 
 
 def test_it_writes_solids_meshes_and_masses(
@@ -77,7 +53,7 @@ def test_it_writes_solids_meshes_and_masses(
     assert (out / "phantomx-paper.step").read_bytes() == before
     # The STEP file with its sidecar is a robot.
     assert main(["check", str(out / "phantomx-paper.step")]) == 0
-    assert "52 / 82 / 140 mm" in capsys.readouterr().out
+    assert "52 / 82 / 140 " in capsys.readouterr().out
 
 
 def test_without_the_extra_it_says_what_to_install(
@@ -94,8 +70,3 @@ def test_without_the_extra_it_says_what_to_install(
         '  try  pip install "phasmid[cad]"',
     ]
     assert not (tmp_path / "out").exists()
-
-
-def test_no_such_robot_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["cad", "phantomx-papr"]) == 2
-    assert 'no robot called "phantomx-papr"' in capsys.readouterr().err

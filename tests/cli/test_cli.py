@@ -3,13 +3,11 @@
 import errno
 import io
 import json
-import math
 import os
 import signal
 import subprocess
 import sys
 import time
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,11 +17,9 @@ from hostile import UNSEEN, hostile_files
 from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
-from phasmid.recording.table import save_csv
-from phasmid.robot import load_robot, load_servo, preset_names, robot_to_toml
+from phasmid.robot import load_robot, robot_to_toml
 from phasmid.scenario import load_scenario, option_keys
 from phasmid.simulation import Run, new_run
-from phasmid.toml import toml_string
 
 
 def answered(capsys, *arguments):
@@ -87,12 +83,6 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
             id="C2-nan",
         ),
         pytest.param(
-            ["walk", "--dt", "-1"], "--dt is -1 s; it must be greater than 0.", id="C2-negative"
-        ),
-        pytest.param(
-            ["walk", "--dt", "-1e-3"], "--dt is -0.001 s; it must be greater than 0.", id="C2-tiny"
-        ),
-        pytest.param(
             ["walk", "--dt", "0"], "--dt is 0 s; it must be greater than 0.", id="C2-zero"
         ),
         pytest.param(
@@ -107,11 +97,6 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
             id="C4",
         ),
         pytest.param(["walk", "--legs", "1,9"], "there is no leg 9; legs are 1 to 6.", id="C8"),
-        pytest.param(
-            ["walk", "--legs", "one"],
-            '--legs is "one"; it must be leg numbers with commas between.\n  try  --legs 1,2,3',
-            id="legs-text",
-        ),
         pytest.param(
             ["walk", "--sensor-seed", "abc"],
             '--sensor-seed is "abc"; it must be a whole number 0 or more and 9.22337e+18 or less.',
@@ -135,16 +120,6 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
             id="G10",
         ),
         pytest.param(
-            ["walk", "--robot", "quadruped", "--gait", "tripod"],
-            'gait "tripod" has no meaning for 4 legs; it is one of 6 legs.\n  try  one of crawl',
-            id="gait-of-other-legs",
-        ),
-        pytest.param(
-            ["walk", "--stance-law", "coxa"],
-            '--stance-law is "coxa"; it must be "straight" or "coxa-only".\n  try  "coxa-only"',
-            id="choice",
-        ),
-        pytest.param(
             ["walk", "--drive", "sevro"],
             '--drive is "sevro"; it must be "prescribed", "ideal-servo", "servo" or "torque".\n'
             '  try  "servo"',
@@ -154,11 +129,6 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
             ["walk", "--edge-x-mm", "300", "400"],
             '--edge-x-mm takes one list; "400" stands apart.\n  try  --edge-x-mm 300,400',
             id="list-apart",
-        ),
-        pytest.param(
-            ["walk", "--edge-x-mm", "[300, 400"],
-            '--edge-x-mm is "[300, 400"; it must be a list.\n  try  --edge-x-mm A,B,...',
-            id="list-torn",
         ),
         pytest.param(
             ["walk", "papper"], 'no scenario called "papper".\n  try  "paper"', id="scenario"
@@ -264,9 +234,7 @@ def test_an_interrupt_after_the_run_keeps_its_log(here, capsys, monkeypatch):
     assert load_recording(here / "a.mcap").attrs["ending"] == "COMPLETED"
 
 
-@pytest.mark.parametrize(
-    "text", ['gait = "{}"', 'terrain = "{}"', '"{}" = 1', "[gait]\n{} = 1", 'robot = "{}"', '"{}']
-)
+@pytest.mark.parametrize("text", ['gait = "{}"', '"{}" = 1'])
 def test_a_message_is_short_however_long_what_it_repeats(here, capsys, text):
     (here / "s.toml").write_text(text.format("x" * 900_000), encoding="utf-8")
     for command in ("walk", "check"):
@@ -323,27 +291,6 @@ def test_a_full_disk_is_status_1_and_says_what_was_saved(here, capsys, monkeypat
         assert load_recording(here / "a.mcap").sizes["time"] == 1024
 
 
-def test_legs_are_chosen_by_name_in_every_file_of_a_run(here):
-    scenario = load_scenario("paper").replace(duration=0.1)
-    new_run(scenario, plan(scenario)).record(here / "a.mcap")
-    assert main(["report", "a.mcap", "--no-figures", "--quiet"]) == 0
-    assert main(["export", "a", "--format", "netcdf", "--out", "b.nc", "--quiet"]) == 0
-    names = load_robot("phantomx-paper").leg_names
-    for name in ("a.mcap", "a", "b.nc"):
-        found = load_recording(here / name)
-        assert found.leg_name.dims == ("leg",)
-        assert tuple(found.leg_name.values) == names
-        # Both coordinates choose the same legs.
-        left = found.joint_torque[:, found.leg_name == "left_rear"]
-        assert left.equals(found.joint_torque.sel(leg=[4]))
-    save_csv(found, here / "b.csv")
-    assert '"joint_torque.left_rear.coxa [N m]"' in (here / "b.csv").read_text("utf-8")
-    some = found.isel(leg=[0, 3])
-    save_recording(some, here / "c.nc")
-    # Six names of two legs name none.
-    assert "leg_name" not in load_recording(here / "c.nc").coords
-
-
 def test_a_replay_says_whether_the_bits_are_the_same(here, capsys):
     assert main(["walk", "--duration", "1", "--out", "a", "--no-figures", "--quiet"]) == 0
     capsys.readouterr()
@@ -375,10 +322,8 @@ def started(here, *arguments):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
-@pytest.mark.parametrize("later", [0.0, 0.03, 0.2])
-def test_a_killed_walk_loses_nothing_that_was_there(here, later):
+def test_a_killed_walk_loses_nothing_that_was_there(here):
     process = started(here, "--duration", "60")
-    time.sleep(later)
     before = (here / "a.mcap").read_bytes()
     process.kill()
     process.communicate()
@@ -393,10 +338,8 @@ def test_a_killed_walk_loses_nothing_that_was_there(here, later):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
-@pytest.mark.parametrize("later", [0.0, 0.03, 0.2])
-def test_an_interrupted_process_ends_in_order(here, later):
+def test_an_interrupted_process_ends_in_order(here):
     process = started(here, "--duration", "60")
-    time.sleep(later)
     process.send_signal(signal.SIGINT)
     _, text = process.communicate()
     assert process.returncode == 130
@@ -405,7 +348,7 @@ def test_an_interrupted_process_ends_in_order(here, later):
     assert load_recording(here / "a.mcap").attrs["ending"] == "STOPPED"
 
 
-@pytest.mark.parametrize("name", [*preset_names(), "paper"])
+@pytest.mark.parametrize("name", ["octopod", "paper"])
 def test_check_says_that_the_presets_are_possible(here, capsys, name):
     assert main(["check", name]) == 0
     assert capsys.readouterr().out.endswith("possible.\n")
@@ -425,47 +368,6 @@ def test_an_interrupt_that_a_library_turns_into_another_error_is_still_one(monke
     before = signal.getsignal(signal.SIGINT)
     assert answered(capsys, "walk") == (130, "phasmid: stopped.\n")
     assert signal.getsignal(signal.SIGINT) is before
-
-
-def test_check_tells_the_tilt_of_a_hip_where_it_has_one(here, capsys):
-    robot = load_robot("phantomx-paper")
-    tilted = replace(robot.legs[0], mount_pitch=math.radians(20))
-    text = robot_to_toml(replace(robot, legs=(tilted, *robot.legs[1:])))
-    (here / "tilted.toml").write_text(text, encoding="utf-8")
-    assert main(["check", "tilted.toml"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    (tilted,) = [line for line in lines if "pitch" in line]
-    assert tilted.startswith("  1 right_front")
-    assert "yaw -45°, pitch 20°, neutral" in tilted
-
-
-def test_check_says_what_a_walk_does_on_its_terrain(here, capsys):
-    # The plane through the feet rises with them; the numbers are the walk's own.
-    (here / "s.toml").write_text('terrain = "slope"\nduration = 4\n', encoding="utf-8")
-    assert main(["check", "s.toml"]) == 0
-    # 160 mm ahead on a slope of 10 degrees: 28.2 mm.
-    assert (
-        "terrain slope, known to the planner: the trunk rises by 28.2 mm, pitches by 10.0° and "
-        "rolls by 0.0° at most\n    0 of "
-    ) in capsys.readouterr().out
-    stairs = '[terrain]\nkind = "stairs"\nplanned_on = "level"\n'
-    (here / "s.toml").write_text(stairs, encoding="utf-8")
-    assert main(["check", "s.toml"]) == 0
-    assert "terrain stairs, which the planner takes for level\n" in capsys.readouterr().out
-    assert main(["check", "paper"]) == 0
-    assert "terrain" not in capsys.readouterr().out
-
-
-def test_check_tells_the_servos_limit_at_the_voltage_of_the_scenario(here, capsys):
-    for voltage in (12.0, 9.0):
-        text = f'[simulation]\ndrive = "servo"\n[servo]\nvoltage = {voltage}\n'
-        (here / "s.toml").write_text(text, encoding="utf-8")
-        assert main(["check", "s.toml"]) == 0
-        limit = load_servo("AX-12A").motor.no_load_speed(voltage)
-        told = f"the servo AX-12A allows {limit:.2f} rad/s at {voltage:g} V\n"
-        assert told in capsys.readouterr().out
-    assert main(["check", "paper"]) == 0
-    assert f"allows {load_servo('AX-12A').no_load_speed:.2f} rad/s\n" in capsys.readouterr().out
 
 
 def test_check_says_why_a_file_is_not(here, capsys):
@@ -496,15 +398,6 @@ def test_importing_and_asking_for_help_load_no_engine(arguments):
         assert f" {heavy}\n" not in code.stderr
 
 
-def test_every_public_name_can_be_imported():
-    import phasmid
-
-    for name in phasmid.__all__:
-        assert getattr(phasmid, name) is not None
-    with pytest.raises(AttributeError):
-        phasmid.nothing  # noqa: B018
-
-
 def test_fields_that_do_nothing_are_noted(here, capsys):
     arguments = ["walk", "--punch", "9", "--duration", "0.1", "--no-figures"]
     note = 'punch has no effect with drive "prescribed".'
@@ -515,21 +408,6 @@ def test_fields_that_do_nothing_are_noted(here, capsys):
     assert answered(capsys, "check", "a/scenario.toml") == (0, f"phasmid: note: {note}\n")
 
 
-def test_a_name_that_is_given_is_the_folders(here):
-    arguments = ["walk", "--name", "mine", "--duration", "0.1", "--no-figures", "--quiet"]
-    assert main([*arguments, "--gait", "wave"]) == 0
-    assert [p.name for p in (here / "results").iterdir()] == ["mine"]
-
-
-def test_one_option_chooses_the_terrain(here):
-    # --terrain names the kind; other options of the terrain go with it, and the folder keeps both.
-    arguments = ["walk", "--terrain", "step", "--rise-mm", "25", "--duration", "0.1"]
-    assert main([*arguments, "--planned-on", "level", "--no-figures", "--quiet"]) == 0
-    (folder,) = (here / "results").iterdir()
-    table = load_scenario(folder / "scenario.toml").terrain
-    assert (table.kind, table.rise, table.friction) == ("step", 0.025, 0.7)
-
-
 def test_lists_of_the_terrain_are_written_with_commas(here):
     arguments = ["walk", "--terrain", "steps", "--edge-x-mm", "400,500", "--edge-z-mm=-10,0"]
     arguments += ["--patches", "0,1,-1,1,0.5;0.5,1,-1,1,0.2", "--duration", "0.1"]
@@ -538,28 +416,6 @@ def test_lists_of_the_terrain_are_written_with_commas(here):
     table = load_scenario(folder / "scenario.toml").terrain
     assert (table.edge_x, table.edge_z) == ((0.4, 0.5), (-0.01, 0.0))
     assert table.patches == ((0.0, 1.0, -1.0, 1.0, 0.5), (0.5, 1.0, -1.0, 1.0, 0.2))
-
-
-def test_lists_may_be_written_as_in_a_file(here):
-    arguments = ["walk", "--patches", "[[0.3, 0.6, -1, 1, 0.1]]", "--compliance-slope", "64,32"]
-    arguments += ["--compliance-margin", "[1, 2]", "--drive", "servo", "--duration", "0.1"]
-    arguments += ["--terrain", "steps", "--edge-x-mm", "[300,400]", "--edge-z-mm", "-10,0"]
-    arguments += ["--planned-on", "level", "--out", "a", "--no-figures", "--quiet"]
-    assert main(arguments) == 0
-    scenario = load_scenario(here / "a/scenario.toml")
-    assert scenario.terrain.patches == ((0.3, 0.6, -1.0, 1.0, 0.1),)
-    assert (scenario.terrain.edge_x, scenario.terrain.edge_z) == ((0.3, 0.4), (-0.01, 0.0))
-    assert scenario.servo.compliance_slope == (64.0, 32.0)
-    assert scenario.servo.compliance_margin == (1.0, 2.0)
-
-
-def test_help_shows_how_lists_are_written(capsys):
-    with pytest.raises(SystemExit):
-        main(["walk", "--help"])
-    text = " ".join(capsys.readouterr().out.split())
-    assert "--edge-x-mm A,B,..." in text
-    assert "--compliance-slope A,B" in text
-    assert "--patches A,B,C,D,E;..." in text
 
 
 @pytest.mark.parametrize("place", [".", "..", "/", "a/.."])
@@ -646,10 +502,3 @@ def test_hostile_names_drive_no_terminal_W11(here, capsys):
         told = capsys.readouterr()
         assert told.out + told.err
         assert not set(UNSEEN) & set(told.out + told.err), arguments
-
-
-@pytest.mark.parametrize("name", ["a\u202eb", "a\x9bb", "a\U000e0041b", "歩く é"])
-def test_letters_that_cannot_be_seen_are_written_by_their_numbers(name):
-    written = toml_string(name)
-    assert written.isprintable()
-    assert tomllib.loads(f"name = {written}") == {"name": name}

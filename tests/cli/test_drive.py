@@ -1,12 +1,10 @@
 """``phasmid drive`` drives, records and refuses as ``phasmid walk`` does."""
 
 import json
-from contextlib import contextmanager
 
 import pytest
 
-from phasmid.cli import compiling, main
-from phasmid.scenario import load_scenario
+from phasmid.cli import main
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")
 
@@ -73,11 +71,11 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
     [
         (
             [],
-            "no command is given; it must be one of --velocity, --commands, --waypoints.",
+            "one of the arguments --velocity --commands --waypoints is required.",
         ),
         (
             ["--velocity", "0,0,0", "--waypoints", "1,0"],
-            "--velocity and --waypoints exclude each other; it must be one of",
+            "argument --waypoints: not allowed with argument --velocity.",
         ),
         (
             ["--velocity", "0.1,0"],
@@ -90,7 +88,7 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
         (
             ["--velocity", "50,0,0"],
             "--velocity: ahead is 50 m/s; it must be 10 or less.\n"
-            "  try  --velocity 0.05,0,0 (in m/s and rad/s)",
+            "  try  --velocity 0.05,0,0.1 (in m/s and rad/s)",
         ),
         (["--velocity", "nan,0,0"], "--velocity: ahead is nan; it must be a finite number."),
         (["--velocity", ""], '--velocity has ""; it must be 3 numbers with commas between.'),
@@ -100,8 +98,7 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
             "--waypoints 1: x is 20000 m; it must be -10000 or more and 10000 or less.",
         ),
         (["--waypoints", ";"], "the script has no command and no waypoint"),
-        (["--velocity", "0,0,0", "--rate", "9" * 400], "rate is inf; it must be a finite number"),
-        (["--velocity", "0,0,0", "--rate", "x"], '--rate is "x"; it must be a number.'),
+        (["--velocity", "0,0,0", "--rate", "x"], '--rate is "x"; it must be a number from'),
         (["--velocity", "0,0,0", "--rate", "300"], "rate is 300 updates a second"),
         (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must be what fails'),
         (["--commands", "absent.toml"], "absent.toml does not exist."),
@@ -116,32 +113,11 @@ def test_what_cannot_be_driven_is_refused_in_one_sentence(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("is_cold", [True, False])
-def test_the_studio_announces_the_compiler_where_it_takes_time(is_cold, monkeypatch, capsys):
-    monkeypatch.setattr("phasmid.control.compilation.are_compiled", lambda: not is_cold)
-    compiling.announce_compilation()
-    told = capsys.readouterr().err
-    assert told.startswith("phasmid: compiling the controller") == is_cold
-    assert bool(told) == is_cold
-
-
-def test_a_drive_shows_how_far_the_compiler_is(tmp_path, monkeypatch, capsys):
+def test_a_first_drive_announces_the_compiler_once(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("phasmid.control.compilation.are_compiled", lambda: False)
-    monkeypatch.setattr(compiling, "POLL", 0.001)
     drive = ["drive", "--velocity", "0,0,0", "--duration", "0.1", "--no-figures"]
     assert main([*drive, "--out", str(tmp_path / "run")]) == 0
-    # A line where nothing is a terminal, once for the drive.
-    assert capsys.readouterr().err == f"phasmid: {compiling.NOTICE}\n"
-    seen = []
-
-    @contextmanager
-    def bar(what, total, **options):
-        yield lambda done: seen.append((what, done, total))
-
-    monkeypatch.setattr(compiling, "progress_bar", bar)
-    scenario = load_scenario("paper")
-    compiling.compile_controller(scenario, rate=200, quiet=False)
-    assert set(seen) == {("compiling", 5, 5)}
-    seen.clear()
-    compiling.compile_controller(scenario, rate=200, quiet=True)
-    assert seen == []
+    notice = "compiling the controller, once for this machine: less than a minute"
+    assert capsys.readouterr().err == f"phasmid: {notice}\n"
+    assert main([*drive, "--out", str(tmp_path / "quiet"), "--quiet"]) == 0
+    assert capsys.readouterr().err == ""

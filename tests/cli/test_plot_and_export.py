@@ -1,13 +1,11 @@
 """``phasmid plot`` and ``phasmid export``: what they write, and what they answer to mistakes."""
 
 import csv
-import os
 import shutil
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from phasmid import export, load_recording, load_scenario, plan, save_recording, simulate
 from phasmid.cli import main
@@ -56,24 +54,6 @@ def test_plot_writes_what_is_asked_where_it_is_asked(here, capsys):
     assert (here / "figs/power.pdf").read_bytes().startswith(b"%PDF")
 
 
-@pytest.mark.parametrize("width", [85, 175])
-def test_plot_draws_figures_of_a_width_and_resolution_without_title(here, width):
-    command = ["plot", "b.nc", "fig12", "walk", "--format", "png,svg", "--out", "figs", "--quiet"]
-    assert main([*command, "--width-mm", str(width), "--dpi", "300", "--no-title"]) == 0
-    for name in ("fig12", "walk"):
-        with Image.open(here / f"figs/{name}.png") as picture:
-            # A pixel is lost where the width is no whole number of pixels.
-            assert abs(picture.width - width / 25.4 * 300) <= 1
-            assert picture.info["dpi"] == pytest.approx((300, 300), abs=0.01)
-        root = ET.parse(here / f"figs/{name}.svg").getroot()
-        assert float(root.get("width").removesuffix("pt")) == pytest.approx(72 * width / 25.4)
-    text = "".join(root.itertext())
-    assert "phantomx-paper" not in text
-    text = "".join(ET.parse(here / "figs/fig12.svg").getroot().itertext())
-    assert "Joint angles of legs" not in text
-    assert "phantomx-paper" not in text
-
-
 def test_plot_of_several_runs_names_them_and_their_folder(here):
     command = ["plot", "results/a", "b.nc", "normal-force", "--legs", "1", "--quiet"]
     assert main(command) == 0
@@ -106,15 +86,6 @@ def test_all_draws_what_the_recording_has_the_channels_for(here, run, monkeypatc
     assert drawn == [name for name in CATALOGUE if name not in lacking]
 
 
-def test_plot_lists_every_figure_with_a_sentence(capsys):
-    assert main(["plot", "--list"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == list(CATALOGUE)
-    for line, kind in zip(lines, CATALOGUE.values(), strict=True):
-        assert line.endswith(kind.sentence)
-        assert kind.sentence.endswith(".")
-
-
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
@@ -122,22 +93,15 @@ def test_plot_lists_every_figure_with_a_sentence(capsys):
             ["results/a", "gait-digram"], 'no figure "gait-digram".\n  try  gait-diagram', id="name"
         ),
         pytest.param(
-            ["results/a", "zzz"], 'no figure "zzz".\n  try  phasmid plot --list', id="no-name"
-        ),
-        pytest.param(
             ["results/b", "power"],
             "recording results/b does not exist.\n  try  phasmid walk",
             id="recording",
-        ),
-        pytest.param(
-            ["c.nc", "power"], "recording c.nc does not exist.\n  try  phasmid walk", id="file"
         ),
         pytest.param(
             ["results", "power"], "results is a folder without a recording.nc.", id="folder"
         ),
         pytest.param(["b.nc"], "no figure is named.", id="no-figure"),
         pytest.param(["power"], "no recording is named.", id="no-recording"),
-        pytest.param([], "no recording is named.", id="nothing"),
         pytest.param(
             ["b.nc", "power", "--format", "pgn"], 'no format "pgn".\n  try  png', id="format"
         ),
@@ -261,7 +225,7 @@ def test_export_to_mcap_names_the_legs(here, run):
         ),
         pytest.param(
             ["b.nc", "--rate", "-1"],
-            '--rate is "-1"; it must be a finite number greater than 0.',
+            '--rate is "-1"; it must be a number from 0.001 to 1e+06.',
             id="rate",
         ),
         pytest.param(
@@ -302,25 +266,3 @@ def test_an_exported_walk_is_a_trajectory(here):
     first, again = (load_recording(here / name).joint_position_target for name in "ab")
     # Splines go through the angles of each sample: bit by bit but for their own rounding.
     np.testing.assert_allclose(again, first, rtol=0, atol=1e-14)
-
-
-@pytest.mark.parametrize("ending", [".csv", ".nc"])
-def test_of_two_exports_to_one_file_the_first_is_kept(here, capsys, monkeypatch, ending):
-    assert main(["walk", "--duration", "0.1", "--out", "a", "--no-figures", "--quiet"]) == 0
-    target, synced = here / f"x{ending}", os.fsync
-
-    def another_is_faster(handle):
-        target.write_bytes(b"first")
-        synced(handle)
-
-    monkeypatch.setattr(os, "fsync", another_is_faster)
-    assert main(["export", "a", "--out", target.name]) == 2
-    hint = "--force, or another --out FILE"
-    assert capsys.readouterr().err == (
-        f"phasmid: {target.name} exists; nothing was written.\n  try  {hint}\n"
-    )
-    assert target.read_bytes() == b"first"
-    assert not [path.name for path in here.iterdir() if "partial" in path.name]
-    monkeypatch.setattr(os, "fsync", synced)
-    assert main(["export", "a", "--out", target.name, "--force"]) == 0
-    assert target.read_bytes() != b"first"

@@ -8,7 +8,6 @@ import pytest
 
 import phasmid
 from phasmid.cli import main
-from phasmid.formats import ROBOT_SUFFIXES
 from phasmid.robot import robot_to_toml
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
@@ -109,15 +108,6 @@ def test_convert_replaces_nothing_unasked(here, capsys):
     assert answered(capsys, "convert", "phantomx-paper", "mine.urdf", "--force")[0] == 0
 
 
-def test_convert_knows_a_format_by_its_ending(here, capsys):
-    status, _, err = answered(capsys, "convert", "phantomx-paper", "mine.obj")
-    assert status == 2
-    assert err == (
-        "phasmid: mine.obj does not end as a robot file does.\n"
-        f"  try  one of {', '.join(ROBOT_SUFFIXES)}\n"
-    )
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -143,13 +133,6 @@ def test_options_of_reading_are_refused_where_nothing_is_read_so(capsys):
     assert answered(capsys, "check", "phantomx-paper", "--strict")[0] == 0
 
 
-def test_a_missing_file_gets_a_sentence(here, capsys):
-    for name in ("none.urdf", "none.xml", "none.toml"):
-        status, _, err = answered(capsys, "check", name)
-        assert status == 2
-        assert f"{name} does not exist." in err
-
-
 @pytest.mark.parametrize("command", [["check"], ["walk", "--robot"], ["convert"]])
 def test_files_that_another_program_must_turn_into_a_robot_are_told(here, capsys, command):
     for name, hint in (
@@ -163,60 +146,6 @@ def test_files_that_another_program_must_turn_into_a_robot_are_told(here, capsys
         assert status == 2
         assert err.startswith(f"phasmid: {name} is a")
         assert err.endswith(f"  try  {hint}\n")
-
-
-def test_a_robot_whose_first_walk_needs_other_settings_gets_no_empty_command(here, capsys):
-    """A scale of 1/3: strides of 40 mm are too long for these legs."""
-    Path("small.toml").write_text(SMALL, encoding="utf-8")
-    status, out, _ = answered(capsys, "check", "small.toml")
-    assert status == 0
-    assert "the paper's walk: it needs other settings: " in out
-    assert "try phasmid walk \n" not in out
-
-
-SMALL = """\
-name = "small"
-servo = "AX-12A"
-leg_count = 4
-[body]
-size_mm = [80, 60, 20]
-mass_g = 100
-[leg]
-coxa_mm = 15
-femur_mm = 22
-tibia_mm = 40
-neutral_foot_mm = [45, 0, -30]
-links.coxa.mass_g = 10
-links.femur.mass_g = 15
-links.tibia.mass_g = 10
-joint_limits = { coxa_deg = [-20, 20], femur_deg = [-90, 90], tibia_deg = [-150, 0] }
-[legs.right_front]
-mount_mm = [40, -30, 0]
-yaw_deg = -45
-[legs.right_rear]
-mount_mm = [-40, -30, 0]
-yaw_deg = -135
-[legs.left_rear]
-mount_mm = [-40, 30, 0]
-yaw_deg = 135
-[legs.left_front]
-mount_mm = [40, 30, 0]
-yaw_deg = 45
-"""
-"""A robot file whose legs are a third of a PhantomX's."""
-
-
-def test_a_scenario_reads_its_robot_as_it_says(here):
-    robot = phasmid.load_robot("phantomx-paper")
-    phasmid.save_robot(robot, "mine.urdf")
-    Path("walk.toml").write_text(
-        'name = "mine"\nrobot = "mine.urdf"\n[robot_import]\ntotal_mass_g = 3000\n',
-        encoding="utf-8",
-    )
-    scenario = phasmid.load_scenario("walk.toml")
-    assert scenario.load_robot().mass == pytest.approx(3.0, rel=1e-12)
-    with pytest.raises(phasmid.InvalidInput, match="must be loaded before it is used here"):
-        scenario.replace(robot="mine.urdf").load_robot()
 
 
 def test_a_kits_lengths_and_masses_make_a_robot(here):

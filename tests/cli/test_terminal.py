@@ -1,4 +1,4 @@
-"""Each command once in terminals of several widths, once in a pipe, once with nobody to read."""
+"""Each command once in a terminal of 80 columns, once in a pipe, once with nobody to read."""
 
 import os
 import re
@@ -114,26 +114,22 @@ def streams(monkeypatch, write, read):
 
 
 @pytest.mark.parametrize(
-    ("command", "columns", "change"),
+    ("command", "change"),
     [
-        *[(command, 80, {}) for command in COMMANDS],
-        *[(command, 40, {"NO_COLOR": "1"}) for command in COMMANDS if command != "walk"],
-        ("walk", 200, {}),
-        ("walk", 40, {}),
-        ("walk", 80, {"NO_COLOR": "1"}),
-        ("drive", 200, {"TERM": None}),
-        ("paper", 200, {"TERM": None}),
-        ("verify", 200, {"TERM": None}),
-        ("walk", 80, {"COLUMNS": "0"}),
-        ("verify", 80, {"COLUMNS": "²"}),
+        *[(command, {}) for command in COMMANDS],
+        ("walk", {"NO_COLOR": "1"}),
+        ("verify", {"NO_COLOR": "1"}),
+        ("paper", {"TERM": None}),
+        ("walk", {"COLUMNS": "0"}),
+        ("verify", {"COLUMNS": "²"}),
     ],
 )
-def test_every_command_ends_well_on_a_terminal(command, columns, change, here, monkeypatch):
+def test_every_command_ends_well_on_a_terminal(command, change, here, monkeypatch):
     pty, fcntl = pytest.importorskip("pty"), pytest.importorskip("fcntl")
     import termios
 
     read, write = pty.openpty()
-    fcntl.ioctl(write, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
+    fcntl.ioctl(write, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 80, 0, 0))
     for name, value in change.items():
         monkeypatch.delenv(name) if value is None else monkeypatch.setenv(name, value)
     with streams(monkeypatch, write, read) as text:

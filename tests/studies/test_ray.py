@@ -1,12 +1,12 @@
 """Studies on a local Ray of two workers."""
 
 import pickle
+from concurrent.futures import Future
 
 import pytest
 
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.studies import study
-from phasmid.studies.executor import Done
 from phasmid.studies.runs import Run, numbered
 
 pytest.importorskip("ray", reason="Ray is not installed")
@@ -52,8 +52,10 @@ def test_a_worker_of_another_version_is_refused(tmp_path):
     assert found.startswith("a worker has mujoco ")
     assert found.endswith("; the study is made with mujoco 1.0.")
     executor = ray_executor.RayExecutor(None, tmp_path, 1, lambda _: True, "local")
+    future = Future()
+    future.set_result(found)
     with pytest.raises(OutputError, match="a worker has mujoco"):
-        executor._finish(found)
+        executor._result(future)
 
 
 def test_a_task_is_less_than_ten_kilobytes():
@@ -69,10 +71,3 @@ def test_a_task_is_less_than_ten_kilobytes():
 def test_an_address_at_which_nobody_answers_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match=r"no Ray cluster answers at 127\.0\.0\.1:1: "):
         study(GRID, out=tmp_path / "out", ray="127.0.0.1:1")
-
-
-def test_tasks_count_their_failures():
-    from phasmid.studies.executor import done
-
-    rows = [{"status": "done", "error": ""}, {"status": "failed", "error": "no"}]
-    assert done(rows, 2.0) == Done(2, ["no"], 2.0)

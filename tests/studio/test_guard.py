@@ -2,7 +2,6 @@
 
 import logging
 import sys
-import threading
 
 import pytest
 from websockets.exceptions import InvalidStatus
@@ -45,12 +44,6 @@ def test_the_page_is_served_with_a_policy_that_admits_nothing_foreign(studio):
     assert "server" not in page.headers
 
 
-def test_refusals_carry_the_same_headers(studio):
-    for answer in (studio.get("/", cookie="a=b"), studio.get("/nowhere")):
-        assert answer.headers["x-content-type-options"] == "nosniff"
-        assert answer.headers["cache-control"] == "no-store"
-
-
 def test_the_address_with_the_token_lets_a_browser_in(studio):
     first = studio.get(f"/?token={TOKEN}", cookie="")
     assert (first.status, first.headers["location"]) == (303, "/")
@@ -62,7 +55,9 @@ def test_the_address_with_the_token_lets_a_browser_in(studio):
     assert studio.server.address == f"http://127.0.0.1:{studio.port}/?token={TOKEN}"
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", "null", "", "https://{host}", "{host}"])
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "http://127.0.0.1:1", "null", "", "https://{host}"]
+)
 def test_a_websocket_of_another_page_is_refused_with_one_line(studio, told, origin):
     given = origin.format(host=studio.host)
     with pytest.raises(InvalidStatus) as refused, studio.open(origin=given):
@@ -78,13 +73,6 @@ def test_an_origin_that_drives_a_terminal_does_not_reach_it(studio, told):
     assert studio.get("/", Origin="http://\x9b31m.example").status == 403
     assert "\x9b" not in told.text
     assert "�" in told.text
-
-
-def test_a_page_of_another_port_is_another_page(studio):
-    origin = f"http://127.0.0.1:{studio.port + 1}"
-    assert studio.get("/", Origin=origin).status == 403
-    with pytest.raises(InvalidStatus, match="403"), studio.open(origin=origin):
-        pass
 
 
 @pytest.mark.parametrize(
@@ -109,16 +97,6 @@ def test_another_host_is_refused(studio, told, host):
     assert len(told.records) == 1
 
 
-def test_a_host_stands_once(studio):
-    # The library refuses two; none reaches the page.
-    assert studio.get("/", host=[]).status in (400, 403)
-    assert studio.get("/", host=[studio.host, "evil.example"]).status in (400, 403)
-
-
-def test_the_machine_may_be_called_localhost(studio):
-    assert studio.get("/", host=f"localhost:{studio.port}").status == 200
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has all of 127.0.0.0/8")
 @pytest.mark.parametrize(
     ("host", "status"),
@@ -137,9 +115,7 @@ def test_without_the_token_there_is_nothing(studio, path, cookie):
     answer = studio.get(path, cookie=cookie.format(port=studio.port, token=TOKEN))
     assert answer.status == 401
     assert answer.text == "open the address that phasmid studio printed: it carries the token."
-
-
-def test_without_the_token_there_is_no_websocket(studio):
+    assert answer.headers["x-content-type-options"] == "nosniff"
     with pytest.raises(InvalidStatus, match="401"), studio.open(cookie="a=b"):
         pass
 
@@ -177,17 +153,6 @@ def test_only_what_stands_in_the_table_is_found(studio, path):
     assert studio.get(path).status == 404
 
 
-def test_no_method_changes_anything(studio):
-    for method in ("POST", "PUT", "DELETE", "OPTIONS"):
-        assert studio.get("/", method=method).status == 405
-    assert studio.get("/", method="HEAD").body == b""
-
-
-def test_an_unknown_recording_is_named(studio):
-    answer = studio.get("/runs/r-7f3a/report.html")
-    assert (answer.status, answer.text) == (404, "no recording r-7f3a.")
-
-
 def test_a_recording_is_read_from_its_folder_and_from_nowhere_else(tmp_path):
     # Larger than all buffers on its way, so that it is sent in parts.
     content = bytes(range(256)) * 20_000
@@ -206,6 +171,8 @@ def test_a_recording_is_read_from_its_folder_and_from_nowhere_else(tmp_path):
         assert rules[0] == "sandbox allow-scripts allow-downloads"
         assert not [rule for rule in rules if rule.startswith("connect-src")]
         assert studio.get("/runs/r-1/secret.txt").status == 404
+        unknown = studio.get("/runs/r-7f3a/report.html")
+        assert (unknown.status, unknown.text) == (404, "no recording r-7f3a.")
         absent = studio.get("/runs/r-1/summary.json")
         assert (absent.status, absent.text) == (404, "recording r-1 has no such file.")
 
@@ -223,17 +190,3 @@ def test_a_mistake_of_ours_is_reported_without_its_detail(tmp_path, caplog, leve
     [record] = [one for one in caplog.records if one.name == "phasmid.studio"]
     # The traceback is for --debug.
     assert bool(record.exc_info) is (level == logging.DEBUG)
-
-
-def test_many_at_once_are_all_answered(studio):
-    answers = []
-
-    def ask():
-        answers.append(studio.get("/assets/studio.js").status)
-
-    asking = [threading.Thread(target=ask) for _ in range(40)]
-    for one in asking:
-        one.start()
-    for one in asking:
-        one.join(20)
-    assert answers == 40 * [200]

@@ -8,13 +8,13 @@ import pytest
 
 from phasmid import load_scenario
 from phasmid.control import SafetyFilter
-from phasmid.control.sequences import Stage as Sequence
 from phasmid.dynamics import BodyMotion
 from phasmid.dynamics.floating_base import momentum
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
+from phasmid.reporting.webpage.replay import surroundings
 from phasmid.studio.fields import field_of
-from phasmid.studio.live import WORDS, LiveRobot
+from phasmid.studio.live import LiveRobot
 from phasmid.studio.scene import Scene
 from phasmid.studio.setting import setting_of
 
@@ -66,20 +66,6 @@ def test_a_push_gives_the_robot_its_impulse(drive):
     assert not run.data.xfrc_applied.any()
 
 
-def test_pushes_add_up_and_end_each_at_its_time():
-    # Prescribed joints: the trunk keeps its heading to 1e-5.
-    live = LiveRobot(field_of("drive").changed(PAPER, "prescribed"))
-    run, trunk = live.run, live.run.data.body("trunk").id
-    run.push((1.0, 0.0, 0.0), 0.01)
-    run.push((0.0, 2.0, 0.0), 0.02)
-    live.advance(1)
-    assert run.data.xfrc_applied[trunk, :3] == pytest.approx([100.0, 100.0, 0.0], abs=1e-3)
-    live.advance(2)
-    assert run.data.xfrc_applied[trunk, :3] == pytest.approx([0.0, 100.0, 0.0], abs=1e-3)
-    live.advance(2)
-    assert not run.data.xfrc_applied.any()
-
-
 def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows():
     setting = setting_of(load_scenario("paper").replace(duration=0.1))
     live = LiveRobot(setting)
@@ -98,7 +84,7 @@ def test_a_run_without_an_end_outlives_its_scenario_and_keeps_no_list_that_grows
     assert not controller.controller.events
     assert not controller.controller.walker.events
     assert "time" not in vars(run), "times of samples that never end"
-    assert len(live._metrics._marks) <= 62
+    assert len(live._marks) <= 62
 
 
 def test_a_learned_policy_walks_by_the_stick():
@@ -118,29 +104,6 @@ def test_a_learned_policy_walks_by_the_stick():
     quadruped = field_of("robot").changed(setting, "quadruped")
     with pytest.raises(InvalidInput, match="the policy takes 65 observations"):
         LiveRobot(quadruped)
-
-
-def test_what_the_controller_says_is_told_once():
-    live = LiveRobot(PAPER)
-    fast = field_of("period").changed(PAPER, 0.35)
-    live.follow(fast, (1.0, 0.0, 1.0), NO_LEGS)
-    told = []
-    for _ in range(40):
-        live.advance(5)
-        told += live.take_events()
-    assert len(told) == len(set(told))
-    assert live.take_events() == []
-
-
-def test_a_robot_that_starts_on_fewer_legs_says_so_without_infinite_numbers():
-    # The tripod of legs 1, 3, 5 has two feet left until the gait of five legs begins.
-    setting = setting_of(load_scenario("paper").replace(robot="phantomx-mk4"))
-    live = LiveRobot(setting)
-    live.follow(setting, (0.5, 0.0, 0.0), frozenset({5}))
-    live.advance(20)
-    told = " ".join(sentence for _, sentence in live.take_events())
-    assert "fewer than 3 feet stand" in told
-    assert "inf" not in told
 
 
 def test_a_share_of_the_stick_is_that_share_of_what_is_possible():
@@ -174,28 +137,6 @@ def test_the_plan_is_played_as_it_was_planned():
     assert live.failure is None
     assert live.sample["qpos"][0, 0] == pytest.approx(0.08, abs=1e-3)
     assert live.ends_at == math.inf
-
-
-def test_a_gait_that_cannot_be_is_refused_and_the_robot_goes_on():
-    live = LiveRobot(PAPER)
-    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
-    before = live.command
-    octopod = field_of("robot").changed(PAPER, "octopod")
-    with pytest.raises(InvalidInput):
-        live.follow(octopod, (0.5, 0.0, 0.0), NO_LEGS)
-    assert live.command is before
-    live.advance(10)
-    assert live.failure is None
-
-
-def test_a_servo_that_is_let_die_is_limp():
-    live = LiveRobot(field_of("drive").changed(PAPER, "ideal-servo"))
-    live.advance(2)
-    live.run.fail_servo(3, 2)
-    live.advance(40)
-    torque = live.sample["torque"][0].reshape(6, 3)
-    assert torque[3, 2] == 0.0
-    assert np.abs(torque).max() > 0.1
 
 
 @pytest.fixture(scope="module")
@@ -257,65 +198,6 @@ def test_links_are_where_the_reports_have_them(standing):
     assert turn == pytest.approx(quaternions(poses[:, :3, :3]), abs=1e-6)
 
 
-def test_a_made_up_robot_has_feet_that_are_drawn_at_its_tibias_ends():
-    from dataclasses import replace
-
-    from phasmid.reporting.robot_mesh import link_poses, mesh_pieces
-
-    bare = replace(PAPER.base, appearance=None)
-    live = LiveRobot(setting_of(PAPER.scenario.replace(robot=bare)))
-    scene = Scene(live, 1)
-    places = mesh_pieces(bare).links
-    assert any(frame == 3 for _, frame in places)
-    q = live.sample["qpos"][0, 7:].reshape(6, 3)
-    poses = link_poses(bare, q[None], places)[0]
-    at, turned = scene._links(q)
-    assert at == pytest.approx(poses[:, :3, 3], abs=1e-12)
-    assert turned == pytest.approx(poses[:, :3, :3], abs=1e-12)
-
-
-def test_the_scene_has_the_keys_of_a_replay(standing):
-    told = Scene(standing, 3).table
-    keys = {"meshes", "pieces", "ground", "level", "legs", "knees", "weight", "span", "trail"}
-    keys |= {"force_length", "force_colour", "names", "friction", "torque_limit", "links"}
-    assert told.keys() == keys | {"layout", "number", "gait", "patches"}
-    assert told["number"] == 3
-    assert told["level"] == 0.0
-    assert told["gait"] == {"duty": 0.5, "offsets": [0.0, 0.5, 0.0, 0.5, 0.0, 0.5]}
-    assert np.shape(told["torque_limit"]) == (6, 3)
-
-
-def test_uneven_ground_goes_with_the_robot():
-    live = LiveRobot(field_of("terrain").changed(PAPER, "waves"))
-    scene = Scene(live, 1)
-    ground = scene.table["ground"]
-    assert ground is not None
-    assert not scene.follow_ground(live)
-    live.sample["qpos"][0, 0] += 1.5
-    assert scene.follow_ground(live)
-    assert scene.table["ground"] != ground
-    assert not scene.follow_ground(live)
-
-
-def test_what_it_is_about_is_told_in_words_that_follow_its_name():
-    # On servos, which give way, it first puts its feet where they belong.
-    live = LiveRobot(field_of("drive").changed(PAPER, "servo"))
-    live.advance(1)
-    assert live.status == "puts its feet in their places"
-    assert set(WORDS) == set(Sequence)
-    live = LiveRobot(PAPER)
-    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
-    live.advance(100)
-    assert live.status == "walks"
-    # With no leg on one side it would tip over to it.
-    live.follow(PAPER, (0.5, 0.0, 0.0), frozenset({1, 2, 3}))
-    live.advance(5)
-    assert live.status == "cannot walk"
-    live.follow(PAPER, (0.5, 0.0, 0.0), NO_LEGS)
-    live.advance(100)
-    assert live.status == "walks"
-
-
 def test_a_payload_costs_a_robot_on_its_servos_more_power_and_more_per_weight_and_way():
     # Servos that hold a load draw current without any mechanical work. Three cycles of 2 s.
     costs = []
@@ -329,3 +211,16 @@ def test_a_payload_costs_a_robot_on_its_servos_more_power_and_more_per_weight_an
     assert costs[1].power > 2 * costs[0].power
     # Mechanical work per weight and way stays within some per cent.
     assert costs[1].cost_of_transport > 1.3 * costs[0].cost_of_transport
+
+
+def test_patches_are_told_with_their_friction_over_that_of_the_ground():
+    patches = ((0.3, 0.6, -1.0, 1.0, 0.14), (0.5, 0.7, 0.0, 0.2, 1.4))
+    scenario = load_scenario("paper").replace(friction=0.7, patches=patches, terrain_yaw=0.5)
+    ground = scenario.load_terrain()
+    told = surroundings(ground, np.zeros(2), 2.0)["patches"]
+    assert told["each"] == [[0.3, 0.6, -1.0, 1.0, 0.2], [0.5, 0.7, 0.0, 0.2, 2.0]]
+    assert (told["box"], told["yaw"]) == ([0.3, 0.7, -1.0, 1.0], 0.5)
+    # Far away there is none to draw.
+    assert surroundings(ground, np.array([9.0, 0.0]), 2.0)["patches"] is None
+    plain = load_scenario("paper").load_terrain()
+    assert surroundings(plain, np.zeros(2), 2.0)["patches"] is None

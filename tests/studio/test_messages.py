@@ -38,7 +38,7 @@ def refused(text):
         ({"do": "push", "impulse": [0, 1.5, 0]}, Push(impulse=(0.0, 1.5, 0.0))),
         ({"do": "limb", "leg": 3, "how": "lose"}, Limb(leg=3, how="lose")),
         ({"do": "record", "on": False}, Record(on=False)),
-        ({"do": "keep", "what": "scenario"}, Keep()),
+        ({"do": "keep"}, Keep()),
         (
             {"do": "load", "what": "robot", "name": "<script>.toml", "content": "aGk="},
             Load(what="robot", name="<script>.toml", content=b"hi"),

@@ -28,13 +28,3 @@ def test_its_scripts_never_read_text_as_a_page():
     forbidden = r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function"
     for name, text in page_files().items():
         assert not re.search(forbidden, text), name
-
-
-def test_every_control_of_the_page_has_a_label(page):
-    inputs = re.findall(r"<(?:input|select)[^>]*>", page)
-    for tag in inputs:
-        own = re.search(r'id="([^"]+)"', tag)
-        assert own, tag
-        before = page[: page.index(tag)]
-        within = before.rfind("<label") > before.rfind("</label>")
-        assert within or f'for="{own[1]}"' in page, tag

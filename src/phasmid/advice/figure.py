@@ -18,17 +18,13 @@ SHADES = 0.35, 0.65, 1.0
 """Opacities of the temperatures after the times of `MINUTES`."""
 
 
+@styled()
 def advice_figure(advice: Advice) -> Figure:
     """Draw the torque and the temperature of every servo.
 
     Bars of torque are the largest values, marks in them the root mean squares. Bars of temperature
     are expected values, lines on them the estimates from the lowest to the highest.
     """
-    with styled():
-        return _draw(advice)
-
-
-def _draw(advice: Advice) -> Figure:
     load, verdict = advice.load, advice.verdict
     legs = np.arange(len(advice.robot.legs))
     warmth = [advice.temperature(minutes) for minutes in MINUTES]

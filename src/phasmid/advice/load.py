@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,20 +44,13 @@ class ServoLoad:
     failure: str = ""
 
 
-def simulate_load(
-    scenario: Scenario,
-    walk: Walk,
-    *,
-    skip: float = 0.0,
-    progress: Callable[[float], None] | None = None,
-) -> ServoLoad:
+def simulate_load(scenario: Scenario, walk: Walk, *, skip: float = 0.0) -> ServoLoad:
     """Simulate a walk, and return the load on its servos, in memory that does not grow with it.
 
     Args:
         scenario: The walk's scenario.
         walk: The plan.
         skip: Time at the start that does not count [s]; nothing is skipped if the walk ends sooner.
-        progress: Receives the simulated time [s].
     """
     run = new_run(scenario, walk)
     servo = scenario.servo.set_up(walk.robot.servo)
@@ -72,7 +65,7 @@ def simulate_load(
             sums, samples = _Sums(), samples[begin:]
         sums.add(sample_channels(run, samples), motor)
 
-    failure = run.advance(progress, keep=keep)
+    failure = run.advance(keep=keep)
     count = sums.count
     heat = None if motor is None else motor.resistance * sums.square_current / count
     standby = 3 * len(walk.robot.legs) * servo.standby_current

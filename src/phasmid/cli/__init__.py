@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from phasmid.cli.parser import COMMANDS, build_parser, flags, join_negative_numbers
+from phasmid.cli.parser import COMMANDS, build_parser, flags
 from phasmid.cli.scenario_options import check_lists
 from phasmid.errors import AlreadyExists, InvalidInput, PhasmidError, nearest
 
@@ -88,28 +88,22 @@ def _answered(arguments: list[str]) -> int:
     try:
         with _noticed_interrupts(interrupted):
             return _run(arguments)
-    except PhasmidError as error:
-        if interrupted and isinstance(error.__cause__, ImportError):
-            print("phasmid: stopped.", file=sys.stderr)
-            return 130
-        if isinstance(error, AlreadyExists):
-            error.hint = f"--force, or another {error.option}"
-        print(f"phasmid: {error}", file=sys.stderr)
-        return error.exit_status
-    except KeyboardInterrupt:
-        print("phasmid: stopped.", file=sys.stderr)
-        return 130
     except SystemExit as stopped:
         # Rich exits with 1 where the reader of a pipe has gone.
         if stopped.code == 1:
             raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
         raise
-    except Exception as error:
-        if isinstance(error, OSError) and error.errno in UNHEARD and error.filename is None:
-            raise
-        if interrupted:
+    except (Exception, KeyboardInterrupt) as error:
+        if interrupted or isinstance(error, KeyboardInterrupt):
             print("phasmid: stopped.", file=sys.stderr)
             return 130
+        if isinstance(error, PhasmidError):
+            if isinstance(error, AlreadyExists):
+                error.hint = f"--force, or another {error.option}"
+            print(f"phasmid: {error}", file=sys.stderr)
+            return error.exit_status
+        if isinstance(error, OSError) and error.errno in UNHEARD and error.filename is None:
+            raise
         traceback.print_exc()
         print("phasmid: internal error; please report it.", file=sys.stderr)
         return 70
@@ -149,7 +143,7 @@ def _run(arguments: list[str]) -> int:
     parser = build_parser(command)
     if command in ("walk", "drive", "studio"):
         check_lists(arguments)
-    options, unknown = parser.parse_known_args(join_negative_numbers(arguments))
+    options, unknown = parser.parse_known_args(arguments)
     if unknown:
         known = [flag for flag in flags(parser) if flag.startswith("--")]
         guess = nearest(unknown[0].split("=")[0], known)

@@ -6,53 +6,35 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from phasmid.cli.number_option import number_within
-from phasmid.cli.progress import progress_bar
+from phasmid.cli.options import Number
 from phasmid.cli.robot_options import add_import_options, import_options
+from phasmid.cli.scenario_options import add_field_options, with_fields
+from phasmid.cli.tables import print_table
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
 
 if TYPE_CHECKING:
-    from phasmid.advice import Advice, ServoLoad
+    from phasmid.advice import Advice
     from phasmid.scenario import Scenario
 
-LONGEST = 120.0
-"""Longest full simulation [min]."""
+FIELDS = ("gait", "payload_g", "step_length_mm", "voltage", "ambient_temperature")
+"""Fields of the scenario that are options."""
 
-FIELDS = {
-    "payload_g": ("G", "mass on the trunk"),
-    "step_length_mm": ("MM", "way of the body in one step; default: 40"),
-    "voltage": ("V", "supply; default: the rated voltage of the servo"),
-    "ambient_temperature": ("DEGC", "air; default: 25"),
+OPTIONS = {
+    "ROBOT": "a preset or a robot file",
+    "--speed-mm-s MM/S": Number("forward speed; default: by a cycle of 2 s", 0.1, 10_000),
+    "--servo NAME": "another servo; default: the robot's",
+    "--battery-mah MAH": Number("the battery; default: 2200", 1, 1_000_000, 2200),
+    "--figure FILE": "draw torque and heat: svg, png or pdf",
+    "--force": "replace an older figure",
+    "--json": "print the numbers as JSON",
 }
-"""Unit and help of the scenario's fields that have an option."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("robot", metavar="ROBOT", help="a preset or a robot file")
-    parser.add_argument("--gait", metavar="GAIT", help="default: the first of the leg count")
-    parser.add_argument(
-        "--speed-mm-s", metavar="MM/S", help="forward speed; default: by a cycle of 2 s"
-    )
-    for key, (unit, words) in FIELDS.items():
-        parser.add_argument(f"--{key.replace('_', '-')}", metavar=unit, help=words)
-    parser.add_argument("--servo", metavar="NAME", help="another servo; default: the robot's")
-    parser.add_argument(
-        "--battery-mah",
-        metavar="MAH",
-        default="2200",
-        help="the battery; default: 2200",
-    )
-    parser.add_argument(
-        "--simulate",
-        metavar="MIN",
-        help="also simulate so many minutes of walking, and compare",
-    )
-    parser.add_argument("--figure", metavar="FILE", help="draw torque and heat: svg, png or pdf")
-    parser.add_argument("--force", action="store_true", help="replace an older figure")
-    parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
+    add_field_options(parser, "the walk", FIELDS)
     add_import_options(parser)
 
 
@@ -61,29 +43,16 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.advice import advise
 
     figure = _figure_path(options)
-    minutes = number_within("--simulate", options.simulate, 0.1, LONGEST)
-    speed = number_within("--speed-mm-s", options.speed_mm_s, 0.1, 10_000)
-    capacity = number_within("--battery-mah", options.battery_mah, 1, 1_000_000)
-    assert capacity is not None
+    speed = None if options.speed_mm_s is None else options.speed_mm_s / 1000
     try:
-        advice = advise(
-            _scenario(options),
-            speed=None if speed is None else speed / 1000,
-            capacity=capacity / 1000,
-        )
+        advice = advise(_scenario(options), speed=speed, capacity=options.battery_mah / 1000)
     except InfeasibleWalk as error:
         error.hint = error.hint or "another --speed-mm-s, --step-length-mm or --gait"
         raise
-    full = None if minutes is None else _simulate(advice, minutes)
     if options.json:
-        found = advice.as_dict()
-        if full is not None:
-            found["simulation"] = _comparison(advice, full)
-        print(json.dumps(found, indent=2, ensure_ascii=False))
+        print(json.dumps(advice.as_dict(), indent=2, ensure_ascii=False))
     else:
         _print(advice)
-        if full is not None:
-            _print_comparison(advice, full)
     if figure is not None:
         from phasmid.advice.figure import advice_figure
         from phasmid.recording.file import write_whole
@@ -120,64 +89,21 @@ def _scenario(options: argparse.Namespace) -> Scenario:
     """Return the scenario of the options."""
     from dataclasses import replace
 
-    from phasmid.cli.scenario_options import number_or_text
     from phasmid.formats import load_robot
     from phasmid.gait import gaits_of
     from phasmid.robot import load_servo
     from phasmid.scenario import Scenario
-    from phasmid.tables import dotted
 
     robot = load_robot(options.robot, import_options(options))
     if options.servo is not None:
         robot = replace(robot, servo=load_servo(options.servo))
-    fields: dict[str, Any] = {"robot": robot}
-    gait = options.gait or next(iter(gaits_of(len(robot.legs))), None)
-    if gait is not None:
-        fields["gait"] = gait
-    for key in FIELDS:
-        if vars(options)[key] is not None:
-            fields[key] = number_or_text(vars(options)[key])
-
-    def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
-        key = next((key for key in FIELDS if key.startswith(str(loc[-1]))), None)
-        return f"--{key.replace('_', '-')}" if key else dotted(loc), ""
-
-    return Scenario().changed(fields, locate)
-
-
-def _simulate(advice: Advice, minutes: float) -> ServoLoad:
-    """Simulate some minutes of the advice's walk."""
-    from phasmid.advice import simulate_load
-    from phasmid.advice.advice import plan_cycles
-
-    period = advice.scenario.stride.period
-    scenario, walk, _ = plan_cycles(
-        advice.scenario.replace(max_steps=100_000_000, record_interval=None),
-        cycles=60 * minutes / period,
-    )
-    with progress_bar("simulating", 60 * minutes, quiet=False) as progress:
-        return simulate_load(scenario, walk, skip=period, progress=progress)
-
-
-def _comparison(advice: Advice, full: ServoLoad) -> dict[str, Any]:
-    """Return the numbers of a full simulation beside those of the advice, by joint."""
-    minutes = (full.duration + advice.scenario.stride.period) / 60
-    expected = advice.temperature(minutes)
-    columns: dict[str, Any] = {
-        "peak_torque": (full.peak_torque, advice.load.peak_torque),
-        "rms_torque": (full.rms_torque, advice.load.rms_torque),
-    }
-    if full.temperature is not None and expected is not None:
-        columns["temperature"] = full.temperature, expected[1]
-    joints = {
-        name: {key: [float(v.ravel()[i]) for v in pair] for key, pair in columns.items()}
-        for i, name in enumerate(advice.joint_names)
-    }
-    return {"minutes": minutes, "failure": full.failure, "joints": joints}
+    own = vars(options)
+    own["field:gait"] = own["field:gait"] or next(iter(gaits_of(len(robot.legs))), None)
+    return with_fields(Scenario(robot=robot), options)
 
 
 def _print(advice: Advice) -> None:
-    from phasmid.advice.advice import MEASURED, MINUTES, USABLE, WARM_UP
+    from phasmid.advice.advice import MEASURED, MINUTES, WARM_UP
 
     scenario, verdict, load = advice.scenario, advice.verdict, advice.load
     air = scenario.servo.ambient_temperature
@@ -188,12 +114,10 @@ def _print(advice: Advice) -> None:
     )
     law = "their own law" if load.heat is not None else "ideal servos: the stall current is unknown"
     print(f"{MEASURED} cycles after {WARM_UP}, simulated with {law}\n")
-    warmth = [advice.temperature(minutes) for minutes in MINUTES]
-    after = ", ".join(f"{minutes:g}" for minutes in MINUTES)
-    heads = ["joint", "peak N·m", "of stall", "rms N·m", "of continuous"]
-    if load.heat is not None:
-        heads.append(f"°C after {after} min")
-    rows = [heads]
+    warmth = [rows for rows in map(advice.temperature, MINUTES) if rows is not None]
+    rows = [["joint", "peak N·m", "of stall", "rms N·m", "of continuous"]]
+    if warmth:
+        rows[0].append(f"°C after {', '.join(f'{minutes:g}' for minutes in MINUTES)} min")
     for i, name in enumerate(advice.joint_names):
         peak, rms = float(load.peak_torque.ravel()[i]), float(load.rms_torque.ravel()[i])
         row = [
@@ -201,22 +125,25 @@ def _print(advice: Advice) -> None:
             f"{peak:.2f}",
             f"{100 * peak / verdict.stall_torque:.0f} %",
             f"{rms:.2f}",
-            f"{100 * rms / verdict.continuous_torque:.0f} %",
         ]
-        found = [f"{w[1].ravel()[i]:.0f}" for w in warmth if w is not None]
-        rows.append(row + [", ".join(found)] * bool(found))
-    _print_table(rows)
+        row.append(f"{100 * rms / verdict.continuous_torque:.0f} %")
+        if warmth:
+            row.append(", ".join(f"{estimates[1].ravel()[i]:.0f}" for estimates in warmth))
+        rows.append(row)
+    print_table(rows, right=(1, 2, 3, 4))
     if load.failure:
         print(f"\nthe simulated walk ended early: {plain(load.failure)}")
-    _print_supply(advice, USABLE)
+    _print_supply(advice)
     print("\nWithout help from friction:")
     for line in verdict.lines:
         print(f"  {plain(line)}")
     _print_catalogue(advice)
 
 
-def _print_supply(advice: Advice, usable: float) -> None:
+def _print_supply(advice: Advice) -> None:
     """Print the warmest servo, current and battery time."""
+    from phasmid.advice.advice import USABLE
+
     hour, load = advice.temperature(60.0), advice.load
     if hour is None or load.supply_current is None or load.peak_supply_current is None:
         print("\nheat, current and battery time are unknown: the servo has no stall current.")
@@ -234,7 +161,7 @@ def _print_supply(advice: Advice, usable: float) -> None:
     )
     print(
         f"battery of {1000 * advice.capacity:g} mAh: {advice.battery_minutes:.0f} min on "
-        f"{100 * usable:.0f} % of it, without the robot's computer"
+        f"{100 * USABLE:.0f} % of it, without the robot's computer"
     )
 
 
@@ -245,34 +172,8 @@ def _print_catalogue(advice: Advice) -> None:
     for choice in advice.choices:
         price = "unknown" if choice.price is None else f"about ${choice.price:.0f}"
         rows.append([choice.servo.name, price, choice.lacks or "nothing"])
-    _print_table(rows)
+    print_table(rows, right=(1,))
     if advice.cheapest is not None:
         print(f"Cheapest that holds: {advice.cheapest.servo.name}")
     else:
         print("None of them holds for an unlimited time.")
-
-
-def _print_comparison(advice: Advice, full: ServoLoad) -> None:
-    found = _comparison(advice, full)
-    print(f"\nFull simulation of {found['minutes']:.3g} min, and the advice beside it:")
-    if full.failure:
-        print(f"it ended early: {plain(full.failure)}")
-    heads = ["joint", "peak N·m", "rms N·m"]
-    if full.temperature is not None:
-        heads.append("°C")
-    rows = [heads]
-    for name, values in found["joints"].items():
-        cells = [f"{a:.3f}, {b:.3f}" for key, (a, b) in values.items() if key != "temperature"]
-        if "temperature" in values:
-            cells.append("{:.1f}, {:.1f}".format(*values["temperature"]))
-        rows.append([plain(name), *cells])
-    _print_table(rows)
-
-
-def _print_table(rows: list[list[str]]) -> None:
-    """Print rows in aligned columns, the first one and the last one to the left."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = [cell.rjust(width) for cell, width in zip(row, widths, strict=True)]
-        cells[0], cells[-1] = row[0].ljust(widths[0]), row[-1]
-        print("  ".join(cells).rstrip())

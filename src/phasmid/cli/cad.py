@@ -9,13 +9,12 @@ from pathlib import Path
 
 from phasmid.errors import plain
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument("robot", metavar="ROBOT", help="a robot file or preset")
-    parser.add_argument("--out", metavar="DIR", help="where the files go; default: results/ROBOT")
-    parser.add_argument("--force", action="store_true", help="replace files of an earlier run")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
+OPTIONS = {
+    "ROBOT": "a robot file or preset",
+    "--out DIR": "where the files go; default: results/ROBOT",
+    "--force": "replace files of an earlier run",
+    "--quiet": "print only errors",
+}
 
 
 def run(options: argparse.Namespace) -> int:

@@ -9,39 +9,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from phasmid.cli.robot_options import add_import_options, import_options
+from phasmid.cli.tables import print_table
 from phasmid.errors import InvalidInput, plain
 from phasmid.units import plain_number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from phasmid.forces import ServoVerdict
     from phasmid.formats import Imported
-    from phasmid.motion import Walk
-    from phasmid.robot import Robot
     from phasmid.scenario import Scenario
+
+OPTIONS = {
+    "FILE": "a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
+    "--gait GAIT": "gait of the servo verdict; default: the first of its number of legs, or the "
+    "scenario's",
+    "--json": "print the robot's numbers as JSON",
+    "--write-sidecar": "write a first guess of FILE.toml, with the values missing in a STEP file",
+    "--force": "replace an older sidecar",
+}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
-        "file",
-        metavar="FILE",
-        help="a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
-    )
-    parser.add_argument(
-        "--gait",
-        metavar="GAIT",
-        help="gait of the servo verdict; default: the first of its number of "
-        "legs, or the scenario's",
-    )
-    parser.add_argument("--json", action="store_true", help="print the robot's numbers as JSON")
-    parser.add_argument(
-        "--write-sidecar",
-        action="store_true",
-        help="write a first guess of FILE.toml, with the values missing in a STEP file",
-    )
-    parser.add_argument("--force", action="store_true", help="replace an older sidecar")
     add_import_options(parser)
 
 
@@ -83,16 +71,22 @@ def _write_sidecar(path: Path, *, force: bool) -> int:
 
 def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
     from phasmid.formats import describe
+    from phasmid.gait import gaits_of
+    from phasmid.scenario import load_scenario
 
     found = describe(imported)
-    if found["possible"] and imported.robot is not None:
-        found["findings"] += _plain_walk(imported.robot)
-    robot = imported.robot
-    verdict = None if robot is None else _verdict(robot, gait)
-    if robot is not None and verdict is not None:
-        found["servo_verdict"] = verdict.as_dict()
-        found["findings"] += _too_weak(verdict, len(robot.legs), lambda name: _verdict(robot, name))
-        found["possible"] &= verdict.is_possible
+    robot, verdict = imported.robot, None
+    if robot is not None:
+        first = gait or next(iter(gaits_of(len(robot.legs))), None)
+        scenario = load_scenario("paper").replace(robot=robot)
+        scenario = scenario.replace(gait=first) if first else scenario
+        if found["possible"] and first:
+            found["findings"] += _plain_walk(scenario)
+        verdict = _verdict(scenario) if first else None
+        if verdict is not None:
+            found["servo_verdict"] = verdict.as_dict()
+            found["findings"] += _too_weak(verdict, scenario)
+            found["possible"] &= verdict.is_possible
     if as_json:
         print(json.dumps(found, indent=2))
     else:
@@ -111,46 +105,31 @@ def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
     return 2
 
 
-def _verdict(robot: Robot, gait: str | None) -> ServoVerdict | None:
-    """Return the servo verdict; None if the robot cannot stand at all.
+def _verdict(scenario: Scenario) -> ServoVerdict | None:
+    """Return the servo verdict; None if a neutral foot is out of reach, which is a finding.
 
     Raises:
         InvalidGait: The robot has no such gait.
     """
     from phasmid.errors import Unreachable
-    from phasmid.forces import servo_verdict
-    from phasmid.gait import gaits_of, load_gait
+    from phasmid.forces import scenario_verdict
 
-    legs = len(robot.legs)
-    name = gait or next(iter(gaits_of(legs)), None)
-    if name is None:
-        return None
-    chosen = load_gait(name, legs, robot.leg_names)
     try:
-        return servo_verdict(robot, chosen)
+        return scenario_verdict(scenario)
     except Unreachable:
-        # A neutral foot out of reach is a finding already.
         return None
 
 
-def _too_weak(
-    verdict: ServoVerdict, legs: int, verdict_in: Callable[[str], ServoVerdict | None]
-) -> list[dict[str, str]]:
-    """Return a finding where the servos do not hold, with a gait in which they do.
-
-    Args:
-        verdict: Of the gait that was chosen.
-        legs: Number of legs.
-        verdict_in: The verdict by a gait's name.
-    """
+def _too_weak(verdict: ServoVerdict, scenario: Scenario) -> list[dict[str, str]]:
+    """Return a finding where the servos do not hold, with a gait in which they do."""
     from phasmid.forces import Holding
     from phasmid.gait import gaits_of
 
     if verdict.is_possible:
         return []
     hint = "a stronger servo, a lighter robot, or feet nearer to the hips"
-    for name in gaits_of(legs):
-        other = verdict_in(name)
+    for name in gaits_of(len(scenario.base_robot().legs)):
+        other = _verdict(scenario.replace(gait=name))
         if other is not None and other.holding in (Holding.HOLDS, Holding.LIMITED):
             hint = f"--gait {name}, {hint}"
             break
@@ -159,20 +138,13 @@ def _too_weak(
     return [finding | {"hint": hint}]
 
 
-def _plain_walk(robot: Robot) -> list[dict[str, str]]:
+def _plain_walk(scenario: Scenario) -> list[dict[str, str]]:
     """Return a finding where ``phasmid walk --robot`` needs other settings."""
     from phasmid.errors import PhasmidError
-    from phasmid.gait import gaits_of
     from phasmid.motion import plan
-    from phasmid.scenario import load_scenario
     from phasmid.simulation import check_time_step
 
-    gaits = gaits_of(len(robot.legs))
-    if not gaits:
-        return []
     try:
-        scenario = load_scenario("paper")
-        scenario = scenario.replace(robot=robot, gait=next(iter(gaits)))
         check_time_step(scenario, plan(scenario))
     except PhasmidError as error:
         finding = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
@@ -188,13 +160,12 @@ def _print_verdict(verdict: ServoVerdict | None) -> None:
 
 
 def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
-    servo = robot.get("servo")
-    moved = (
-        f", servo {plain(servo['name'])} ({plain_number(servo['stall_torque_nm'], 3)} N·m, "
-        f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
-        if servo
-        else ""
-    )
+    moved = ""
+    if servo := robot.get("servo"):
+        moved = (
+            f", servo {plain(servo['name'])} ({plain_number(servo['stall_torque_nm'], 3)} N·m, "
+            f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
+        )
     print(
         f"robot {plain(robot['name'])}: {len(robot['legs'])} legs, {robot['mass_g'] / 1000:.3f} kg "
         f"({robot['weight_n']:.2f} N){moved}"
@@ -203,26 +174,25 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
     if "body" in robot:
         size = " × ".join(plain_number(side) for side in robot["body"]["size_mm"])
         print(f"  body {robot['body']['mass_g']:.1f} g, {size} mm")
-    width = max(len(leg["name"]) for leg in robot["legs"])
+    rows = [
+        ["leg", "lengths mm", "left mm", "hip mm", "yaw, pitch, roll °", "neutral °", "masses g"]
+    ]
     for number, leg in enumerate(robot["legs"], 1):
-        lengths = " / ".join(plain_number(length) for length in leg["lengths_mm"])
-        hip = ", ".join(plain_number(round(x, 6) + 0.0) for x in leg["hip_mm"])
-        left = sum(leg.get("lateral_offsets_mm", ()))
-        side = "left" if left > 0 else "right"
-        beside = f", foot {plain_number(abs(left))} mm to its {side}" if left else ""
-        turned = [
-            f"{name} {plain_number(leg[f'{name}_deg'])}°" for name in ("yaw", "pitch", "roll")
-        ]
-        turned = [words for words in turned if words.startswith("yaw") or not words.endswith(" 0°")]
-        neutral = leg["neutral_deg"]
-        at = f", neutral at {', '.join(f'{a:.1f}' for a in neutral)}°" if neutral else ""
-        masses = " / ".join("no mass" if m is None else f"{m:.1f}" for m in leg["masses_g"])
-        print(
-            f"  {number} {plain(leg['name']):<{width}} {lengths} mm{beside}, hip at ({hip}) mm, "
-            f"{', '.join(turned)}{at}, {masses} g"
+        rows.append(
+            [
+                f"{number} {plain(leg['name'])}",
+                " / ".join(plain_number(length) for length in leg["lengths_mm"]),
+                plain_number(sum(leg.get("lateral_offsets_mm", ()))),
+                ", ".join(plain_number(round(x, 6) + 0.0) for x in leg["hip_mm"]),
+                ", ".join(plain_number(leg[f"{angle}_deg"]) for angle in ("yaw", "pitch", "roll")),
+                ", ".join(f"{angle:.1f}" for angle in leg["neutral_deg"] or ()),
+                " / ".join("no mass" if m is None else f"{m:.1f}" for m in leg["masses_g"]),
+            ]
         )
+    print_table(rows)
+    for number, leg in enumerate(robot["legs"], 1):
         if "file" in leg:
-            print(f"    {'':<{width}} {_origin(leg['file'])}")
+            print(f"  leg {number} is {_origin(leg['file'])}")
     limits = robot["legs"][0]["limits_deg"]
     if all(leg["limits_deg"] == limits for leg in robot["legs"]):
         found = (
@@ -231,8 +201,7 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
         )
         print(f"  joint limits: {', '.join(found)}")
     if "longest_stride_mm" in robot:
-        stride = robot["longest_stride_mm"]
-        ahead, side = stride["ahead"], stride["sideways"]
+        ahead, side = robot["longest_stride_mm"]["ahead"], robot["longest_stride_mm"]["sideways"]
         print(f"  longest stride: {ahead:.0f} mm ahead, {side:.0f} mm sideways")
 
 
@@ -240,13 +209,9 @@ def _origin(file: dict[str, Any]) -> str:
     """Return the file's joints of a leg, and its angles in terms of the file's φ."""
     joints = []
     for name, sign, offset in zip(file["joints"], file["signs"], file["offsets_deg"], strict=True):
-        shift = (
-            f" {'+' if offset > 0 else '−'} {plain_number(abs(offset))}°"
-            if abs(offset) > 5e-4
-            else ""
-        )
+        shift = f" {offset:+.4g}°" if abs(offset) > 5e-4 else ""
         joints.append(f"{plain(name)} ({'φ' if sign > 0 else '−φ'}{shift})")
-    return f"is {', '.join(joints)}"
+    return ", ".join(joints)
 
 
 def _print_findings(findings: list[dict[str, str]]) -> None:
@@ -290,40 +255,10 @@ def _check_scenario(scenario: Scenario) -> int:
         f"{limit:.2f} rad/s{supply}"
     )
     print(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
-    for line in _on_terrain(scenario, walk):
-        print(f"  {line}")
     for sentence in idle_fields(scenario):
         print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
-    if not verdict.is_possible:
-        (finding,) = _too_weak(
-            verdict,
-            len(walk.robot.legs),
-            lambda name: scenario_verdict(scenario.replace(gait=name)),
-        )
+    for finding in _too_weak(verdict, scenario):
         print(f"phasmid: {InvalidInput(finding['what'], hint=finding['hint'])}", file=sys.stderr)
         return 2
     print("possible.")
     return 0
-
-
-def _on_terrain(scenario: Scenario, walk: Walk) -> list[str]:
-    """Return lines about a walk on terrain; none on level ground."""
-    import numpy as np
-
-    from phasmid.motion import Course
-
-    ground, planned = scenario.load_terrain(), scenario.planned_terrain()
-    kind = scenario.terrain.kind
-    if isinstance(walk.course, Course):
-        height, steepest = walk.trunk.position[:, 2], np.degrees(np.abs(walk.trunk.attitude))
-        roll, pitch, _ = steepest.max(axis=0)
-        return [
-            f"terrain {kind}, known to the planner: the trunk rises by "
-            f"{1000 * (height[-1] - height[0]):.1f} mm, pitches by {pitch:.1f}° and rolls by "
-            f"{roll:.1f}° at most",
-            f"  {walk.course.moved} of {int(walk.course.counted.sum())} footholds are moved to a "
-            "better place",
-        ]
-    if ground.is_level == planned.is_level and ground.patches == planned.patches:
-        return []
-    return [f"terrain {kind}, which the planner takes for level"]

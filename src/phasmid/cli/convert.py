@@ -8,12 +8,15 @@ from pathlib import Path
 from phasmid.cli.robot_options import add_import_options, import_options
 from phasmid.errors import plain
 
+OPTIONS = {
+    "SOURCE": "a robot: a preset or a file",
+    "TARGET": "a .toml, .urdf, .xml (MJCF) or .step file",
+    "--force": "replace older files",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("source", metavar="A", help="a robot: a preset or a file")
-    parser.add_argument("target", metavar="B", help="a .toml, .urdf, .xml (MJCF) or .step file")
-    parser.add_argument("--force", action="store_true", help="replace older files")
     add_import_options(parser)
 
 

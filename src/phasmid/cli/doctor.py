@@ -40,7 +40,7 @@ print(gl_backend(), lack.what if lack else "", lack.advice if lack else "", sep=
 TIMEOUT = 40.0
 """Longest time that a graphics driver may take [s]."""
 
-STYLES = {"ready": "green", "absent": "yellow", "broken": "bold red"}
+OPTIONS = {"--json": "print the findings as JSON"}
 
 
 class Finding(NamedTuple):
@@ -61,11 +61,6 @@ class Finding(NamedTuple):
     needed: bool = False
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
-
-
 def run(options: argparse.Namespace) -> int:
     """Examine the machine, and return the exit status: 1 where no robot can walk."""
     findings = examine()
@@ -73,8 +68,10 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         found = {"walks": not faults, "findings": [one._asdict() for one in findings]}
         print(json.dumps(found, indent=2))
-    else:
-        _print_table(findings)
+    for one in () if options.json else findings:
+        print(f"{one.topic:<11} {one.state:<7} {plain(one.what)}")
+        if one.remedy:
+            print(f"{'':<19} try  {plain(one.remedy)}")
     if faults:
         sentence = f"nothing can walk here: {faults[0].topic}: {faults[0].what.rstrip('.')}."
         raise OutputError(sentence, hint=faults[0].remedy)
@@ -174,15 +171,19 @@ def _import_figures() -> str:
     return f"matplotlib {metadata.version('matplotlib')}"
 
 
+def has_display() -> bool:
+    """Return True if a browser can open a window."""
+    own = sys.platform in ("darwin", "win32")
+    return own or any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
+
+
 def _browser() -> Finding:
-    if sys.platform in ("darwin", "win32"):
-        return Finding("page", "ready", "the system's browser shows report.html and the studio")
-    name = next(filter(shutil.which, BROWSERS), "")
+    own = "the system's browser" if sys.platform in ("darwin", "win32") else ""
+    name = own or next(filter(shutil.which, BROWSERS), "")
     if not name:
         what = "no browser was found; report.html opens in that of any machine"
         return Finding("page", "absent", what, "install firefox or chromium")
-    display = any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
-    where = "" if display else ", once there is a display"
+    where = "" if has_display() else ", once there is a display"
     return Finding("page", "ready", f"{name} shows report.html and the studio{where}")
 
 
@@ -206,16 +207,3 @@ def _opengl() -> Finding:
     if what:
         return Finding("OpenGL", "absent", f"{purpose}: they need {what}", advice)
     return Finding("OpenGL", "ready", f"{purpose}: drawn by {backend.upper()}")
-
-
-def _print_table(findings: list[Finding]) -> None:
-    """Print a line for each finding, and one for its remedy."""
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console(highlight=False, markup=False)
-    for one in findings:
-        line = Text(f"{one.topic:<11} ").append(f"{one.state:<7} ", style=STYLES[one.state])
-        console.print(line.append(plain(one.what)), soft_wrap=True)
-        if one.remedy:
-            console.print(Text(f"{'':<19} try  {plain(one.remedy)}", style="cyan"), soft_wrap=True)

@@ -6,10 +6,11 @@ import argparse
 import math
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from phasmid.cli import scenario_options, walk
-from phasmid.cli.compiling import compile_controller
+from phasmid.cli.options import Number, declare
+from phasmid.cli.progress import announce_compilation
 from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -20,19 +21,27 @@ if TYPE_CHECKING:
 RATE = 200.0
 """Updates a second where no rate is given."""
 
-WAYS = ("velocity", "commands", "waypoints")
+WAYS = {
+    "--velocity A,L,T": "go ahead and to the left [m/s] and turn to the left [rad/s], such as "
+    "0.05,0,0.1",
+    "--commands FILE": "commands over time, or waypoints: a .toml or .csv file",
+    "--waypoints X,Y[,H];...": "places to go to, ahead and to the left of the start [m], with a "
+    "heading [rad]; the robot's true place is used",
+}
 """Options that command the drive; one of them is given."""
+
+OPTIONS = {
+    **scenario_options.SCENARIO,
+    **scenario_options.OUT,
+    "--policy FILE": "learned policy that controls the robot: an ONNX file, or one that comes with "
+    "phasmid; its robot is driven unless --robot names another; default: the locomotion controller",
+    "--rate N": Number("updates a second; default: 200", 1, 100_000, RATE, hint="200"),
+    **walk.REPORT_OPTIONS,
+}
 
 
 def run(options: argparse.Namespace) -> int:
     """Drive the robot, and return the exit status."""
-    given = [way for way in WAYS if getattr(options, way) is not None]
-    if len(given) != 1:
-        flags = [f"--{way}" for way in given]
-        what = f"{' and '.join(flags)} exclude each other" if given else "no command is given"
-        raise InvalidInput(
-            f"{what}; it must be one of --{', --'.join(WAYS)}.", hint="--velocity 0.05,0,0"
-        )
     script = _script(options)
     policy = _policy(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
@@ -44,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     def begin() -> Run:
         controller = None
         if policy is None:
-            compile_controller(scenario, rate=options.rate, quiet=options.quiet)
+            announce_compilation(quiet=options.quiet)
         else:
             from phasmid.learning import PolicyController
 
@@ -56,31 +65,7 @@ def run(options: argparse.Namespace) -> int:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    scenario_options.add_scenario_options(parser)
-    parser.add_argument(
-        "--velocity",
-        metavar="A,L,T",
-        help="go ahead and to the left [m/s] and turn to the left [rad/s], such as 0.05,0,0.1",
-    )
-    parser.add_argument(
-        "--commands", metavar="FILE", help="commands over time, or waypoints: a .toml or .csv file"
-    )
-    parser.add_argument(
-        "--waypoints",
-        metavar="X,Y[,H];...",
-        help="places to go to, ahead and to the left of the start [m], with a heading [rad]; the "
-        "robot's true place is used",
-    )
-    parser.add_argument(
-        "--policy",
-        metavar="FILE",
-        help="learned policy that controls the robot: an ONNX file, or one that comes with "
-        "phasmid; its robot is driven unless --robot names another; default: the locomotion "
-        "controller",
-    )
-    parser.add_argument(
-        "--rate", type=_number, default=RATE, metavar="N", help="updates a second; default: 200"
-    )
+    declare(parser.add_mutually_exclusive_group(required=True), WAYS)
     parser.add_argument(
         "--fault",
         action="append",
@@ -88,17 +73,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help='what fails, such as "right_middle.tibia dead at 5 s", "gyro off by 0,0,5 deg/s at '
         '2 s", "left_front foot stuck at 1 s"; may be given again',
     )
-    walk.add_report_options(parser)
     scenario_options.add_field_options(parser)
 
 
 def _words(options: argparse.Namespace) -> list[str]:
     """Return the parts of a result folder's name that are options of a drive."""
-    words = ["drive"]
-    for name in WAYS:
-        value = getattr(options, name)
-        if value:
-            words.append(f"{name}-{Path(value).stem if name == 'commands' else value}")
+    commands = options.commands and Path(options.commands).stem
+    given = {"velocity": options.velocity, "commands": commands, "waypoints": options.waypoints}
+    words = ["drive", *(f"{way}-{value}" for way, value in given.items() if value)]
     if options.rate != RATE:
         words.append(f"rate-{options.rate:g}")
     if options.policy:
@@ -119,13 +101,6 @@ def _policy(options: argparse.Namespace) -> Policy | None:
     return policy
 
 
-def _number(text: str) -> float:
-    value = scenario_options.number_or_text(text)
-    if isinstance(value, str):
-        raise InvalidInput(f'--rate is "{text}"; it must be a number.', hint="--rate 200")
-    return float(value)
-
-
 def _script(options: argparse.Namespace) -> CommandScript:
     """Return the script of the options."""
     from phasmid.control import load_script
@@ -133,47 +108,40 @@ def _script(options: argparse.Namespace) -> CommandScript:
     if options.commands is not None:
         return load_script(options.commands)
     if options.velocity is not None:
-        values = _row("--velocity", options.velocity, (3,), "0.05,0,0.1")
-        entry = dict(zip(("ahead", "left", "turn"), values, strict=True))
-        return _validated(
-            "--velocity", {"command": [entry]}, "--velocity 0.05,0,0 (in m/s and rad/s)"
+        hint = "--velocity 0.05,0,0.1 (in m/s and rad/s)"
+        return _parsed(
+            "velocity", "command", [options.velocity], ("ahead", "left", "turn"), 3, hint
         )
-    rows = [
-        _row("--waypoints", text, (2, 3), "1,0;1,1")
-        for text in options.waypoints.split(";")
-        if text.strip()
-    ]
-    places = [dict(zip(("x", "y", "heading"), row, strict=False)) for row in rows]
-    return _validated("--waypoints", {"waypoint": places}, '--waypoints "1,0;1,1" (in m)')
+    rows = [row for row in options.waypoints.split(";") if row.strip()]
+    hint = '--waypoints "1,0;1,1" (in m)'
+    return _parsed("waypoints", "waypoint", rows, ("x", "y", "heading"), 2, hint)
 
 
-def _validated(flag: str, raw: dict[str, Any], hint: str) -> CommandScript:
-    """Return the script of an option's values, refused under the name of the option."""
+def _parsed(
+    option: str, key: str, rows: list[str], names: tuple[str, ...], least: int, hint: str
+) -> CommandScript:
+    """Return the script of rows of numbers, refused under the name of the option."""
     from phasmid.control import CommandScript
     from phasmid.tables import dotted, validate
 
+    entries = []
+    for row in rows:
+        values = [scenario_options.number_or_text(part) for part in row.split(",")]
+        if any(isinstance(v, str) for v in values) or not least <= len(values) <= len(names):
+            count = " or ".join(map(str, range(least, len(names) + 1)))
+            what = f'--{option} has "{row}"; it must be {count} numbers with commas between.'
+            raise InvalidInput(what, hint=hint)
+        entries.append(dict(zip(names, values, strict=False)))
+
     def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
         place = f" {loc[1] + 1}" if loc[0] == "waypoint" and isinstance(loc[1], int) else ""
-        return f"{flag}{place}: {dotted(loc[2:])}", ""
+        return f"--{option}{place}: {dotted(loc[2:])}", ""
 
     try:
-        return validate(CommandScript, raw, locate)
+        return validate(CommandScript, {key: entries}, locate)
     except InvalidInput as error:
         error.hint = hint
         raise
-
-
-def _row(flag: str, text: str, counts: tuple[int, ...], example: str) -> list[int | float]:
-    """Return the numbers of an option, which have commas between."""
-    values = [scenario_options.number_or_text(part) for part in text.split(",")]
-    numbers = [value for value in values if not isinstance(value, str)]
-    if len(numbers) != len(values) or len(values) not in counts:
-        count = " or ".join(map(str, counts))
-        raise InvalidInput(
-            f'{flag} has "{text}"; it must be {count} numbers with commas between.',
-            hint=f'{flag} "{example}"' if ";" in example else f"{flag} {example}",
-        )
-    return numbers
 
 
 def _lasting(scenario: Scenario, options: argparse.Namespace, script: CommandScript) -> Scenario:

@@ -3,34 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import math
 from pathlib import Path
 
+from phasmid.cli.options import Number
 from phasmid.cli.plot import run_name
 from phasmid.cli.report import print_damage
 from phasmid.errors import InvalidInput, plain
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument("file", metavar="RECORDING", help="a result folder, or a recording")
-    parser.add_argument(
-        "--format",
-        metavar="FORMAT",
-        help="csv, netcdf, or mcap for Foxglove and ROS 2 (extra ros); "
-        "default: as --out ends, or csv",
-    )
-    parser.add_argument(
-        "--out", metavar="FILE", help="default: beside the result folder, with its name"
-    )
-    parser.add_argument(
-        "--channels", metavar="A,B,...", help="channels that are written; default: all"
-    )
-    parser.add_argument(
-        "--rate", metavar="HZ", help="most samples a second; default: all, of mcap 100"
-    )
-    parser.add_argument("--force", action="store_true", help="replace the file")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
+OPTIONS = {
+    "RECORDING": "a result folder, or a recording",
+    "--format FORMAT": "csv, netcdf, or mcap for Foxglove and ROS 2 (extra ros); default: as --out "
+    "ends, or csv",
+    "--out FILE": "default: beside the result folder, with its name",
+    "--channels A,B,...": "channels that are written; default: all",
+    "--rate HZ": Number("most samples a second; default: all, of mcap 100", 1e-3, 1e6),
+    "--force": "replace the file",
+    "--quiet": "print only errors",
+}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -38,10 +27,9 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.recording import load_recording
     from phasmid.reporting.data_file import ENDINGS, check_export, export
 
-    given = Path(options.file)
+    given = Path(options.recording)
     kind = options.format or (None if options.out else "csv")
     target = Path(options.out or _beside(given, ENDINGS.get(kind or "", "")))
-    rate = _rate(options.rate)
     with print_damage() as damage:
         recording = load_recording(given)
     source = given / "recording.nc" if given.is_dir() else given
@@ -51,7 +39,9 @@ def run(options: argparse.Namespace) -> int:
         )
     check_export(target, kind, force=options.force)
     channels = [name.strip() for name in options.channels.split(",")] if options.channels else None
-    export(recording, target, format=kind, channels=channels, rate=rate, force=options.force)
+    export(
+        recording, target, format=kind, channels=channels, rate=options.rate, force=options.force
+    )
     if not options.quiet:
         print(plain(str(target)))
     return 2 if any(found.wrong for found in damage) else 0
@@ -67,15 +57,3 @@ def _beside(given: Path, ending: str) -> Path:
     if given.name in ("", ".", "..") or above.resolve() != folder.parent:
         above = folder.parent
     return above / f"{run_name(given)}{ending}"
-
-
-def _rate(text: str | None) -> float | None:
-    if text is None:
-        return None
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = math.nan
-    if not (rate > 0 and math.isfinite(rate)):
-        raise InvalidInput(f'--rate is "{text}"; it must be a finite number greater than 0.')
-    return rate

@@ -20,17 +20,14 @@ COLOURS = {
     "not tested": "dim",
 }
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        default="results/paper-graded",
-        help="where paper.md and its figures go; default: results/paper-graded",
-    )
-    parser.add_argument("--force", action="store_true", help="replace an earlier page")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
+OPTIONS = {
+    "--out DIR": (
+        "where paper.md and its figures go; default: results/paper-graded",
+        "results/paper-graded",
+    ),
+    "--force": "replace an earlier page",
+    "--quiet": "print only errors",
+}
 
 
 def run(options: argparse.Namespace) -> int:

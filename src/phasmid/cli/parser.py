@@ -3,28 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterator
+from importlib import import_module
 from typing import Any, NoReturn
 
-from phasmid.cli import (
-    advise,
-    cad,
-    check,
-    convert,
-    doctor,
-    drive,
-    export,
-    gaits,
-    paper,
-    plot,
-    replay,
-    report,
-    studio,
-    study,
-    verify,
-    walk,
-)
+from phasmid.cli.options import declare
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
@@ -46,25 +31,6 @@ COMMANDS = {
     "doctor": "list what this machine supports, and how to install the rest",
 }
 
-MODULES = {
-    "walk": walk,
-    "drive": drive,
-    "studio": studio,
-    "study": study,
-    "report": report,
-    "plot": plot,
-    "export": export,
-    "replay": replay,
-    "paper": paper,
-    "verify": verify,
-    "cad": cad,
-    "check": check,
-    "advise": advise,
-    "gaits": gaits,
-    "convert": convert,
-    "doctor": doctor,
-}
-
 USAGES = {
     "walk": "phasmid walk [SCENARIO] [--out DIR] [--force] [--FIELD VALUE ...]",
     "drive": "phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... "
@@ -75,6 +41,11 @@ USAGES = {
 
 class Parser(argparse.ArgumentParser):
     """Argument parser that raises `InvalidInput`."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        # Numbers such as -1e-3 and lists such as -10,0 are values, not options.
+        self._negative_number_matcher = re.compile(r"-[0-9.]")
 
     def error(self, message: str) -> NoReturn:
         """Raise the message that argparse prints."""
@@ -94,18 +65,21 @@ def build_parser(command: str | None) -> Parser:
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
-    for name, module in MODULES.items():
+    for name, words in COMMANDS.items():
         inner = commands.add_parser(
             name,
-            help=COMMANDS[name],
-            description=f"{COMMANDS[name]}.",
+            help=words,
+            description=f"{words}.",
             usage=USAGES.get(name),
             allow_abbrev=False,
         )
-        inner.set_defaults(run=module.run)
         # The fields of a scenario take a while to look up.
         if name == command:
-            module.add_options(inner)
+            module = import_module(f"phasmid.cli.{name}")
+            inner.set_defaults(run=module.run)
+            declare(inner, module.OPTIONS)
+            if hasattr(module, "add_options"):
+                module.add_options(inner)
     return parser
 
 
@@ -124,20 +98,3 @@ def flags(parser: argparse.ArgumentParser) -> Iterator[str]:
         if isinstance(action, argparse._SubParsersAction):
             for inner in action.choices.values():
                 yield from flags(inner)
-
-
-def join_negative_numbers(arguments: list[str]) -> list[str]:
-    """Join ``--option -1e-3`` or ``--option -10,0``, which argparse reads as two options."""
-    joined: list[str] = []
-    for argument in arguments:
-        option = joined[-1] if joined else ""
-        if argument.startswith("-") and option.startswith("--") and "=" not in option:
-            try:
-                float(argument.split(",")[0])
-            except ValueError:
-                pass
-            else:
-                joined[-1] = f"{option}={argument}"
-                continue
-        joined.append(argument)
-    return joined

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.number_option import number_within
+from phasmid.cli.options import Number
 from phasmid.cli.report import print_damage
+from phasmid.cli.tables import print_table
 from phasmid.cli.walk import leg_numbers
 from phasmid.errors import InvalidInput, nearest, plain
 
@@ -19,11 +21,30 @@ if TYPE_CHECKING:
 
 KINDS = ("svg", "png", "pdf")
 
-RESOLUTION = 150.0
-"""Default resolution of pictures [pixels per inch]."""
-
-COARSEST, FINEST = 30, 1200
-"""Resolutions of pictures [pixels per inch]."""
+OPTIONS = {
+    "--list": "list the figures and stop",
+    "--out DIR": "folder of the figures; default: plots/NAME of the recording",
+    "--format KINDS": ("svg, png, pdf, or several with commas between; default: svg", "svg"),
+    "--legs 1,2,...": "legs that are shown; default: all",
+    "--labels A,B,...": "names of the runs; default: those of their folders",
+    "--width-mm MM": Number(
+        "width of the figures, such as 85 or 175 for one or two columns of a paper; type keeps a "
+        "legible size; default: 183",
+        60,
+        500,
+        hint="85",
+    ),
+    "--dpi N": Number(
+        "pixels per inch of png, and of pictures in pdf and svg; default: 150",
+        30,
+        1200,
+        default=150,
+        hint="300",
+    ),
+    "--no-title": "no title and subtitle, for use with a caption",
+    "--force": "replace figures of these names",
+    "--quiet": "print only errors",
+}
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -36,36 +57,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="result folders or recordings, then names of figures, or all; several recordings are "
         "compared in one figure",
     )
-    parser.add_argument("--list", action="store_true", help="list the figures and stop")
-    parser.add_argument(
-        "--out", metavar="DIR", help="folder of the figures; default: plots/NAME of the recording"
-    )
-    parser.add_argument(
-        "--format",
-        default="svg",
-        metavar="KINDS",
-        help="svg, png, pdf, or several with commas between; default: svg",
-    )
-    parser.add_argument("--legs", metavar="1,2,...", help="legs that are shown; default: all")
-    parser.add_argument(
-        "--labels", metavar="A,B,...", help="names of the runs; default: those of their folders"
-    )
-    parser.add_argument(
-        "--width-mm",
-        metavar="MM",
-        help="width of the figures, such as 85 or 175 for one or two columns of a paper; type "
-        "keeps a legible size; default: 183",
-    )
-    parser.add_argument(
-        "--dpi",
-        metavar="N",
-        help=f"pixels per inch of png, and of pictures in pdf and svg; default: {RESOLUTION:g}",
-    )
-    parser.add_argument(
-        "--no-title", action="store_true", help="no title and subtitle, for use with a caption"
-    )
-    parser.add_argument("--force", action="store_true", help="replace figures of these names")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -74,18 +65,14 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.recording.file import check_new_file
     from phasmid.reporting.catalogue import CATALOGUE, check_figure, draw_groups, find_figure
     from phasmid.reporting.run import gather
-    from phasmid.reporting.style import NARROWEST, WIDEST, laid_out
+    from phasmid.reporting.style import laid_out
 
     if options.list:
-        width = max(map(len, CATALOGUE))
-        for kind in CATALOGUE.values():
-            print(f"{kind.name:{width}}  {kind.sentence}")
+        print_table([(kind.name, kind.sentence) for kind in CATALOGUE.values()])
         return 0
-    paths, names = sort_out(options.things, CATALOGUE)
+    paths, names = _sort_out(options.things, CATALOGUE)
     kinds = _kinds(options.format)
-    dpi = number_within("--dpi", options.dpi, COARSEST, FINEST, hint="--dpi 300") or RESOLUTION
-    narrowest, widest = 1000 * NARROWEST, 1000 * WIDEST
-    wide = number_within("--width-mm", options.width_mm, narrowest, widest, hint="--width-mm 85")
+    width = None if options.width_mm is None else options.width_mm / 1000
     labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
     folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
     with print_damage():
@@ -104,10 +91,10 @@ def run(options: argparse.Namespace) -> int:
     for kind in chosen:
         check_figure(runs, kind)
     for kind in chosen:
-        with laid_out(None if wide is None else wide / 1000, title=not options.no_title):
+        with laid_out(width, title=not options.no_title):
             figures = draw_groups(runs, kind, legs)
             for figure, files in zip(figures, targets[kind.name], strict=True):
-                _write(figure, files, dpi)
+                _write(figure, files, options.dpi)
                 if not options.quiet:
                     print("\n".join(plain(str(path)) for path in files))
     return 0
@@ -125,7 +112,7 @@ def _all_figures(runs: Sequence[Run]) -> list[FigureKind]:
     ]
 
 
-def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path], list[str]]:
+def _sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path], list[str]]:
     """Return which arguments are recordings, and which are names of figures.
 
     Args:
@@ -135,19 +122,14 @@ def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path],
     Raises:
         InvalidInput: There is no recording or no figure, or something is neither.
     """
-    paths: list[Path] = []
-    names: list[str] = []
-    for thing in things:
-        if thing in known or thing == "all":
-            names.append(thing)
-        elif _exists(thing):
-            paths.append(Path(thing))
-        else:
-            guess = nearest(thing, known)
-            looks = "/" in thing or "\\" in thing or Path(thing).suffix in (".nc", ".mcap")
-            if looks or (not paths and not guess):
-                raise InvalidInput(f"recording {thing} does not exist.", hint="phasmid walk")
-            raise InvalidInput(f'no figure "{thing}".', hint=guess or "phasmid plot --list")
+    names = [thing for thing in things if thing in known or thing == "all"]
+    paths = [Path(thing) for thing in things if thing not in names]
+    for path in paths:
+        if not os.path.exists(path):  # noqa: PTH110, a text may be no possible path
+            guess = nearest(str(path), known)
+            if len(path.parts) > 1 or path.suffix or not (guess or names or len(paths) > 1):
+                raise InvalidInput(f"recording {path} does not exist.", hint="phasmid walk")
+            raise InvalidInput(f'no figure "{path}".', hint=guess or "phasmid plot --list")
     if not paths:
         raise InvalidInput("no recording is named.", hint="phasmid plot results/paper gait-diagram")
     if not names:
@@ -155,14 +137,6 @@ def sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path],
             "no figure is named.", hint=f"phasmid plot {paths[0]} all, or phasmid plot --list"
         )
     return paths, list(dict.fromkeys(names))
-
-
-def _exists(name: str) -> bool:
-    """Return whether a file or folder exists; a text may be no possible name."""
-    try:
-        return Path(name).exists()
-    except (OSError, ValueError):
-        return False
 
 
 def run_name(path: Path) -> str:

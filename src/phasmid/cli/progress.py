@@ -50,3 +50,12 @@ def progress_bar(
         yield lambda done, total=total, note="": bar.update(
             task, completed=done, total=total, description=f"{what}{note}"
         )
+
+
+def announce_compilation(*, quiet: bool = False) -> None:
+    """Print a line where the controller is not compiled yet: the first drive on a machine waits."""
+    from phasmid.control.compilation import are_compiled
+
+    if not quiet and not are_compiled():
+        notice = "compiling the controller, once for this machine: less than a minute"
+        print(f"phasmid: {notice}", file=sys.stderr, flush=True)

@@ -6,12 +6,7 @@ import argparse
 
 from phasmid.cli.report import print_damage
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument(
-        "file", metavar="FILE", help="a recording.nc, its folder, or the .mcap of a run"
-    )
+OPTIONS = {"FILE": "a recording.nc, its folder, or the .mcap of a run"}
 
 
 def run(options: argparse.Namespace) -> int:

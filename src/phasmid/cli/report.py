@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.walk import (
-    add_report_options,
+    REPORT_OPTIONS,
     check_film,
     leg_numbers,
     own_appearance,
@@ -23,16 +23,11 @@ from phasmid.cli.walk import (
 if TYPE_CHECKING:
     from phasmid.recording import DamagedRecording
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument(
-        "file", metavar="FILE", help="a recording.nc, its folder, or the .mcap of a run"
-    )
-    parser.add_argument(
-        "--out", metavar="DIR", help="result folder; default: the file's name without its ending"
-    )
-    add_report_options(parser)
+OPTIONS = {
+    "FILE": "a recording.nc, its folder, or the .mcap of a run",
+    "--out DIR": "result folder; default: the file's name without its ending",
+    **REPORT_OPTIONS,
+}
 
 
 @contextmanager

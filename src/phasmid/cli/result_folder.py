@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.scenario_options import PLACES
+from phasmid.cli.scenario_options import PLACES, given_fields
 
 if TYPE_CHECKING:
     from phasmid.scenario import Scenario
@@ -48,11 +48,9 @@ def log_of(folder: Path) -> Path:
 def _fields(options: argparse.Namespace) -> list[str]:
     """Return the changed fields with their values, and files by their names."""
     words = []
-    for key, value in vars(options).items():
-        field = key.removeprefix("field:")
-        if field != key and value is not None:
-            file = field in PLACES or value.endswith(".toml")
-            words.append(f"{field.replace('_', '-')}-{Path(value).stem if file else value}")
+    for field, value in given_fields(options).items():
+        file = field in PLACES or value.endswith(".toml")
+        words.append(f"{field.replace('_', '-')}-{Path(value).stem if file else value}")
     return words
 
 

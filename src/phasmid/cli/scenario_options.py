@@ -6,6 +6,7 @@ import argparse
 import math
 import string
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
@@ -17,56 +18,47 @@ if TYPE_CHECKING:
 PLACES = {"robot", "height_map"}
 """Fields that name a file."""
 
+SCENARIO = {"[SCENARIO]": ("a preset or a file; default: paper", "paper")}
+
+OUT = {
+    "--out DIR": "result folder; default: results/NAME, where NAME has the scenario and the "
+    "options, and a number where a run of that name exists"
+}
+
 TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_model", "package"}
 """Fields whose value is text, also where it looks like a number."""
 
 
-def add_scenario_options(parser: argparse.ArgumentParser) -> None:
-    """Add the scenario and the output."""
-    add_scenario_option(parser)
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        help="result folder; default: results/NAME, where NAME has the scenario and the options, "
-        "and a number where a run of that name exists",
-    )
+def add_field_options(
+    parser: argparse.ArgumentParser,
+    title: str = "fields of the scenario; each replaces a value of it",
+    keys: Iterable[str] | None = None,
+) -> None:
+    """Add fields of a scenario.
 
-
-def add_scenario_option(parser: argparse.ArgumentParser) -> None:
-    """Add the scenario."""
-    from phasmid.scenario import scenario_names
-
-    parser.add_argument(
-        "scenario",
-        nargs="?",
-        default="paper",
-        metavar="SCENARIO",
-        help=f"a preset ({', '.join(scenario_names())}) or a file; default: paper",
-    )
-
-
-def add_field_options(parser: argparse.ArgumentParser) -> None:
-    """Add all fields of a scenario."""
+    Args:
+        parser: Parser of the command.
+        title: Title of the options.
+        keys: Keys of the fields; None: all.
+    """
     from phasmid.gait import GAITS
     from phasmid.robot import preset_names
     from phasmid.scenario import option_keys
 
-    fields = parser.add_argument_group(
-        "fields of the scenario", "Each replaces a value of the scenario."
-    )
-    for key, path in option_keys().items():
+    fields = parser.add_argument_group(title)
+    for key in option_keys() if keys is None else keys:
+        path = option_keys()[key]
         words = _help_of(path)
         if key == "robot":
             words = f"a preset ({', '.join(preset_names())}) or a file"
         elif key == "gait":
             words = "; ".join(f"{', '.join(gaits)} of {n} legs" for n, gaits in GAITS.items())
             words += "; alternating, wave, ripple of others; or a gait file (.toml)"
-        fields.add_argument(
-            f"--{key.replace('_', '-')}",
-            dest=f"field:{key}",
-            metavar=_metavar(path),
-            help=words,
-        )
+        fields.add_argument(_flag(key), dest=f"field:{key}", metavar=_metavar(path), help=words)
+
+
+def _flag(key: str) -> str:
+    return f"--{key.replace('_', '-')}"
 
 
 def _table_of(path: tuple[str, ...]) -> Any:
@@ -86,22 +78,13 @@ def _metavar(path: tuple[str, ...]) -> str:
 
 
 def _help_of(path: tuple[str, ...]) -> str:
-    """Return the description of a field from its table's docstring."""
+    """Return the description of a field, in the unit of its option."""
     from phasmid import units
-    from phasmid.tables import quantity
+    from phasmid.tables import field_help, quantity
 
     table = _table_of(path)
-    lines = [line.strip() for line in (table.__doc__ or "").splitlines()]
-    start = next((i for i, s in enumerate(lines) if s.startswith(f"{path[-1]}: ")), None)
-    if start is None:
-        return ""
-    words = [lines[start].partition(": ")[2]]
-    for line in lines[start + 1 :]:
-        if not line or line.split(":")[0].isidentifier():
-            break
-        words.append(line)
     carried = quantity(table.model_fields[path[-1]])
-    text = " ".join(words).replace("``", "").replace("%", "%%")
+    text = field_help(table, path[-1]).replace("%", "%%")
     if carried:
         si, shown = units.SI[carried.dimension].symbol, units.UNITS[carried.unit].symbol
         text = text.replace(f"[{si}]", f"[{shown}]")
@@ -110,25 +93,45 @@ def _help_of(path: tuple[str, ...]) -> str:
 
 def scenario_of(options: argparse.Namespace) -> Scenario:
     """Return the scenario of the options."""
-    from phasmid.scenario import load_scenario, option_keys
+    from phasmid.scenario import load_scenario
+
+    scenario = with_fields(load_scenario(options.scenario), options, options.scenario)
+    return _with_robot(scenario, quiet=options.quiet)
+
+
+def with_fields(scenario: Scenario, options: argparse.Namespace, file: str = "") -> Scenario:
+    """Return a scenario with the fields of the options.
+
+    Args:
+        scenario: The scenario.
+        options: Those of the command line.
+        file: File of the scenario, for messages.
+
+    Raises:
+        InvalidInput: A value is refused, under the name of its option.
+    """
+    from phasmid.scenario import option_keys
     from phasmid.tables import dotted
 
-    scenario = load_scenario(options.scenario)
-    given = {
-        key.removeprefix("field:"): value
-        for key, value in vars(options).items()
-        if key.startswith("field:") and value is not None
-    }
-    flags = {option_keys()[key]: f"--{key.replace('_', '-')}" for key in given}
+    given = given_fields(options)
+    flags = {option_keys()[key]: _flag(key) for key in given}
 
     def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
         for path, flag in flags.items():
             if loc[: len(path)] == path:
                 return flag + dotted(loc[len(path) :]), ""
-        return dotted(loc), options.scenario
+        return dotted(loc), file
 
-    changed = scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
-    return _with_robot(changed, quiet=options.quiet)
+    return scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
+
+
+def given_fields(options: argparse.Namespace) -> dict[str, str]:
+    """Return the fields that are given as options, by their keys."""
+    return {
+        key.removeprefix("field:"): value
+        for key, value in vars(options).items()
+        if key.startswith("field:") and value is not None
+    }
 
 
 def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
@@ -156,17 +159,8 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
 def _value(key: str, text: str) -> Any:
     """Return the text of an option as a number, a list of numbers, or text."""
     from phasmid.scenario import option_keys
-    from phasmid.toml import parse_toml
 
     form = _list_form(option_keys()[key])
-    if form and text.startswith("["):
-        flag = f"--{key.replace('_', '-')}"
-        try:
-            return parse_toml(f"list = {text}", flag)["list"]
-        except InvalidInput:
-            raise InvalidInput(
-                f'{flag} is "{text}"; it must be a list.', hint=f"{flag} {form}"
-            ) from None
     if form.endswith(";..."):
         return [[number_or_text(part) for part in row.split(",")] for row in text.split(";")]
     if form.endswith(",...") or (form and "," in text):
@@ -193,9 +187,7 @@ def check_lists(arguments: list[str]) -> None:
     """Refuse a list with spaces, whose second number argparse reads as the scenario."""
     from phasmid.scenario import option_keys
 
-    lists = {
-        f"--{key.replace('_', '-')}" for key, path in option_keys().items() if _list_form(path)
-    }
+    lists = {_flag(key) for key, path in option_keys().items() if _list_form(path)}
     for flag, first, second in zip(arguments, arguments[1:], arguments[2:], strict=False):
         numbers = (number_or_text(first), number_or_text(second))
         if flag in lists and not any(isinstance(number, str) for number in numbers):

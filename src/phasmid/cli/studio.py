@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import logging
-import os
 import signal
 import sys
 import webbrowser
@@ -13,11 +12,12 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING
 
-from phasmid.cli.compiling import announce_compilation
+from phasmid.cli.doctor import has_display
+from phasmid.cli.options import Number
+from phasmid.cli.progress import announce_compilation
 from phasmid.cli.scenario_options import (
+    SCENARIO,
     add_field_options,
-    add_scenario_option,
-    number_or_text,
     scenario_of,
 )
 from phasmid.errors import InvalidInput, plain
@@ -28,33 +28,29 @@ if TYPE_CHECKING:
 LONGEST_CLOSE = 3.0
 """Longest time in which the robot closes [s]."""
 
+OPTIONS = {
+    **SCENARIO,
+    "--out DIR": ("where runs are kept; default: results", "results"),
+    "--port N": Number(
+        "of the page; default: 8033, or the next that is free", 0, 65535, is_whole=True, hint="8033"
+    ),
+    "--host NAME": (
+        "where it listens; default: 127.0.0.1, which only this machine reaches",
+        "127.0.0.1",
+    ),
+    "--no-open": "open no browser, only print the address",
+    "--debug": "log errors with their tracebacks",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the scenario, its fields and the page."""
-    add_scenario_option(parser)
-    parser.add_argument(
-        "--out", metavar="DIR", default="results", help="where runs are kept; default: results"
-    )
-    parser.add_argument(
-        "--port", metavar="N", help="of the page; default: 8033, or the next that is free"
-    )
-    parser.add_argument(
-        "--host",
-        metavar="NAME",
-        default="127.0.0.1",
-        help="where it listens; default: 127.0.0.1, which only this machine reaches",
-    )
-    parser.add_argument(
-        "--no-open", action="store_true", help="open no browser, only print the address"
-    )
-    parser.add_argument("--debug", action="store_true", help="log errors with their tracebacks")
+    """Add the options of the command."""
     parser.set_defaults(quiet=False)
     add_field_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Show the page until Ctrl-C; return the exit status."""
-    port = _port(options.port)
     scenario = scenario_of(options)
     try:
         from phasmid.studio.guard import is_loopback
@@ -66,8 +62,12 @@ def run(options: argparse.Namespace) -> int:
         ) from None
     from phasmid.studio.live_simulation import LiveSimulation
 
-    _configure_log(debug=options.debug)
-    with listen(options.host, port) as listening:
+    log = logging.getLogger("phasmid.studio")
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("phasmid: %(message)s"))
+    log.handlers, log.propagate = [handler], False
+    log.setLevel(logging.DEBUG if options.debug else logging.WARNING)
+    with listen(options.host, options.port) as listening:
         if not is_loopback(options.host):
             note = f"others on the network can reach {options.host}; the address lets them drive"
             print(f"phasmid: note: {plain(note)}.", file=sys.stderr)
@@ -88,18 +88,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _show(address: str, options: argparse.Namespace) -> None:
-    """Print the address and open it."""
+    """Print the address and open it, where a browser can open a window."""
     print(f"The robot is at {plain(address)}\nCtrl-C ends it.", flush=True)
     if not options.no_open and has_display():
         # Some browsers are waited for until they have started.
         Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-
-
-def has_display() -> bool:
-    """Return True if a browser can open a window."""
-    if sys.platform in ("darwin", "win32"):
-        return True
-    return any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def _put_away(simulation: LiveSimulation) -> None:
@@ -113,24 +106,3 @@ def _put_away(simulation: LiveSimulation) -> None:
     closing.join(LONGEST_CLOSE)
     if closing.is_alive():
         raise KeyboardInterrupt
-
-
-def _port(text: str | None) -> int | None:
-    if text is None:
-        return None
-    value = number_or_text(text)
-    if not isinstance(value, int) or not 0 <= value <= 65535:
-        raise InvalidInput(
-            f'--port is "{text}"; it must be a whole number 0 to 65535.', hint="--port 8033"
-        )
-    return value
-
-
-def _configure_log(*, debug: bool) -> None:
-    """Send the log to the terminal."""
-    log = logging.getLogger("phasmid.studio")
-    handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("phasmid: %(message)s"))
-    log.handlers = [handler]
-    log.propagate = False
-    log.setLevel(logging.DEBUG if debug else logging.WARNING)

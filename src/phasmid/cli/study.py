@@ -10,7 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.options import Number
 from phasmid.cli.progress import progress_bar
+from phasmid.cli.tables import print_table
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
@@ -24,17 +26,29 @@ LINE_EVERY = 60.0
 MOST_POINTS, MOST_CAUSES = 10, 3
 """Points of a search, and causes of failures, that are printed."""
 
+OPTIONS = {
+    "FILE": "a study (.toml)",
+    "--out DIR": "folder of the study; default: results/NAME",
+    "--workers N": Number("number of processes; default: one per core", 1, 999_999, is_whole=True),
+    "--max-failures N": Number(
+        "stop after more failed runs; default: never", 0, 999_999, is_whole=True
+    ),
+    "--part K/N": "make the K-th of N parts of the runs, for several machines with one --out",
+    "--only N": Number(
+        "make run number N again, compare it with its row, and write its report",
+        0,
+        9_999_999,
+        is_whole=True,
+    ),
+    "--force": "delete the rows of another study of this name",
+    "--quiet": "print only errors",
+}
+
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", metavar="FILE", help="a study (.toml)")
-    parser.add_argument("--out", metavar="DIR", help="folder of the study; default: results/NAME")
-    parser.add_argument("--workers", metavar="N", help="number of processes; default: one per core")
     parser.add_argument(
         "--retry", choices=("failed",), help="also make the runs again that failed before"
-    )
-    parser.add_argument(
-        "--max-failures", metavar="N", help="stop after more failed runs; default: never"
     )
     parser.add_argument(
         "--ray",
@@ -43,20 +57,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="make the runs on a Ray cluster, or on a local Ray without an address (extra ray)",
     )
-    parser.add_argument(
-        "--part",
-        metavar="K/N",
-        help="make the K-th of N parts of the runs, for several machines with one --out",
-    )
-    parser.add_argument(
-        "--only",
-        metavar="N",
-        help="make run number N again, compare it with its row, and write its report",
-    )
-    parser.add_argument(
-        "--force", action="store_true", help="delete the rows of another study of this name"
-    )
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -64,22 +64,20 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.studies import study
     from phasmid.studies.results import causes
 
-    only = _count("--only", options.only, 0)
-    if only is not None:
-        return _repeat(options, only)
+    if options.only is not None:
+        return _repeat(options, options.only)
     with progress_bar("studying", quiet=options.quiet) as progress:
-        show = _Progress(progress, quiet=options.quiet)
         try:
             results = study(
                 options.file,
                 out=options.out,
-                workers=_count("--workers", options.workers, 1),
+                workers=options.workers,
                 retry_failed=options.retry == "failed",
-                max_failures=_count("--max-failures", options.max_failures, 0),
+                max_failures=options.max_failures,
                 ray=options.ray,
                 part=_part(options.part),
                 force=options.force,
-                progress=show,
+                progress=_shown(progress, quiet=options.quiet),
             )
         except KeyboardInterrupt:
             print(
@@ -91,7 +89,7 @@ def run(options: argparse.Namespace) -> int:
     table = results.table
     failed = table[table["status"] == "failed"]
     if not options.quiet:
-        _print_table(results.table, [metric.name for metric in results.study.metrics])
+        _print_metrics(results.table, [metric.name for metric in results.study.metrics])
         if results.study.search is not None:
             _print_best(results)
         folder = plain(str(results.folder))
@@ -105,29 +103,27 @@ def run(options: argparse.Namespace) -> int:
     return 1 if len(failed) == len(table) else 0
 
 
-class _Progress:
-    """Shows runs done, rate and failures: in a bar, or without one in a line each minute."""
+def _shown(bar: Callable[..., None] | None, *, quiet: bool) -> Callable[[int, int, int], None]:
+    """Return what shows runs done, rate and failures: in a bar, or else in a line each minute."""
+    begin = next_line = time.monotonic()
+    first = -1
 
-    def __init__(self, bar: Callable[..., None] | None, *, quiet: bool) -> None:
-        self._bar, self._quiet = bar, quiet
-        self._begin: tuple[float, int] | None = None
-        self._next_line = time.monotonic() + LINE_EVERY
-
-    def __call__(self, done: int, total: int, failures: int) -> None:
-        """Show the progress of a study."""
+    def show(done: int, total: int, failures: int) -> None:
+        nonlocal first, next_line
         now = time.monotonic()
         # Rows of an earlier call are done at once.
-        self._begin = self._begin or (now, done)
-        begin, first = self._begin
-        rate = (done - first) / (now - begin) if now > begin else 0.0
+        first = done if first < 0 else first
+        rate = (done - first) / max(now - begin, 1e-9)
         failed = f", {failures} failed" if failures else ""
         note = f"{done} of {total}, {rate:.3g}/s{failed}"
-        if self._bar is not None:
-            self._bar(done, total=total, note=f" {note}")
-        elif now > self._next_line and not self._quiet:
-            self._next_line = now + LINE_EVERY
+        if bar is not None:
+            bar(done, total=total, note=f" {note}")
+        elif now > next_line + LINE_EVERY and not quiet:
+            next_line = now
             left = f", {(total - done) / rate / 60:.0f} min left" if rate else ""
             print(f"phasmid: {note}{left}", file=sys.stderr, flush=True)
+
+    return show
 
 
 def _repeat(options: argparse.Namespace, number: int) -> int:
@@ -149,14 +145,15 @@ def _repeat(options: argparse.Namespace, number: int) -> int:
     return 1 if different else 0
 
 
-def _print_table(table: pd.DataFrame, metrics: list[str]) -> None:
+def _print_metrics(table: pd.DataFrame, metrics: list[str]) -> None:
     """Print least, mean and largest value of each metric, and how the runs ended."""
-    width = max(map(len, metrics))
-    print(f"{'':{width}}  {'least':>12} {'mean':>12} {'largest':>12}")
+    rows = [["", "least", "mean", "largest"]]
     for name in metrics:
         values = table[name]
-        numbers = " ".join(f"{x:12.5g}" for x in (values.min(), values.mean(), values.max()))
-        print(f"{plain(name):{width}}  {numbers}")
+        rows.append(
+            [plain(name), *(f"{x:.5g}" for x in (values.min(), values.mean(), values.max()))]
+        )
+    print_table(rows, right=(1, 2, 3))
     endings = table.loc[table["ending"] != "", "ending"].value_counts()
     print(", ".join(f"{ending} {count}" for ending, count in endings.items()))
 
@@ -176,13 +173,3 @@ def _part(text: str | None) -> tuple[int, int] | None:
         raise InvalidInput(f'--part is "{text}"; it must be a part of several.', hint="--part 1/4")
     first, count = text.split("/")
     return int(first), int(count)
-
-
-def _count(flag: str, text: str | None, least: int) -> int | None:
-    if text is None:
-        return None
-    if not re.fullmatch("[0-9]{1,6}", text) or int(text) < least:
-        raise InvalidInput(
-            f'{flag} is "{text}"; it must be a whole number, {least} or more.', hint=f"{flag} 2"
-        )
-    return int(text)

@@ -7,14 +7,14 @@ import errno
 import itertools
 import json
 import os
-import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.options import whole_numbers
 from phasmid.cli.progress import progress_bar
-from phasmid.errors import AlreadyExists, InvalidInput
+from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
     from phasmid.verification import Row
@@ -24,17 +24,14 @@ COLOURS = {"PASSES": "green", "FAILS": "bold red", "REPORTED": "yellow"}
 WIDTH = 100
 """Columns of the table."""
 
-
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument("--rows", metavar="1,2,...", help="checks to run; default: all")
-    parser.add_argument(
-        "--explain", action="store_true", help="print the derivation of each tolerance"
-    )
-    parser.add_argument("--json", metavar="FILE", help="write the rows to a file, too")
-    parser.add_argument("--page", metavar="FILE", help="write them as a page in Markdown, too")
-    parser.add_argument("--force", action="store_true", help="replace files of those names")
-    parser.add_argument("--quiet", action="store_true", help="print only what fails")
+OPTIONS = {
+    "--rows 1,2,...": "checks to run; default: all",
+    "--explain": "print the derivation of each tolerance",
+    "--json FILE": "write the rows to a file, too",
+    "--page FILE": "write them as a page in Markdown, too",
+    "--force": "replace files of those names",
+    "--quiet": "print only what fails",
+}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -43,9 +40,12 @@ def run(options: argparse.Namespace) -> int:
     files = [Path(name) for name in (options.json, options.page) if name is not None]
     if len({path.resolve() for path in files}) < len(files):
         raise InvalidInput(f"--json and --page are both {files[0]}; they must be two files.")
+    from phasmid.recording.file import cannot_write, check_new_file, write_whole
+
     for path in files:
-        _check_place(path, force=options.force)
-    from phasmid.recording.file import write_whole
+        check_new_file(path, option="file", force=options.force)
+        if not path.parent.is_dir():
+            raise cannot_write(path, OSError(errno.ENOENT, os.strerror(errno.ENOENT)))
     from phasmid.verification import CHECKS, Verdict, verify
     from phasmid.verification.page import page
 
@@ -60,12 +60,8 @@ def run(options: argparse.Namespace) -> int:
     if not options.quiet:
         _print_tally(rows)
     if options.json is not None:
-        text = json.dumps(
-            {"passed": not failed, "rows": [row.as_dict() for row in rows]},
-            indent=2,
-            ensure_ascii=False,
-            allow_nan=False,
-        )
+        found = {"passed": not failed, "rows": [row.as_dict() for row in rows]}
+        text = json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False)
         write_whole(Path(options.json), f"{text}\n".encode())
     if options.page is not None:
         write_whole(Path(options.page), page(rows).encode())
@@ -75,29 +71,9 @@ def run(options: argparse.Namespace) -> int:
 def _numbers(text: str | None) -> list[int] | None:
     if text is None:
         return None
-    parts = [part.strip() for part in text.split(",")]
-    if not all(re.fullmatch("[0-9]{1,9}", part) for part in parts):
-        raise InvalidInput(
-            f'--rows is "{text}"; it must be row numbers with commas between.',
-            hint="--rows 1,5,25",
-        )
     from phasmid.verification.table import check_numbers
 
-    return check_numbers(int(part) for part in parts)
-
-
-def _check_place(path: Path, *, force: bool) -> None:
-    """Refuse a file that exists or cannot be written, before the work."""
-    from phasmid.recording.file import cannot_write
-
-    if path.is_dir():
-        raise InvalidInput(f"{path} is a folder; it must be a file.")
-    if not force and (path.exists() or path.is_symlink()):
-        raise AlreadyExists(path, option="file")
-    if not path.parent.is_dir():
-        raise cannot_write(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise cannot_write(path, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
+    return check_numbers(whole_numbers("--rows", text, "row numbers", "1,5,25"))
 
 
 def _print_table(rows: Sequence[Row], *, explain: bool) -> None:

@@ -5,26 +5,45 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.options import whole_numbers
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.cli.scenario_options import (
+    OUT,
+    SCENARIO,
     add_field_options,
-    add_scenario_options,
     scenario_of,
 )
-from phasmid.errors import InvalidInput, plain
+from phasmid.errors import plain
 
 if TYPE_CHECKING:
     from phasmid.recording import Recording
     from phasmid.robot import Appearance, Robot
     from phasmid.scenario import Scenario
     from phasmid.simulation import Run
+
+REPORT_OPTIONS = {
+    "--force": "replace the folder of an earlier run",
+    "--legs 1,2,...": "legs that the summary lists; default: all",
+    "--mcap": "also write ROS 2 messages, for Foxglove (extra ros)",
+    "--video FILE": "also write a .mp4 or .gif of the robot (extra video)",
+    "--no-figures": "write data and summary only",
+    "--quiet": "print only errors",
+}
+"""Options of a report."""
+
+OPTIONS = {
+    **SCENARIO,
+    **OUT,
+    "--trajectory FILE": "joint angles to follow instead of a plan: .csv, .npy, .nc or .mcap",
+    "--check-time-step": "simulate two cycles at half the time step, and print the difference",
+    **REPORT_OPTIONS,
+}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -124,17 +143,16 @@ def write_report(
     recording: Recording,
     folder: Path,
     options: argparse.Namespace,
-    appearance: Appearance | None = None,
+    appearance: Appearance | None,
 ) -> None:
     """Write the result folder of a recording."""
     from phasmid.reporting import report
 
-    figures = not options.no_figures
     report(
         recording,
         folder,
         force=options.force,
-        figures=figures,
+        figures=not options.no_figures,
         mcap=options.mcap,
         appearance=appearance,
     )
@@ -151,35 +169,22 @@ def print_report(
 
     if options.quiet:
         return
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    print_summary(summary, legs=legs)
-    written = "recording.nc, summary.json, scenario.toml, robot.toml"
-    written += ", commands.toml" if "commands" in recording.attrs else ""
-    written += f"{', recording.mcap' if options.mcap else ''}"
-    written += f"{'' if options.no_figures else ', figures/, report.html'}"
-    print(f"\nWritten to {plain(str(folder))}{os.sep}: {written}")
+    print_summary(json.loads((folder / "summary.json").read_text(encoding="utf-8")), legs=legs)
+    written = ["recording.nc", "summary.json", "scenario.toml", "robot.toml"]
+    written += ["commands.toml"] * ("commands" in recording.attrs)
+    written += ["recording.mcap"] * options.mcap
+    written += [] if options.no_figures else ["figures/", "report.html"]
+    print(f"\nWritten to {plain(str(folder))}{os.sep}: {', '.join(written)}")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_scenario_options(parser)
-    parser.add_argument(
-        "--trajectory",
-        metavar="FILE",
-        help="joint angles to follow instead of a plan: a .csv, .npy, .nc or .mcap file",
-    )
     parser.add_argument(
         "--trajectory-unit",
         choices=("rad", "deg"),
         default="rad",
         help="of its angles, if the file has none; default: rad",
     )
-    parser.add_argument(
-        "--check-time-step",
-        action="store_true",
-        help="simulate two cycles at half the time step, and print the difference",
-    )
-    add_report_options(parser)
     add_field_options(parser)
 
 
@@ -222,33 +227,11 @@ def write_film(
         print(f"Written to {plain(str(path))}")
 
 
-def add_report_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a report."""
-    parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
-    parser.add_argument(
-        "--legs", metavar="1,2,...", help="legs that the summary lists; default: all"
-    )
-    parser.add_argument(
-        "--mcap", action="store_true", help="also write ROS 2 messages, for Foxglove (extra ros)"
-    )
-    parser.add_argument(
-        "--video", metavar="FILE", help="also write a .mp4 or .gif of the robot (extra video)"
-    )
-    parser.add_argument("--no-figures", action="store_true", help="write data and summary only")
-    parser.add_argument("--quiet", action="store_true", help="print only errors")
-
-
 def leg_numbers(text: str | None, robot: Robot, flag: str = "--legs") -> tuple[int, ...] | None:
     """Return the leg numbers of an option; None without it."""
     if text is None:
         return None
-    legs = []
-    for part in text.split(","):
-        if not re.fullmatch(r"\s*[0-9]{1,9}\s*", part):
-            raise InvalidInput(
-                f'{flag} is "{text}"; it must be leg numbers with commas between.',
-                hint=f"{flag} 1,2,3",
-            )
-        robot.leg(int(part))
-        legs.append(int(part))
+    legs = whole_numbers(flag, text, "leg numbers", "1,2,3")
+    for leg in legs:
+        robot.leg(leg)
     return tuple(legs)

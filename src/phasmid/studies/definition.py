@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -326,25 +326,20 @@ def check_key(key: str) -> None:
     Raises:
         InvalidInput: With the nearest key.
     """
-    head, _, rest = key.partition(".")
+    head, *rest = key.split(".")
     if head == "robot" and rest:
         # The robot's own table refuses unknown keys.
         return
     if head == "engine" and rest:
-        table: Any = EngineSettings
-        *inner, last = rest.split(".")
-        for name in inner:
-            defaults = {f.name: f.default_factory for f in fields(table)}
-            table = defaults.get(name)
-            if not isinstance(table, type):
-                raise InvalidInput(f'the engine has no settings "{name}".')
-        known = [f.name for f in fields(table)]
-        if last not in known:
-            guess = nearest(last, known)
-            prefix = ".".join(["engine", *inner])
-            raise InvalidInput(
-                f'the engine has no setting "{rest}".', hint=f"{prefix}.{guess}" if guess else ""
-            )
+        settings: Any = EngineSettings()
+        for name in rest:
+            known = [f.name for f in fields(settings)] if is_dataclass(settings) else []
+            if name not in known:
+                guess = nearest(name, known)
+                raise InvalidInput(
+                    f'the engine has no setting "{name}".', hint=f'"{guess}"' if guess else ""
+                )
+            settings = getattr(settings, name)
         return
     keys = option_keys()
     stem = split_unit(key)[0]

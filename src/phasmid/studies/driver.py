@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.simulation.channels import versions
 from phasmid.studies.definition import Study, load_study_file
-from phasmid.studies.executor import Done, Executor, LocalExecutor
+from phasmid.studies.executor import Executor, LocalExecutor
 from phasmid.studies.results import (
     DEFINITION,
     PAGE,
@@ -28,7 +28,7 @@ from phasmid.studies.results import (
     read_rows,
     write_definition,
 )
-from phasmid.studies.runs import Run, Runner, fingerprint, load_function, numbered
+from phasmid.studies.runs import Row, Run, Runner, fingerprint, load_function, numbered
 from phasmid.studies.search import search
 from phasmid.studies.webpage import study_page
 
@@ -84,21 +84,22 @@ def study(
     runner = _runner(table, files, folder)
     parts = fingerprint(runner)
     _prepare(folder, table, parts, force=force)
-    total, done, failures = table.count(), 0, 0
+    total, done = table.count(), 0
     errors: list[str] = []
 
-    def report(task: Done) -> bool:
-        nonlocal done, failures
-        done += task.runs
-        failures += len(task.failures)
-        errors.extend(task.failures[: 1 - len(errors)])
+    def report(rows: Sequence[Row]) -> bool:
+        nonlocal done
+        done += len(rows)
+        errors.extend(str(row["error"]) for row in rows if row["status"] == "failed")
         if progress:
-            progress(done, total, failures)
-        return max_failures is None or failures <= max_failures
+            progress(done, total, len(errors))
+        return max_failures is None or len(errors) <= max_failures
 
     def make(runs: list[Run]) -> bool:
+        nonlocal done
         missing = _missing(folder, runs, retry_failed=retry_failed)
-        report(Done(len(runs) - len(missing), [], 0.0))
+        done += len(runs) - len(missing)
+        report([])
         if missing:
             executor.make(missing)
         return executor.going
@@ -125,9 +126,9 @@ def study(
                 runs = _unrecorded(load_study(folder), runner)
                 total += len(runs)
                 executor.make(runs)
-    if max_failures is not None and failures > max_failures:
+    if max_failures is not None and len(errors) > max_failures:
         raise OutputError(
-            f"{failures} runs failed, more than {max_failures}; {done} of {total} are done. "
+            f"{len(errors)} runs failed, more than {max_failures}; {done} of {total} are done. "
             f"The first: {errors[0]}",
             hint=f"phasmid study {source} --retry failed" if isinstance(source, str | Path) else "",
         )

@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
-from phasmid.studies.results import read_rows, write_rows
+from phasmid.studies.results import write_rows
 from phasmid.studies.runs import Row, Run, Runner
 
 TASK_TIME = 2.0
@@ -29,19 +29,15 @@ ONE_THREAD = dict.fromkeys(
 )
 """Environment of the workers."""
 
+Report: TypeAlias = Callable[[Sequence[Row]], bool]
+"""Receives the rows of each task that is done, and returns False to stop."""
 
-class Done(NamedTuple):
-    """A task that is done.
 
-    Attributes:
-        runs: Its number of runs.
-        failures: Errors of its failed runs.
-        seconds: Its duration [s].
-    """
-
-    runs: int
-    failures: list[str]
-    seconds: float
+def make_rows(runner: Runner, runs: Sequence[Run]) -> tuple[list[Row], float]:
+    """Make runs, and return their rows and the time that they took [s]."""
+    begin = time.perf_counter()
+    rows = [runner.row(run) for run in runs]
+    return rows, time.perf_counter() - begin
 
 
 class Executor(ABC):
@@ -54,7 +50,7 @@ class Executor(ABC):
         runner: Makes a run.
         folder: Folder of the study.
         workers: Number of workers.
-        report: Receives each task that is done, and returns False to stop.
+        report: Receives the rows.
     """
 
     lost_errors: tuple[type[BaseException], ...]
@@ -63,9 +59,7 @@ class Executor(ABC):
     most_runs = 500
     """Most runs of a task."""
 
-    def __init__(
-        self, runner: Runner, folder: Path, workers: int, report: Callable[[Done], bool]
-    ) -> None:
+    def __init__(self, runner: Runner, folder: Path, workers: int, report: Report) -> None:
         self._runner, self._folder = runner, folder
         self._workers, self._report = workers, report
         self._deaths: Counter[str] = Counter()
@@ -85,13 +79,15 @@ class Executor(ABC):
     def _submit(self, task: list[Run]) -> Future[Any]:
         """Begin a task."""
 
-    @abstractmethod
-    def _finish(self, result: Any) -> Done:
-        """Write the rows of a task where its worker has not."""
+    def _result(self, future: Future[Any]) -> tuple[list[Row], float]:
+        """Return the rows of a task, and the time that it took [s]."""
+        rows, seconds = future.result()
+        return rows, seconds
 
-    @abstractmethod
     def _restart(self, pending: dict[Future[Any], list[Run]]) -> list[Run]:
         """Replace dead workers, and return the pending runs that were lost with them."""
+        del pending
+        return []
 
     def make(self, runs: Sequence[Run]) -> None:
         """Make runs, and return when all rows are written or the study is stopped."""
@@ -108,52 +104,42 @@ class Executor(ABC):
             for future in finished:
                 task = pending.pop(future)
                 try:
-                    done = self._finish(future.result())
+                    rows, seconds = self._result(future)
                 except self.lost_errors:
                     lost += task
                     continue
-                self.going &= self._report(done)
+                self._write(rows)
                 if self._window > 1:
                     fair = max(1, len(queue) // (4 * self._workers))
-                    wanted = max(1, round(TASK_TIME * done.runs / done.seconds))
+                    wanted = max(1, round(TASK_TIME * len(rows) / seconds))
                     self._size = min(wanted, fair, self.most_runs)
                 self._window = 2 * self._workers
-            if lost:
-                suspects += self._recover(lost + self._restart(pending))
+            for run in [*lost, *(self._restart(pending) if lost else ())]:
+                self._deaths[run.id] += 1
+                if self._deaths[run.id] < MOST_DEATHS:
+                    suspects.append(run)
+                else:
+                    self._write([self._runner.failed(run, DIED)])
 
-    def _recover(self, lost: Sequence[Run]) -> list[Run]:
-        """Return the runs that are to be made again; of the others the rows are written."""
-        written, again = set(read_rows(self._folder)["run"]), []
-        for run in lost:
-            self._deaths[run.id] += 1
-            if run.id in written:
-                self.going &= self._report(Done(1, [], 0.0))
-            elif self._deaths[run.id] < MOST_DEATHS:
-                again.append(run)
-            else:
-                write_rows(self._folder, [self._runner.failed(run, DIED)])
-                self.going &= self._report(Done(1, [DIED], 0.0))
-        return again
-
-
-# Processes of this machine ------------------------------------------------------------------------
-
-_WORKER: tuple[Runner, Path] | None = None
+    def _write(self, rows: list[Row]) -> None:
+        write_rows(self._folder, rows)
+        self.going &= self._report(rows)
 
 
 class LocalExecutor(Executor):
-    """Worker processes of this machine, which write their rows themselves."""
+    """Worker processes of this machine."""
 
     lost_errors = (BrokenProcessPool,)
 
     def __enter__(self) -> Executor:
         from loky import ProcessPoolExecutor
 
+        # Ctrl-C reaches all processes of a terminal; the first one ends the study.
         self._pool = ProcessPoolExecutor(
             self._workers,
             env=ONE_THREAD,
-            initializer=_initialise,
-            initargs=(self._runner, self._folder),
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),
         )
         return self
 
@@ -161,12 +147,8 @@ class LocalExecutor(Executor):
         self._pool.shutdown(kill_workers=kind is not None)
 
     def _submit(self, task: list[Run]) -> Future[Any]:
-        future: Future[Any] = self._pool.submit(_make, task)
+        future: Future[Any] = self._pool.submit(make_rows, self._runner, task)
         return future
-
-    def _finish(self, result: Any) -> Done:
-        assert isinstance(result, Done)
-        return result
 
     def _restart(self, pending: dict[Future[Any], list[Run]]) -> list[Run]:
         # The pool breaks as a whole.
@@ -175,32 +157,3 @@ class LocalExecutor(Executor):
         self._pool.shutdown(kill_workers=True)
         self.__enter__()
         return lost
-
-
-def _initialise(runner: Runner, folder: Path) -> None:
-    global _WORKER  # noqa: PLW0603, a process has one study
-    _WORKER = runner, folder
-    # Ctrl-C reaches all processes of a terminal; the first one ends the study.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _make(runs: Sequence[Run]) -> Done:
-    """Make runs and write their rows."""
-    assert _WORKER is not None
-    runner, folder = _WORKER
-    rows, seconds = make_rows(runner, runs)
-    write_rows(folder, rows)
-    return done(rows, seconds)
-
-
-def make_rows(runner: Runner, runs: Sequence[Run]) -> tuple[list[Row], float]:
-    """Make runs, and return their rows and the time that they took [s]."""
-    begin = time.perf_counter()
-    rows = [runner.row(run) for run in runs]
-    return rows, time.perf_counter() - begin
-
-
-def done(rows: Sequence[Row], seconds: float) -> Done:
-    """Return the report of a task."""
-    failures = [str(row["error"]) for row in rows if row["status"] == "failed"]
-    return Done(len(rows), failures, seconds)

@@ -6,15 +6,14 @@ import logging
 import os
 import pickle
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.simulation.channels import versions
-from phasmid.studies.executor import ONE_THREAD, Done, Executor, done, make_rows
-from phasmid.studies.results import write_rows
+from phasmid.studies.executor import ONE_THREAD, Executor, Report, make_rows
 from phasmid.studies.runs import Row, Run, Runner
 
 PATIENCE = 5.0
@@ -25,7 +24,7 @@ LOCAL = "local"
 
 
 class RayExecutor(Executor):
-    """Tasks on Ray; the driver writes their rows, so that workers need no shared folder.
+    """Tasks on Ray, which replaces its dead workers itself.
 
     A task is 40 runs at most, some kilobytes.
 
@@ -40,12 +39,7 @@ class RayExecutor(Executor):
     most_runs = 40
 
     def __init__(
-        self,
-        runner: Runner,
-        folder: Path,
-        workers: int,
-        report: Callable[[Done], bool],
-        address: str,
+        self, runner: Runner, folder: Path, workers: int, report: Report, address: str
     ) -> None:
         super().__init__(runner, folder, workers, report)
         self._address = address
@@ -85,17 +79,12 @@ class RayExecutor(Executor):
         future: Future[Any] = self._task.remote(self._runner_ref, wanted, task).future()
         return future
 
-    def _finish(self, result: Any) -> Done:
+    def _result(self, future: Future[Any]) -> tuple[list[Row], float]:
+        result = future.result()
         if isinstance(result, str):
             raise OutputError(result, hint="the same versions on all nodes of the cluster")
         rows, seconds = result
-        write_rows(self._folder, rows)
-        return done(rows, seconds)
-
-    def _restart(self, pending: dict[Future[Any], list[Run]]) -> list[Run]:
-        # Ray replaces its workers itself.
-        del pending
-        return []
+        return rows, seconds
 
 
 def _check_address(address: str) -> None:

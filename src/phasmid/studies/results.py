@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from phasmid.errors import InvalidInput
 from phasmid.recording.file import whole_file, write_whole
 from phasmid.studies.definition import Study
 from phasmid.studies.runs import Row
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
 
 PARTS, RECORDINGS, DEFINITION, PAGE = "parts", "recordings", "study.json", "study.html"
@@ -116,8 +117,6 @@ def write_rows(folder: Path, rows: Sequence[Row]) -> None:
     Raises:
         OutputError: They cannot be written.
     """
-    import pandas as pd
-
     # Parts sort by time: a run that was made again has its newest row last.
     path = folder / PARTS / f"{time.time_ns():020d}-{uuid.uuid4().hex[:8]}.parquet"
     with whole_file(path) as file:
@@ -126,8 +125,6 @@ def write_rows(folder: Path, rows: Sequence[Row]) -> None:
 
 def read_rows(folder: Path) -> pd.DataFrame:
     """Return the newest row of each run, in the order of the study."""
-    import pandas as pd
-
     parts = sorted((folder / PARTS).glob("*.parquet"))
     if not parts:
         return pd.DataFrame({"run": [], "status": []})

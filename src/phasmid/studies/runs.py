@@ -9,10 +9,12 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+import pandas as pd
 
 from phasmid.control import Command, CommandScript, EngineSettings, load_script
 from phasmid.errors import InvalidInput, PhasmidError, nearest
@@ -160,22 +162,16 @@ class Runner:
             text = robot_to_toml(scenario.base_robot())
             table = parse_toml(text, "robot")
             for key, value in of_robot.items():
-                set_value(table, key.split("."), value)
+                _set_value(table, key.split("."), value)
             scenario = scenario.replace(robot=robot_from_table(table, Path("robot"), ""))
         for key, place in functions.items():
             scenario = load_function(place, self.folder)(scenario, values[key])
         settings: dict[str, Any] = {}
         for key, value in own.items():
             if key.startswith("engine."):
-                _, *inner, last = key.split(".")
-                table = settings
-                for name in inner:
-                    table = table.setdefault(name, {})
-                table[last] = value
-        for field in fields(EngineSettings):
-            if isinstance(settings.get(field.name), dict):
-                default = getattr(EngineSettings(), field.name)
-                settings[field.name] = replace(default, **settings[field.name])
+                name, _, inner = key.removeprefix("engine.").partition(".")
+                base = settings.get(name) or getattr(EngineSettings(), name)
+                settings[name] = replace(base, **{inner: value}) if inner else value
         return scenario, settings
 
     def metrics(self, recording: Recording) -> dict[str, float]:
@@ -190,7 +186,7 @@ class Runner:
             if metric.function:
                 value = load_function(metric.function, self.folder)(recording)
             else:
-                value = summary_value(summary, metric.name)
+                value = _summary_value(summary, metric.name)
             try:
                 found[metric.name] = float(value)
             except (TypeError, ValueError):
@@ -219,7 +215,7 @@ class Runner:
         return robot
 
 
-def summary_value(summary: Mapping[str, Any], name: str) -> Any:
+def _summary_value(summary: Mapping[str, Any], name: str) -> Any:
     """Return a number of a summary by its place, such as ``energy.cost_of_transport``.
 
     Raises:
@@ -229,25 +225,14 @@ def summary_value(summary: Mapping[str, Any], name: str) -> Any:
     for part in name.split("."):
         value = value.get(part) if isinstance(value, Mapping) else None
     if value is None:
-        guess = nearest(name, list(numbers_of(summary)))
+        guess = nearest(name, pd.json_normalize(dict(summary)).columns)
         raise InvalidInput(
             f'the run has no metric "{name}".', hint=f'"{guess}"' if guess else "summary.json"
         )
     return value
 
 
-def numbers_of(summary: Mapping[str, Any], prefix: str = "") -> dict[str, float]:
-    """Return all numbers of a summary by their places."""
-    found: dict[str, float] = {}
-    for key, value in summary.items():
-        if isinstance(value, Mapping):
-            found |= numbers_of(value, f"{prefix}{key}.")
-        elif isinstance(value, int | float) and not isinstance(value, bool):
-            found[f"{prefix}{key}"] = value
-    return found
-
-
-def set_value(table: dict[str, Any], path: list[str], value: Any) -> None:
+def _set_value(table: dict[str, Any], path: list[str], value: Any) -> None:
     """Replace a value in a robot's table.
 
     Args:
@@ -270,7 +255,7 @@ def set_value(table: dict[str, Any], path: list[str], value: Any) -> None:
             raise InvalidInput(
                 f'the robot has no table "{key}".', hint=f'"{guess}"' if guess else ""
             )
-        set_value(table[key], rest, value)
+        _set_value(table[key], rest, value)
 
 
 @cache

@@ -5,16 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from phasmid.studies.definition import Axis, Search, Study
 from phasmid.studies.results import read_rows
 from phasmid.studies.runs import Run, numbered
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 def search(

@@ -8,17 +8,15 @@ import math
 from html import escape
 from importlib import resources
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from phasmid.errors import plain
 from phasmid.reporting.webpage import own_text
 from phasmid.reporting.webpage.packing import json_block, packed
 from phasmid.studies.results import StudyResults, causes
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 BINS = 8
 """Groups of equal size into which sampled ranges are divided for main effects."""

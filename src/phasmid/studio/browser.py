@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import time
 from collections import deque
 from collections.abc import Callable
@@ -12,8 +13,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from phasmid.errors import PhasmidError
-from phasmid.studio.guard import OUR_MISTAKE, log_mistake
+from phasmid.errors import PhasmidError, plain
 from phasmid.studio.messages import Answer, InvalidMessage, Request, read_request
 
 LARGEST = 10_000_000
@@ -31,11 +31,22 @@ NOTICE = 1.0
 MOST_WAITING = 100
 """Most messages of one browser without a reply."""
 
-MOST_BEHIND = 50_000_000
-"""Most characters of texts that wait for a browser; one that is further behind is dropped."""
-
 PATIENCE = 15.0
-"""Longest time in which a browser must read a message [s]."""
+"""Longest time in which a browser must read a message [s]; one that does not is dropped."""
+
+OUR_MISTAKE = "this is a mistake of phasmid, not yours; please report it."
+
+log = logging.getLogger("phasmid.studio")
+
+
+def log_mistake(error: BaseException) -> None:
+    """Log an unforeseen exception in one line; with its traceback at level DEBUG."""
+    text = plain(f"{type(error).__name__}: {error}")[:300]
+    log.error(
+        "a mistake of phasmid: %s",
+        text,
+        exc_info=error if log.isEnabledFor(logging.DEBUG) else None,
+    )
 
 
 class Browser:
@@ -51,7 +62,6 @@ class Browser:
         self._news = asyncio.Event()
         self._texts: deque[str] = deque()
         self._frame: bytes | None = None
-        self._behind = 0
         self._replies: set[asyncio.Task[None]] = set()
         self._tokens, self._filled_at = RATE, time.monotonic()
         self._noticed_at, self._refused = -NOTICE, 0
@@ -62,17 +72,15 @@ class Browser:
             self._frame = message
         else:
             self._texts.append(message)
-            self._behind += len(message)
         self._news.set()
 
     async def serve(self, greeting: list[str]) -> None:
-        """Send and receive until the browser leaves, or falls too far behind.
+        """Send and receive until the browser leaves, or no longer reads.
 
         Args:
             greeting: Texts that come before all that was queued meanwhile.
         """
         self._texts.extendleft(reversed(greeting))
-        self._behind += sum(map(len, greeting))
         self._news.set()
         both = [asyncio.create_task(part) for part in (self._send(), self._receive())]
         try:
@@ -87,15 +95,13 @@ class Browser:
                 log_mistake(end)
 
     async def _send(self) -> None:
-        while self._behind <= MOST_BEHIND:
+        while True:
             if not self._texts and self._frame is None:
                 self._news.clear()
                 await self._news.wait()
             async with asyncio.timeout(PATIENCE):
                 if self._texts:
-                    text = self._texts.popleft()
-                    await self._websocket.send_text(text)
-                    self._behind -= len(text)
+                    await self._websocket.send_text(self._texts.popleft())
                 elif self._frame is not None:
                     frame, self._frame = self._frame, None
                     await self._websocket.send_bytes(frame)

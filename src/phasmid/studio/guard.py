@@ -29,8 +29,6 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
 }
 
-OUR_MISTAKE = "this is a mistake of phasmid, not yours; please report it."
-
 log = logging.getLogger("phasmid.studio")
 
 
@@ -53,11 +51,8 @@ class Guard:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        started = False
 
         async def send_guarded(message: Message) -> None:
-            nonlocal started
-            started = True
             if message["type"].endswith("http.response.start"):
                 headers = MutableHeaders(scope=message)
                 for name, value in HEADERS.items():
@@ -65,15 +60,11 @@ class Guard:
             await send(message)
 
         response = self._check(HTTPConnection(scope))
-        try:
-            if response is None:
-                await self._app(scope, receive, send_guarded)
-        except Exception as error:
-            log_mistake(error)
-            response = None if started else refusal(500, OUR_MISTAKE)
-        if response is not None and scope["type"] == "websocket":
+        if response is None:
+            await self._app(scope, receive, send_guarded)
+        elif scope["type"] == "websocket":
             await WebSocket(scope, receive, send_guarded).send_denial_response(response)
-        elif response is not None:
+        else:
             await response(scope, receive, send_guarded)
 
     def _check(self, request: HTTPConnection) -> Response | None:
@@ -115,16 +106,6 @@ def _unknown() -> Response:
     return refusal(401, "open the address that phasmid studio printed: it carries the token.")
 
 
-def log_mistake(error: BaseException) -> None:
-    """Log an unforeseen exception in one line; with its traceback at level DEBUG."""
-    text = plain(f"{type(error).__name__}: {error}")[:300]
-    log.error(
-        "a mistake of phasmid: %s",
-        text,
-        exc_info=error if log.isEnabledFor(logging.DEBUG) else None,
-    )
-
-
 def names_of(host: str, port: int) -> tuple[str, ...]:
     """Return the values of the header Host that every connection accepts; the first is printed.
 
@@ -135,7 +116,7 @@ def names_of(host: str, port: int) -> tuple[str, ...]:
     names = [host]
     if is_loopback(host):
         names += ["localhost"]
-    elif (number := _number_of(host)) is not None and number.is_unspecified:
+    elif _number_of(host).is_unspecified:
         names = ["127.0.0.1", "localhost", socket.gethostname().lower()]
     return tuple(host_header(name, port) for name in names)
 
@@ -163,12 +144,8 @@ def address_of(host: str) -> tuple[socket.AddressFamily, str]:
 
 def is_loopback(host: str) -> bool:
     """Return True if only this machine reaches a host."""
-    number = _number_of(address_of(host)[1])
-    return number is not None and number.is_loopback
+    return _number_of(host).is_loopback
 
 
-def _number_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    try:
-        return ipaddress.ip_address(host)
-    except ValueError:
-        return None
+def _number_of(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    return ipaddress.ip_address(address_of(host)[1])

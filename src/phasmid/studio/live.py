@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from phasmid.control import Command, LocomotionEngine, Player, SafetyFilter, Sequencer
 from phasmid.control.sequences import Stage as Sequence
 from phasmid.errors import InvalidGait
-from phasmid.motion import Walk, plan
+from phasmid.kinematics import quaternion_rotation
+from phasmid.motion import plan
+from phasmid.reporting.numbers import SHORTEST_DISTANCE
 from phasmid.reporting.run import Source
 from phasmid.simulation import new_drive
 from phasmid.simulation.closed_loop import ClosedLoopRun
@@ -20,7 +24,6 @@ from phasmid.simulation.drive import scenario_controller
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.termination import Failure
 from phasmid.studio.setting import LOCOMOTION, Setting
-from phasmid.studio.walk_metrics import Metrics, WalkMetrics
 
 if TYPE_CHECKING:
     from phasmid.learning import PolicyController
@@ -49,6 +52,21 @@ Velocity: TypeAlias = tuple[float, float, float]
 """Forward, lateral [m/s], yaw [rad/s]; or shares of the largest."""
 
 
+class Metrics(NamedTuple):
+    """Averages over the last cycle; NaN until they are known.
+
+    Attributes:
+        velocity: In the mean heading of the body: forward, lateral [m/s], yaw [rad/s].
+        power: Electrical power of servos with their own law, else mechanical power of the joints,
+            without recovery [W].
+        cost_of_transport: Energy over weight and distance.
+    """
+
+    velocity: Velocity = (math.nan,) * 3
+    power: float = math.nan
+    cost_of_transport: float = math.nan
+
+
 class LiveRobot:
     """Robot in simulation, without an end.
 
@@ -62,6 +80,7 @@ class LiveRobot:
         sample: Last sample.
         peak: Largest joint torques since the last frame [N·m].
         recorder: Takes all channels, while something records.
+        ends_at: End of its plan [s]; only a plan for uneven ground has one.
 
     Raises:
         InvalidInput: The robot cannot be driven, or the walk cannot be planned.
@@ -71,60 +90,54 @@ class LiveRobot:
         scenario = setting.machine
         dt = scenario.simulation.dt
         rate = 1 / (max(1, round(UPDATE / dt)) * dt)
-        self._engine: LocomotionEngine | None = None
-        self._sequencer: Sequencer | None = None
-        self.walk: Walk | None = None
-        self._policy: PolicyController | None = None
-        controller: Player | SafetyFilter | PolicyController
-        if setting.walks == "the plan":
-            self.walk = plan(scenario)
-            controller = Player(self.walk, rate=rate)
-        elif setting.controller != LOCOMOTION:
-            # Lazy import: policies need the extra learn.
-            from phasmid.learning import PolicyController
-
-            self._policy = controller = PolicyController(setting.controller, scenario.load_robot())
-        else:
-            controller = scenario_controller(scenario, rate, ground_sensing=setting.ground_sensing)
-            assert isinstance(controller.controller, Sequencer)
-            self._sequencer = controller.controller
-            assert isinstance(self._sequencer.walker, LocomotionEngine)
-            self._engine = self._sequencer.walker
-        self._controller = controller
+        self._controller = self._controller_of(setting, rate)
         self.setting = setting
         self.command = Command()
         self.run: ClosedLoopRun = new_drive(
-            scenario, controller, lambda *_: self.command, rate=rate, endless=True
+            scenario, self._controller, lambda *_: self.command, rate=rate, endless=True
         )
         self.source = Source(self.run.robot, scenario, setting.gait)
-        self._metrics = WalkMetrics(self.source.weight)
         self.failure: Failure | None = self.run.failure
         self.sample: Samples = self.run.first
-        self.time = 0.0
+        self.time = self._work = 0.0
         self.peak = np.abs(self.sample["torque"][0])
         self.recorder: Recorder | None = None
-        self._largest: dict[Any, Velocity] = {}
-        self._add_metrics(0.0)
+        self._marks: deque[np.ndarray] = deque()
+        self._add_mark()
+
+    def _controller_of(
+        self, setting: Setting, rate: float
+    ) -> Player | SafetyFilter | PolicyController:
+        """Return the controller of a setting."""
+        scenario = setting.machine
+        self.ends_at = math.inf
+        self._engine: LocomotionEngine | None = None
+        self._policy: PolicyController | None = None
+        if setting.walks == "the plan":
+            walk = plan(scenario)
+            if not scenario.planned_terrain().is_level:
+                self.ends_at = float(walk.time[-1])
+            return Player(walk, rate=rate)
+        if setting.controller != LOCOMOTION:
+            # Lazy import: policies need the extra learn.
+            from phasmid.learning import PolicyController
+
+            self._policy = PolicyController(setting.controller, scenario.load_robot())
+            return self._policy
+        controller = scenario_controller(scenario, rate, ground_sensing=setting.ground_sensing)
+        assert isinstance(controller.controller, Sequencer)
+        self._sequencer = controller.controller
+        assert isinstance(self._sequencer.walker, LocomotionEngine)
+        self._engine = self._sequencer.walker
+        self._largest_velocity = lru_cache(64)(self._compute_largest_velocity)
+        return controller
 
     # Commands ------------------------------------------------------------------------------------
 
     @property
     def plays(self) -> bool:
         """True if it plays a plan, and takes no commands."""
-        return self.walk is not None
-
-    @property
-    def lifts_legs(self) -> bool:
-        """True if it can walk without lost legs."""
-        return self._engine is not None
-
-    @property
-    def ends_at(self) -> float:
-        """End of its plan [s]; only a plan for uneven ground has one."""
-        walk = self.walk
-        if walk is None or walk.scenario.planned_terrain().is_level:
-            return math.inf
-        return float(walk.time[-1])
+        return isinstance(self._controller, Player)
 
     def follow(self, setting: Setting, share: Velocity, lost: frozenset[int]) -> None:
         """Walk by a setting from now on.
@@ -147,50 +160,39 @@ class LiveRobot:
             )
             self.command = replace(command, velocity=self._velocity(command, share))
         elif self._policy is not None:
-            largest = self._policy.largest_velocity
-            self.command = Command(
-                velocity=_triple([a * b for a, b in zip(share, largest, strict=True)])
-            )
+            forward, lateral, yaw = np.multiply(share, self._policy.largest_velocity).tolist()
+            self.command = Command(velocity=(forward, lateral, yaw))
         self.setting = setting
 
     def _velocity(self, command: Command, share: Velocity) -> Velocity:
         """Scale the largest velocity along each axis, within the largest along their sum."""
-        velocity = [0.0, 0.0, 0.0]
+        velocity = np.zeros(3)
         for axis, part in enumerate(share):
             # The first axis is computed in any case: it refuses gaits that cannot be walked.
             if part or axis == 0:
-                unit = [0.0, 0.0, 0.0]
-                unit[axis] = math.copysign(1.0, part)
-                velocity[axis] = abs(part) * self._largest_along(command, _triple(unit))[axis]
-        if sum(part != 0 for part in velocity) > 1:
-            largest = self._largest_velocity(command, _triple(velocity))
+                unit = np.where(np.arange(3) == axis, math.copysign(1.0, part), 0.0)
+                velocity[axis] = abs(part) * self._largest(command, unit)[axis]
+        if np.count_nonzero(velocity) > 1:
+            largest = self._largest(command, velocity)
             scale = MARGIN * math.hypot(*largest) / math.hypot(*velocity)
-            velocity = [part * min(scale, 1.0) for part in velocity]
-        return _triple(velocity)
+            velocity = velocity * min(scale, 1.0)
+        forward, lateral, yaw = velocity.tolist()
+        return forward, lateral, yaw
 
-    def _largest_along(self, command: Command, axis: Velocity) -> Velocity:
-        """Return the largest velocity along an axis, from a cache."""
-        gait = command.gait, command.period, command.step_height, command.pose
-        key = (axis, *gait, command.lost_legs)
-        if key not in self._largest:
-            if len(self._largest) > 64:
-                self._largest.clear()
-            self._largest[key] = self._largest_velocity(command, axis)
-        return self._largest[key]
+    def _largest(self, command: Command, direction: np.ndarray) -> Velocity:
+        parts = command.gait, command.period, command.step_height, command.pose, command.lost_legs
+        return self._largest_velocity(tuple(direction.tolist()), *parts)
 
-    def _largest_velocity(self, command: Command, direction: Velocity) -> Velocity:
+    def _compute_largest_velocity(
+        self, direction: Velocity, gait: Any, period: Any, height: Any, pose: Any, lost: Any
+    ) -> Velocity:
         assert self._engine is not None
         try:
             return self._engine.largest_velocity(
-                direction,
-                gait=command.gait,
-                period=command.period,
-                step_height=command.step_height,
-                pose=command.pose,
-                lost_legs=command.lost_legs,
+                direction, gait=gait, period=period, step_height=height, pose=pose, lost_legs=lost
             ).velocity
         except InvalidGait:
-            if not command.lost_legs:
+            if not lost:
                 raise
             # The remaining legs do not carry it; the engine reports that, and stands.
             return (0.0, 0.0, 0.0)
@@ -212,10 +214,9 @@ class LiveRobot:
         if self.failure is not None:
             return
         run = self.run
-        self._work = 0.0
         self.peak = np.zeros_like(self.peak)
         self.failure = run.advance(until=run.step + periods * run.period_steps, keep=self._take)
-        self._add_metrics(self._work)
+        self._add_mark()
         # Memory must not grow with the hours.
         run.command_changes.clear()
 
@@ -240,18 +241,37 @@ class LiveRobot:
         supply = self.source.scenario.servo.supply(self.source.robot.servo)
         return np.maximum(supply * channels["servo_duty"] * channels["servo_current"], 0.0)
 
-    def _add_metrics(self, work: float) -> None:
-        x, y, _, w, i, j, k = self.sample["qpos"][0, :7].tolist()
-        yaw = math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
-        if math.isfinite(x + y + yaw):
-            self._metrics.add(self.now, (x, y, yaw), work)
+    def _add_mark(self) -> None:
+        """Remember time, place, heading and work for the metrics of a cycle."""
+        qpos = self.sample["qpos"][0, :7]
+        if not np.isfinite(qpos).all():
+            return
+        forward = quaternion_rotation(qpos[3:])[:, 0]
+        yaw = math.atan2(forward[1], forward[0])
+        if self._marks:
+            yaw += 2 * math.pi * round((self._marks[-1][3] - yaw) / (2 * math.pi))
+        self._marks.append(np.array([self.now, *qpos[:2], yaw, self._work]))
 
     # Readings ------------------------------------------------------------------------------------
 
     @property
     def metrics(self) -> Metrics:
         """Speed, power and cost of transport of the last cycle."""
-        return self._metrics.mean(self.setting.scenario.stride.period)
+        marks, cycle = self._marks, self.setting.scenario.stride.period
+        while len(marks) > 2 and marks[1][0] <= marks[-1][0] - cycle:
+            marks.popleft()
+        if len(marks) < 2 or marks[-1][0] <= marks[0][0]:
+            return Metrics()
+        span, dx, dy, turn, work = (marks[-1] - marks[0]).tolist()
+        # The chord of a steady curve points along the mean heading.
+        heading = (marks[0][3] + marks[-1][3]) / 2
+        c, s = math.cos(heading), math.sin(heading)
+        distance = math.hypot(dx, dy)
+        cost = math.nan
+        if distance >= SHORTEST_DISTANCE:
+            cost = work / (self.source.weight * distance)
+        velocity = ((c * dx + s * dy) / span, (c * dy - s * dx) / span, turn / span)
+        return Metrics(velocity, work / span, cost)
 
     @property
     def telemetry(self) -> dict[str, Any]:
@@ -265,7 +285,7 @@ class LiveRobot:
             return self.failure.ending.name.lower()
         if self._policy is not None:
             return "walks" if any(self.command.velocity) else "stands"
-        if self._engine is None or self._sequencer is None:
+        if self._engine is None:
             return "walks"
         stage = self._sequencer.stage
         if stage is not Sequence.STANDING:
@@ -279,8 +299,3 @@ class LiveRobot:
         if isinstance(self._controller, Player):
             return []
         return self._controller.take_events()
-
-
-def _triple(values: list[float]) -> Velocity:
-    forward, lateral, yaw = values
-    return forward, lateral, yaw

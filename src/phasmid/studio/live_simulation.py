@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import ctypes
 import gc
+import json
 import math
 import queue
-import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from phasmid.control.compilation import are_compiled
 from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario, load_scenario
-from phasmid.studio.broadcast import Broadcast
-from phasmid.studio.fields import catalogue, values
+from phasmid.studio.fields import POSES, catalogue, field_of, values
+from phasmid.studio.live import LiveRobot, Velocity
 from phasmid.studio.messages import (
     Answer,
     Bench,
@@ -35,11 +35,10 @@ from phasmid.studio.messages import (
     Request,
     Stick,
 )
-from phasmid.studio.operator import Operator
 from phasmid.studio.pacing import Pacing
 from phasmid.studio.recorder import LONGEST, Recorder
 from phasmid.studio.scene import Scene, gait_table
-from phasmid.studio.setting import Setting, setting_of
+from phasmid.studio.setting import LOCOMOTION, Setting, setting_of
 from phasmid.studio.settings_io import scenario_file, with_file
 
 FRAMES = 100 / 3
@@ -51,7 +50,24 @@ LONGEST_WAIT = 0.05
 LYING = 2.0
 """Time for which a fallen robot is shown [s]."""
 
-COMPILES = "The controller is being compiled, once for this machine: less than a minute."
+STICK_TIMEOUT = 0.5
+"""A stick command expires after as long [s]."""
+
+GENTLE = (0.5, 0.0, 0.0)
+"""Shares of the largest velocity with which the robot walks by itself."""
+
+HARDEST = 1.5
+"""Largest change of the robot's speed by a push [m/s]."""
+
+SAME_EVENT = 3.0
+"""Least time between two events with the same text [s]."""
+
+KINDS = ("catalogue", "scene", "setting", "state")
+"""Kinds of texts that a new browser needs, in order."""
+
+AT_REST = (0.0, 0.0, 0.0)
+
+BY_HAND = 'walks = "by hand"'
 
 
 class LiveSimulation:
@@ -64,6 +80,10 @@ class LiveSimulation:
         out: Folder of saved runs.
         publish: Called from the thread with texts in JSON, and with frames.
 
+    Attributes:
+        setting: Present setting.
+        live: Robot; None while there is none.
+
     Raises:
         InvalidInput: The scenario's robot or gait is invalid.
     """
@@ -71,22 +91,24 @@ class LiveSimulation:
     def __init__(
         self, scenario: Scenario, *, out: Path, publish: Callable[[str | bytes], None]
     ) -> None:
-        self._first = setting_of(scenario)
-        self._broadcast = Broadcast(publish)
+        self.setting = self._first = setting_of(scenario)
+        self.live: LiveRobot | None = None
+        self._lost, self._dead = frozenset[int](), frozenset[int]()
+        self._stick: Velocity = AT_REST
+        self._stick_at = -math.inf
         self._requests: queue.SimpleQueue[tuple[Request, Future[Answer]] | None] = (
             queue.SimpleQueue()
         )
+        self._publish = publish
+        self._texts: dict[str, str] = {}
+        self._events: dict[str, float] = {}
         self._recorder = Recorder(out)
         self._files = tempfile.TemporaryDirectory(prefix="phasmid-studio-")
         self._pacing = Pacing()
-        self._operator = Operator(
-            self._first, build=self._build, changed=self._send_setting, report=self._event
-        )
         self._scene: Scene | None = None
         self._playing = True
         self._sentence, self._notice, self._state = "", "", dict[str, Any]()
         self._reset_at, self._fault_at = math.inf, -math.inf
-        self._compiles = False
         self._viewers, self._needs_frame, self._next_frame = 0, True, 0.0
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._run, name="simulation", daemon=True)
@@ -120,8 +142,8 @@ class LiveSimulation:
         return future
 
     def hello(self) -> list[str]:
-        """Return the texts that bring a new browser up to date."""
-        return self._broadcast.hello()
+        """Return the newest text of each kind, which bring a new browser up to date."""
+        return [self._texts[kind] for kind in KINDS if kind in self._texts]
 
     def viewers(self, count: int) -> None:
         """Set the number of browsers: without any the stick centers and no frames are made."""
@@ -136,7 +158,6 @@ class LiveSimulation:
     # The thread ----------------------------------------------------------------------------------
 
     def _run(self) -> None:
-        self._compiles = not are_compiled()
         self._send_setting()
         self._send_state()
         while not self._closing.is_set():
@@ -152,17 +173,18 @@ class LiveSimulation:
 
     def _turn(self) -> None:
         """Answer requests, advance, publish."""
-        if self._operator.live is None:
-            self._build(self._operator.setting)
+        if self.live is None:
+            self._build(self.setting)
         self._answer()
         now = time.monotonic()
-        self._operator.release_stale_stick(now, unwatched=not self._viewers)
+        if not self._viewers or now - self._stick_at > STICK_TIMEOUT:
+            self._move_stick(AT_REST)
         if now >= self._reset_at:
-            self._build(self._operator.setting)
+            self._build(self.setting)
         elif self._playing:
             self._advance(now)
-        for saved in self._recorder.finished():
-            self._event(saved.sentence, run=saved.run if saved.complete else "")
+        for sentence, run in self._recorder.finished():
+            self._event(sentence, run=run)
         self._send_frame()
         self._send_state()
 
@@ -182,7 +204,7 @@ class LiveSimulation:
         if not future.set_running_or_notify_cancel():
             return
         try:
-            future.set_result(self._handle(request))
+            future.set_result(self._handle(request) or {})
         except PhasmidError as error:
             _refuse(future, error)
         except Exception as error:
@@ -192,23 +214,19 @@ class LiveSimulation:
 
     def _advance(self, now: float) -> None:
         """Advance by the updates that are due, for no longer than a frame's time."""
-        live, pacing = self._operator.robot, self._pacing
+        live = self._robot
         if live.failure is not None:
             return
-        due, part = pacing.due(now, live.period), max(1, round(1 / FRAMES / live.period))
-        while due > 0 and live.failure is None:
-            before = live.now
+        due = self._pacing.due(now, live.now, live.period)
+        part = max(1, round(1 / FRAMES / live.period))
+        while due > 0 and time.monotonic() < now + 1 / FRAMES:
             live.advance(min(due, part))
-            self._compiles = False
             due -= part
-            pacing.done(time.monotonic(), live.now, live.now - before)
-            if time.monotonic() >= now + 1 / FRAMES:
-                break
         self._report_events()
 
     def _report_events(self) -> None:
         """Report the controller's events, a fall, and the end of a plan or a recording."""
-        live = self._operator.robot
+        live = self._robot
         for at, sentence in live.take_events():
             self._event(sentence, at=at)
         if live.failure is not None and self._reset_at == math.inf:
@@ -228,18 +246,16 @@ class LiveSimulation:
         """Return the robot to its start after a fault; after a second one, with a safe setting."""
         again = time.monotonic() - self._fault_at < 2 * LYING
         self._fault_at = time.monotonic()
-        self._operator.live = self._scene = None
+        self.live = self._scene = None
+        fault = f"an unforeseen fault, {_one_line(error)}"
         if isinstance(error, PhasmidError):
-            sentence = f"{error.what.rstrip('.')}; the robot is put back to its start"
-        else:
-            sentence = (
-                f"an unforeseen fault, {_one_line(error)}; the robot is put back to its start"
-            )
+            fault = error.what.rstrip(".")
+        sentence = f"{fault}; the robot is put back to its start"
         if again:
             sentence += ", with the usual setting, and waits"
-            is_first = self._operator.setting is self._first
             # The paper's robot can always be built.
-            self._operator.setting = setting_of(load_scenario("paper")) if is_first else self._first
+            is_first = self.setting is self._first
+            self.setting = setting_of(load_scenario("paper")) if is_first else self._first
             self._playing = False
             self._notice = f"{sentence}."
         self._event(f"{sentence}.")
@@ -248,68 +264,184 @@ class LiveSimulation:
         except Exception as failed:
             self._event(f"the recording is lost: {_one_line(failed)}.")
 
+    # The robot -----------------------------------------------------------------------------------
+
+    @property
+    def _robot(self) -> LiveRobot:
+        """Robot, where there is one."""
+        assert self.live is not None
+        return self.live
+
+    def _upright(self) -> LiveRobot:
+        """Return the robot.
+
+        Raises:
+            InvalidInput: It fell.
+        """
+        if self._robot.failure is not None:
+            raise InvalidInput("the robot fell; it is put back in a moment.", hint="reset")
+        return self._robot
+
     def _build(self, setting: Setting, lost: frozenset[int] = frozenset()) -> None:
         """Build a robot; the present one stays if that is refused."""
-        live = self._operator.create(setting, lost)
+        live = LiveRobot(setting)
+        live.follow(setting, self._share(setting), lost)
         scene = Scene(live, self._scene.number + 1 if self._scene else 1)
         if self._recorder.run:
             self._event("the recording ends, since the robot is another one now.")
             self._end_recording()
-        self._operator.adopt(live, lost)
-        self._scene = scene
+        self.live, self.setting, self._scene = live, setting, scene
+        self._lost, self._dead = lost, frozenset()
         self._reset_at, self._sentence = math.inf, ""
         self._needs_frame = True
-        self._pacing.begin(time.monotonic())
+        self._pacing.begin(time.monotonic(), live.now)
         self._send_setting()
-        self._broadcast.set("scene", scene.table)
-        free_memory()
+        self._send("scene", scene.table)
+        # A run and its observations refer to each other, and hold megabytes that Python does not
+        # count.
+        gc.collect()
+
+    def _apply(self, setting: Setting) -> None:
+        """Replace the setting.
+
+        Raises:
+            InvalidInput: It cannot be built, or cannot be walked; all stays as it was.
+        """
+        if setting.built_of() != self.setting.built_of():
+            same = len(setting.base.legs) == len(self.setting.base.legs)
+            self._build(setting, self._lost if same else frozenset())
+            return
+        self._robot.follow(setting, self._share(setting), self._lost)
+        self.setting = setting
+        self._send_setting()
+
+    def _share(self, setting: Setting) -> Velocity:
+        """Return the commanded shares of the largest velocity."""
+        if setting.walks == "by itself":
+            return GENTLE
+        return self._stick if setting.walks == "by hand" else AT_REST
+
+    def _move_stick(self, share: Velocity) -> None:
+        if share != self._stick:
+            self._stick = share
+            self._robot.follow(self.setting, self._share(self.setting), self._lost)
 
     # Requests ------------------------------------------------------------------------------------
 
-    def _handle(self, request: Request) -> Answer:
-        operator = self._operator
+    def _handle(self, request: Request) -> Answer | None:
         match request:
             case Stick():
-                operator.steer(request.at)
+                self._steer(request.at)
             case Change():
-                operator.change(request.name, request.value)
+                self._change(request.name, request.value)
             case Play():
                 self._play(request.how)
             case Pace():
                 self._pacing.factor = request.factor
-                self._pacing.begin(time.monotonic())
+                self._pacing.begin(time.monotonic(), self._robot.now)
             case Push():
-                operator.push(request.impulse)
+                self._push(request.impulse)
             case Limb():
-                operator.limb(request.leg, request.how)
+                self._use_leg(request.leg, request.how)
             case Record():
                 return self._record(request.on)
             case Keep():
-                return scenario_file(operator.setting)
+                return scenario_file(self.setting)
             case Load():
-                operator.apply(with_file(operator.setting, request, Path(self._files.name)))
+                self._apply(with_file(self.setting, request, Path(self._files.name)))
             case Bench():
                 # Lazy import: it loads the paper's dynamics.
                 from phasmid.studio.bench import bench
 
-                return bench(operator.setting.robot, request)
-        return {}
+                return bench(self.setting.robot, request)
+        return None
+
+    def _steer(self, at: Velocity) -> None:
+        """Move the stick: shares of the largest velocity forward, lateral and in yaw."""
+        if self.setting.walks == "the plan":
+            raise InvalidInput("the robot walks by its plan, without a stick.", hint=BY_HAND)
+        forward, lateral, yaw = (min(max(part, -1.0), 1.0) for part in at)
+        share = forward, lateral, yaw
+        if self.setting.walks == "by itself":
+            if not any(share):
+                return
+            self.setting = replace(self.setting, walks="by hand")
+            self._send_setting()
+        self._stick_at = time.monotonic()
+        self._move_stick(share)
+
+    def _change(self, name: str, value: object) -> None:
+        """Change a field of the setting."""
+        field = field_of(name)
+        if field in POSES:
+            self._check_locomotion("another pose of the body")
+        setting = field.changed(self.setting, value)
+        if name == "walks":
+            self._stick = AT_REST
+        if field.value(setting) != field.value(self.setting):
+            self._apply(setting)
+
+    def _check_locomotion(self, what: str) -> None:
+        """Refuse what only the locomotion controller can do."""
+        if self.setting.walks == "the plan":
+            raise InvalidInput(f"the robot walks by its plan, without {what}.", hint=BY_HAND)
+        if self.setting.controller != LOCOMOTION:
+            raise InvalidInput(
+                f"a learned policy walks without {what}.", hint=f'controller = "{LOCOMOTION}"'
+            )
 
     def _play(self, how: str) -> None:
         self._notice = ""
         if how == "reset":
-            self._build(self._operator.setting)
+            self._build(self.setting)
             return
         self._playing = how == "play"
-        self._pacing.begin(time.monotonic())
+        self._pacing.begin(time.monotonic(), self._robot.now)
         if how == "step":
-            self._operator.robot.advance(1)
+            self._robot.advance(1)
             self._report_events()
         self._needs_frame = True
 
+    def _push(self, impulse: Velocity) -> None:
+        """Push the trunk by an impulse in body axes [N·s]."""
+        live = self._upright()
+        most = HARDEST * live.source.robot.mass
+        size = math.hypot(*impulse)
+        if size > most:
+            raise InvalidInput(
+                f"the push is {size:.3g} N·s; it must be at most {most:.3g} N·s, which changes "
+                f"the robot's speed by {HARDEST:g} m/s.",
+                hint=f"{most / 3:.2g} N·s",
+            )
+        live.run.push(impulse)
+        self._event(f"a push of {size:.3g} N·s.")
+
+    def _use_leg(self, leg: int, how: str) -> None:
+        """Lose a leg, restore it, or disable its servos."""
+        live = self._upright()
+        name = self.setting.base.leg(leg).name.replace("_", " ")
+        if how == "limp":
+            if leg not in self._dead:
+                for joint in range(len(JOINTS)):
+                    live.run.fail_servo(leg - 1, joint)
+                self._dead |= {leg}
+                self._event(f"all servos of leg {name} died.")
+            return
+        self._check_locomotion("lost legs")
+        if how == "restore" and leg in self._dead:
+            raise InvalidInput(
+                f"the servos of leg {name} are dead for as long as the robot is not put back.",
+                hint="reset",
+            )
+        lost = self._lost | {leg} if how == "lose" else self._lost - {leg}
+        live.follow(self.setting, self._share(self.setting), lost)
+        if lost != self._lost:
+            self._event(f"leg {name} is {'lost' if how == 'lose' else 'there again'}.")
+        self._lost = lost
+
     def _record(self, on: bool) -> Answer:
         if on:
-            return {"run": self._recorder.begin(self._operator.upright())}
+            return {"run": self._recorder.begin(self._upright())}
         run = self._recorder.run
         if not run:
             raise InvalidInput("nothing records; there is no recording to end.")
@@ -321,17 +453,23 @@ class LiveSimulation:
         """End the recording, if there is one; return the reason if it is not kept."""
         if not self._recorder.run:
             return ""
-        live = self._operator.live
-        why = self._recorder.end(live.failure if live else None)
+        why = self._recorder.end(self.live.failure if self.live else None)
         if why:
             self._event(why)
         return why
 
     # Texts and frames ----------------------------------------------------------------------------
 
+    def _send(self, kind: str, value: Any) -> None:
+        """Publish a text if it is new, and keep it for browsers to come."""
+        text = _json({kind: value})
+        if self._texts.get(kind) != text:
+            self._texts[kind] = text
+            self._publish(text)
+
     def _send_frame(self) -> None:
         """Publish a frame if it is due and someone watches."""
-        live, scene, now = self._operator.live, self._scene, time.monotonic()
+        live, scene, now = self.live, self._scene, time.monotonic()
         if live is None or scene is None or now < self._next_frame:
             return
         self._next_frame = max(self._next_frame + 1 / FRAMES, now)
@@ -339,55 +477,48 @@ class LiveSimulation:
             return
         self._needs_frame = False
         if scene.follow_ground(live):
-            self._broadcast.set("scene", scene.table)
-        pace = self._pacing.measured if self._playing else math.nan
-        self._broadcast.publish(scene.frame(live, pace))
+            self._send("scene", scene.table)
+        self._publish(scene.frame(live, self._pacing.measured if self._playing else math.nan))
 
     def _send_setting(self) -> None:
-        setting, scene = self._operator.setting, self._scene
-        self._broadcast.set("catalogue", catalogue(setting))
-        self._broadcast.set("setting", values(setting))
-        gait = gait_table(setting.gait)
-        if scene is not None and scene.table["gait"] != gait:
-            scene.table |= {"gait": gait}
-            self._broadcast.set("scene", scene.table)
+        self._send("catalogue", catalogue(self.setting))
+        self._send("setting", values(self.setting))
+        gait = gait_table(self.setting.gait)
+        if self._scene is not None and self._scene.table["gait"] != gait:
+            self._scene.table |= {"gait": gait}
+            self._send("scene", self._scene.table)
 
     def _send_state(self) -> None:
-        operator, recorder = self._operator, self._recorder
-        live = operator.live
+        recorder, live = self._recorder, self.live
         state = {
             "playing": self._playing,
             "pace": self._pacing.factor,
             "recording": {"seconds": math.floor(recorder.seconds)} if recorder.run else None,
             "status": live.status if live else "is being built",
-            "sentence": self._sentence or self._notice or (COMPILES if self._compiles else ""),
-            "lost": sorted(operator.lost),
-            "dead": sorted(operator.dead),
-            "servos": operator.setting.servo_verdict,
+            "sentence": self._sentence or self._notice,
+            "lost": sorted(self._lost),
+            "dead": sorted(self._dead),
+            "servos": self.setting.servo_verdict,
         }
         if state != self._state:
             self._state = state
-            now = live.now if live else 0.0
-            self._broadcast.set("state", state | {"time": round(now, 3)})
+            self._send("state", state | {"time": round(live.now, 3) if live else 0.0})
 
     def _event(self, text: str, *, at: float | None = None, run: str = "") -> None:
-        """Publish a sentence, and record it."""
-        live = self._operator.live
-        now = (live.now if live else 0.0) if at is None else at
-        if self._broadcast.event(text, now, run):
-            self._recorder.add_event(now, text)
+        """Publish and record a sentence; one that repeats is published now and then."""
+        wall = time.monotonic()
+        self._events = {k: then for k, then in self._events.items() if wall - then < SAME_EVENT}
+        if text in self._events:
+            return
+        self._events[text] = wall
+        now = at if at is not None else self.live.now if self.live else 0.0
+        event = {"time": round(now, 3), "text": text} | ({"run": run} if run else {})
+        self._publish(_json({"event": event}))
+        self._recorder.add_event(now, text)
 
 
-def free_memory() -> None:
-    """Return the memory of a replaced robot to the system.
-
-    A run and its observations refer to each other, and hold megabytes that Python does not count.
-    """
-    gc.collect()
-    if sys.platform == "linux":
-        # Only the C library of GNU has it.
-        with suppress(OSError, AttributeError):
-            ctypes.CDLL(None).malloc_trim(ctypes.c_size_t(0))
+def _json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def _refuse(future: Future[Answer], error: Exception) -> None:

@@ -7,7 +7,7 @@ import binascii
 from typing import Annotated, Any, Literal, TypeAlias
 
 import pydantic_core
-from pydantic import BeforeValidator, Field, Strict, StringConstraints, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, Field, Strict, StringConstraints
 
 from phasmid.errors import InvalidInput, nearest
 from phasmid.tables import Count, Number, Table, speaking
@@ -29,8 +29,8 @@ def _decode(content: Any) -> Any:
         raise InvalidInput("content must be bytes in base64.") from None
 
 
-class Message(Table):
-    """Fields of every message.
+class Request(Table):
+    """Fields of every message, whose key ``do`` has the name of its class.
 
     Attributes:
         id: Number that the reply repeats; a message without one is answered only if refused.
@@ -39,18 +39,17 @@ class Message(Table):
     id: Annotated[Count, Field(ge=0, le=2**53)] | None = None
 
 
-class Stick(Message):
+class Stick(Request):
     """Velocity command; it expires after half a second.
 
     Attributes:
         at: Shares of the largest velocity forward, to the left and in yaw, each -1 to 1.
     """
 
-    do: Literal["stick"] = "stick"
     at: Vector
 
 
-class Change(Message):
+class Change(Request):
     """Change one field of the setting.
 
     Attributes:
@@ -58,37 +57,33 @@ class Change(Message):
         value: Number in the field's unit, word or flag.
     """
 
-    do: Literal["change"] = "change"
     name: Text
     value: Number | Flag | Text
 
 
-class Play(Message):
+class Play(Request):
     """Start or stop time; ``step`` makes one update, ``reset`` returns the robot to its start."""
 
-    do: Literal["play"] = "play"
     how: Literal["play", "pause", "step", "reset"]
 
 
-class Pace(Message):
+class Pace(Request):
     """Set the ratio of simulated time to real time."""
 
-    do: Literal["pace"] = "pace"
     factor: Annotated[Number, Field(ge=0.05, le=10)]
 
 
-class Push(Message):
+class Push(Request):
     """Push the trunk once.
 
     Attributes:
         impulse: In body axes [N·s].
     """
 
-    do: Literal["push"] = "push"
     impulse: Vector
 
 
-class Limb(Message):
+class Limb(Request):
     """Change the use of a leg.
 
     Attributes:
@@ -97,26 +92,21 @@ class Limb(Message):
             disables its servos until the robot is reset.
     """
 
-    do: Literal["limb"] = "limb"
     leg: LegNumber
     how: Literal["lose", "restore", "limp"]
 
 
-class Record(Message):
+class Record(Request):
     """Start recording, or stop and write the folder of the run with its report."""
 
-    do: Literal["record"] = "record"
     on: Flag
 
 
-class Keep(Message):
+class Keep(Request):
     """Return the setting as a scenario file."""
 
-    do: Literal["keep"] = "keep"
-    what: Literal["scenario"] = "scenario"
 
-
-class Load(Message):
+class Load(Request):
     """Load a file.
 
     Attributes:
@@ -124,13 +114,12 @@ class Load(Message):
         content: Bytes of the file; base64 in JSON.
     """
 
-    do: Literal["load"] = "load"
     what: Literal["scenario", "robot", "terrain"]
     name: Annotated[str, StringConstraints(max_length=120)]
     content: Annotated[bytes, BeforeValidator(_decode)] = Field(repr=False)
 
 
-class Bench(Message):
+class Bench(Request):
     """Evaluate the paper's equations for one leg in one pose.
 
     Attributes:
@@ -140,28 +129,19 @@ class Bench(Message):
         force: Force of the ground on the foot in the hip frame [N].
     """
 
-    do: Literal["bench"] = "bench"
     leg: LegNumber
     angles: tuple[Angle, Angle, Angle] | None = None
     foot: tuple[Coordinate, Coordinate, Coordinate] | None = None
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
 
 
-Request: TypeAlias = Annotated[
-    Stick | Change | Play | Pace | Push | Limb | Record | Keep | Load | Bench,
-    Field(discriminator="do"),
-]
-"""One message."""
-
 Answer: TypeAlias = dict[str, Any]
 """Content of a reply, for JSON; empty for a plain acknowledgement."""
 
-KINDS: dict[str, type[Any]] = {
-    kind.model_fields["do"].default: kind
+KINDS: dict[str, type[Request]] = {
+    kind.__name__.lower(): kind
     for kind in (Stick, Change, Play, Pace, Push, Limb, Record, Keep, Load, Bench)
 }
-
-_REQUEST: TypeAdapter[Request] = TypeAdapter(Request)
 
 
 class InvalidMessage(InvalidInput):
@@ -186,17 +166,12 @@ def read_request(text: str | bytes) -> Request:
         InvalidMessage: It is no JSON, or no message; the sentence names the field.
     """
     try:
-        return _REQUEST.validate_json(text)
-    except (ValidationError, InvalidInput):
-        pass
-    try:
         raw = pydantic_core.from_json(text)
     except ValueError as error:
         raise InvalidMessage(f"the message is no JSON: {error}.") from None
     if not isinstance(raw, dict):
         raise InvalidMessage("the message must be a table.")
-    number, do = raw.get("id"), raw.get("do")
-    number = number if isinstance(number, int) and not isinstance(number, bool) else None
+    number, do = raw.get("id"), raw.pop("do", None)
     try:
         if not isinstance(do, str) or do not in KINDS:
             guess = nearest(do, KINDS) if isinstance(do, str) else ""
@@ -204,4 +179,5 @@ def read_request(text: str | bytes) -> Request:
         with speaking(KINDS[do], raw):
             return KINDS[do].model_validate(raw)
     except InvalidInput as error:
+        number = number if isinstance(number, int) and not isinstance(number, bool) else None
         raise InvalidMessage(error.what, hint=error.hint, id=number) from None

@@ -13,7 +13,7 @@ WINDOW = 1.0
 
 
 class Pacing:
-    """Count of the updates that are due, and the pace that is reached.
+    """Number of updates that are due, and the pace that is reached.
 
     Attributes:
         factor: Commanded ratio of simulated to real time.
@@ -21,38 +21,29 @@ class Pacing:
 
     def __init__(self) -> None:
         self.factor = 1.0
-        self._wall = self._due = 0.0
+        self._wall = self._target = 0.0
         self._marks: deque[tuple[float, float]] = deque()
 
-    def begin(self, wall: float) -> None:
-        """Start at this wall time [s]."""
-        self._wall, self._due = wall, 0.0
+    def begin(self, wall: float, now: float) -> None:
+        """Start at a wall time and a simulated time [s]."""
+        self._wall, self._target = wall, now
         self._marks.clear()
 
-    def due(self, wall: float, period: float) -> int:
+    def due(self, wall: float, now: float, period: float) -> int:
         """Return the number of updates that are due.
 
         Args:
             wall: Wall time [s].
+            now: Simulated time [s].
             period: Simulated time of an update [s].
         """
-        self._due += (wall - self._wall) * self.factor
+        self._target += (wall - self._wall) * self.factor
+        self._target = min(self._target, now + MOST_BEHIND * max(self.factor, 1.0) + period)
         self._wall = wall
-        self._due = min(self._due, MOST_BEHIND * max(self.factor, 1.0) + period)
-        return math.floor(self._due / period + 1e-9)
-
-    def done(self, wall: float, now: float, passed: float) -> None:
-        """Count simulated time as done.
-
-        Args:
-            wall: Wall time [s].
-            now: Simulated time [s].
-            passed: New part of it [s].
-        """
-        self._due -= passed
         self._marks.append((wall, now))
         while len(self._marks) > 2 and self._marks[1][0] <= wall - WINDOW:
             self._marks.popleft()
+        return math.floor((self._target - now) / period + 1e-6)
 
     @property
     def measured(self) -> float:

@@ -9,18 +9,16 @@ import os
 import re
 import secrets
 import shutil
-import signal
 import subprocess
 import sys
-import tempfile
-from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import RecordingLog
+from phasmid.recording.file import cannot_write
 from phasmid.robot import preset_names
 from phasmid.robot.glb import glb
 from phasmid.scenario import scenario_to_toml
@@ -29,8 +27,8 @@ from phasmid.simulation.termination import Ending, Failure
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.setting import Setting
 
-SHORTEST, LONGEST = 0.1, 600.0
-"""Shortest recording that is kept, and longest [s]."""
+LONGEST = 600.0
+"""Longest recording [s]."""
 
 MOST_JOBS = 2
 """Most folders that are written at a time."""
@@ -38,20 +36,12 @@ MOST_JOBS = 2
 NICENESS = 10
 """Niceness of the writers: the live robot goes first."""
 
-PATIENCE = 5.0
-"""Time in which an interrupted writer must end [s]."""
-
-MOST_EVENTS = 10_000
-"""Most events of a recording."""
-
 CUT_OFF = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
 """End of a recording that was not finished."""
 
-# A terminal's Ctrl-C must reach the studio only, which ends its writers itself. On Windows, which
-# has no sessions, a process group does this, and hears Ctrl-Break alone.
-IS_WINDOWS = sys.platform == "win32"
+# A terminal's Ctrl-C must reach the studio only, which ends its writers itself. Windows has no
+# sessions; there a process group does this.
 NEW_GROUP = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
-INTERRUPT: int = getattr(signal, "CTRL_BREAK_EVENT", signal.SIGINT)
 
 
 def run_name(setting: Setting) -> str:
@@ -62,28 +52,11 @@ def run_name(setting: Setting) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "-", "-".join(words)).strip("-._")[:56] or "walk"
 
 
-@dataclass(frozen=True)
-class Saved:
-    """Result of a writer.
-
-    Attributes:
-        run: Id of the recording.
-        sentence: Report for the user.
-        complete: True if its folder is written.
-    """
-
-    run: str
-    sentence: str
-    complete: bool
-
-
-@dataclass
-class _Job:
+class _Job(NamedTuple):
     run: str
     folder: Path
-    process: subprocess.Popen[bytes]
-    errors: IO[bytes]
     log: Path
+    process: subprocess.Popen[str]
 
 
 class Recorder:
@@ -100,9 +73,9 @@ class Recorder:
     def __init__(self, out: Path) -> None:
         self._out = out
         self.run = self.failure = ""
-        self._log: RecordingLog | None = None
-        self._live: LiveRobot | None = None
-        self._samples, self._interval, self._begin = 0, 0.001, 0.0
+        self._log: RecordingLog
+        self._live: LiveRobot
+        self._samples, self._interval, self._begin = 0, 0.0, 0.0
         self._events: list[tuple[float, str]] = []
         self._jobs: list[_Job] = []
         self._saved: dict[str, Path] = {}
@@ -136,20 +109,24 @@ class Recorder:
         try:
             self._out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            reason = (error.strerror or str(error)).lower()
-            raise OutputError(f"cannot write {self._out}: {reason}.") from None
+            raise cannot_write(self._out, error) from None
         run = f"r-{secrets.token_hex(2)}"
         while any(self._out.glob(f"{run}*")):
             run = f"r-{secrets.token_hex(2)}"
-        self.run, self._live, self._log = run, live, None
-        self._samples, self._interval = 0, live.run.every * live.run.dt
-        self._begin, self.failure, self._events = live.now, "", []
+        interval = live.run.every * live.run.dt
+        # Two blocks more than fits: the last samples come together.
+        time = np.arange(round(LONGEST / interval) + 2 * live.run.block_steps) * interval
+        attributes = {**live.run.attributes(), **CUT_OFF}
+        first = live.run.channels(live.sample)
+        self._log = RecordingLog(self._path(run), first, attributes, time=time)
+        self.run, self._live, self.failure = run, live, ""
+        self._samples, self._interval, self._begin, self._events = 0, interval, live.now, []
         live.recorder = self._take
         return run
 
     def add_event(self, time: float, text: str) -> None:
         """Add a sentence at a simulated time [s]."""
-        if len(self._events) < MOST_EVENTS:
+        if self.run:
             self._events.append((time - self._begin, text))
 
     def _take(self, _: np.ndarray, channels: dict[str, np.ndarray]) -> None:
@@ -158,23 +135,12 @@ class Recorder:
             return
         count = len(next(iter(channels.values())))
         try:
-            if self._log is None:
-                self._log = self._open(channels)
             time = np.arange(self._samples, self._samples + count) * self._interval
             self._log.append(time, channels)
         except OutputError as error:
             self.failure = error.what
             return
         self._samples += count
-
-    def _open(self, first: dict[str, np.ndarray]) -> RecordingLog:
-        assert self._live is not None
-        live = self._live
-        attributes = {**live.run.attributes(), **CUT_OFF}
-        # Two blocks more than fits: the last samples come together.
-        time = np.arange(round(LONGEST / self._interval) + 2 * live.run.block_steps)
-        log = RecordingLog(self._path(self.run), first, attributes, time=time * self._interval)
-        return log.__enter__()
 
     def _path(self, run: str) -> Path:
         return self._out / f"{run}-log" / f"{run}.mcap"
@@ -190,14 +156,9 @@ class Recorder:
             Reason why nothing is written; empty on success.
         """
         log, live, run = self._log, self._live, self.run
-        assert live is not None
-        live.recorder = None
-        self.run, self._log, self._live = "", None, None
-        if log is None or self.seconds < SHORTEST:
-            if log is not None:
-                log.__exit__(None, None, None)
-                shutil.rmtree(self._path(run).parent, ignore_errors=True)
-            return self.failure or f"the recording has less than {SHORTEST:g} s; it was not kept."
+        live.recorder, self.run = None, ""
+        if not self._samples:
+            return self.failure or "the recording has no sample; it was not kept."
         folder = self._free_folder(run_name(live.setting))
         scenario = live.setting.machine.replace(duration=self.seconds, name=folder.name)
         attributes: dict[str, Any] = {
@@ -207,15 +168,15 @@ class Recorder:
             "scenario": scenario_to_toml(scenario, "robot.toml"),
         }
         try:
-            log.finish(attributes)
-            log.__exit__(None, None, None)
+            with log:
+                log.finish(attributes)
             look = live.source.robot.appearance
             if look is not None and look.name.removesuffix(".glb") not in preset_names():
                 (self._path(run).parent / Path(look.name).name).write_bytes(glb(look.parts))
         except OutputError as error:
             self.failure = error.what
         except OSError as error:
-            self.failure = f"cannot write {self._path(run)}: {(error.strerror or '').lower()}."
+            self.failure = cannot_write(self._path(run), error).what
         if not cut:
             self._write(run, folder)
         return self.failure
@@ -230,37 +191,38 @@ class Recorder:
     def _write(self, run: str, folder: Path) -> None:
         """Start the writer of a run's folder."""
         log = self._path(run)
-        errors = tempfile.TemporaryFile()  # noqa: SIM115, it is read when the process ends
         command = [sys.executable, "-m", "phasmid", "report", str(log), "--quiet"]
         process = subprocess.Popen(  # noqa: S603, our own words and paths
             [*command, "--out", str(folder)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=errors,
-            start_new_session=not IS_WINDOWS,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            start_new_session=not NEW_GROUP,
             creationflags=NEW_GROUP,
             env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
         )
         with contextlib.suppress(OSError, AttributeError):
             os.setpriority(os.PRIO_PROCESS, process.pid, NICENESS)
-        self._jobs.append(_Job(run, folder, process, errors, log))
+        self._jobs.append(_Job(run, folder, log, process))
 
-    def finished(self) -> list[Saved]:
-        """Return the results of writers that ended since the last call."""
+    def finished(self) -> list[tuple[str, str]]:
+        """Return sentences on writers that ended since the last call, with the ids of their runs.
+
+        The id of a run whose folder is not written is empty.
+        """
         results = []
         for job in [job for job in self._jobs if job.process.poll() is not None]:
             self._jobs.remove(job)
-            job.errors.seek(0)
-            lines = job.errors.read(4096).decode(errors="replace").strip().splitlines()
-            job.errors.close()
-            if job.process.returncode == 0 and (job.folder / "report.html").exists():
+            lines = job.process.communicate()[1].strip().splitlines()
+            if job.process.returncode == 0:
                 self._saved[job.run] = job.folder
                 shutil.rmtree(job.log.parent, ignore_errors=True)
-                results.append(Saved(job.run, f"saved as {job.folder}", True))
+                results.append((f"saved as {job.folder}", job.run))
                 continue
             why = lines[-1].removeprefix("phasmid: ") if lines else "its report came to no end."
-            sentence = f"the recording {job.run} stays in {job.log}: {why}"
-            results.append(Saved(job.run, sentence, False))
+            results.append((f"the recording {job.run} stays in {job.log}: {why}", ""))
         return results
 
     def folder(self, run: str) -> Path | None:
@@ -272,13 +234,7 @@ class Recorder:
         if self.run:
             self.end(None, cut=True)
         for job in self._jobs:
-            # As by Ctrl-C, so that no half of a folder stays.
-            job.process.send_signal(INTERRUPT)
+            job.process.terminate()
         for job in self._jobs:
-            try:
-                job.process.wait(PATIENCE)
-            except subprocess.TimeoutExpired:
-                job.process.kill()
-                job.process.wait()
-            job.errors.close()
+            job.process.communicate()
         self._jobs.clear()

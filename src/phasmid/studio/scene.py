@@ -45,50 +45,16 @@ class Scene:
         source, robot = live.source, live.source.robot
         self._terrain = live.run.ground
         pieces = mesh_pieces(robot)
-        legs, links = len(robot.legs), len(pieces.links)
-        self._row = np.dtype(
-            [
-                ("scene", "<f4"),
-                ("time", "<f4"),
-                ("pace_got", "<f4"),
-                ("body_position", "<f4", 3),
-                ("body_orientation", "<f4", 4),
-                ("link_position", "<f4", (links, 3)),
-                ("link_orientation", "<f4", (links, 4)),
-                ("foot_position", "<f4", (legs, 3)),
-                ("foot_force", "<f4", (legs, 3)),
-                ("foot_force_model", "<f4", (legs, 3)),
-                ("contact", "<f4", legs),
-                ("stance", "<f4", legs),
-                ("joint_position", "<f4", (legs, 3)),
-                ("joint_velocity", "<f4", (legs, 3)),
-                ("joint_torque", "<f4", (legs, 3)),
-                ("joint_torque_model", "<f4", (legs, 3)),
-                ("centre", "<f4", 3),
-                ("below", "<f4"),
-                ("margin", "<f4"),
-                ("tilt", "<f4"),
-                ("velocity_command", "<f4", 3),
-                ("velocity_admitted", "<f4", 3),
-                ("velocity", "<f4", 3),
-                ("power", "<f4"),
-                ("cost_of_transport", "<f4"),
-                ("worst_servo", "<f4", 2),
-                ("phase", "<f4"),
-            ]
-        )
-        names = self._row.names or ()
-        self.layout = [(name, self._row[name].itemsize // 4) for name in names]
         # The servo's limit at its present supply.
         self._limit = source.stall_torque
         self.table: dict[str, Any] = looks(robot, pieces) | {
             "weight": source.weight,
             "trail": 2 * source.scenario.stride.period,
             "names": [name.replace("_", " ") for name in robot.leg_names],
+            "hips": robot.arrays.p_body_hip[:, :2].tolist(),
             "friction": source.scenario.terrain.friction,
-            "torque_limit": [[self._limit] * 3 for _ in range(legs)],
-            "links": links,
-            "layout": [[name, count] for name, count in self.layout],
+            "torque_limit": [[self._limit] * 3] * len(robot.legs),
+            "links": len(pieces.links),
             "number": number,
             "gait": gait_table(source.gait),
         }
@@ -96,6 +62,9 @@ class Scene:
         self._held: ModelLoad | None = None
         self._wait = 0
         self._draw_ground(live.sample["qpos"][0, :2])
+        numbers = self._numbers(live, math.nan)
+        self.layout = [(name, np.size(values)) for name, values in numbers.items()]
+        self.table["layout"] = self.layout
 
     def _draw_ground(self, middle: Float[np.ndarray, "2"]) -> None:
         self._middle = np.array(middle)
@@ -119,13 +88,19 @@ class Scene:
             live: Robot of this scene.
             pace: Simulated seconds per second.
         """
+        qpos = live.sample["qpos"][0]
+        if np.isfinite(qpos).all() and np.any(qpos[3:7]):
+            values = [np.ravel(each) for each in self._numbers(live, pace).values()]
+            return np.concatenate(values).astype("<f4").tobytes()
+        # A run that diverged has no pose.
+        row = np.full(sum(count for _, count in self.layout), np.nan, "<f4")
+        row[:3] = self.number, live.time, pace
+        return row.tobytes()
+
+    def _numbers(self, live: LiveRobot, pace: float) -> dict[str, Any]:
+        """Return the numbers of a frame."""
         robot, sample, legs = self.source.robot, live.sample, len(self.source.robot.legs)
-        row = np.full(self._row.itemsize // 4, np.nan, "<f4").view(self._row)[0]
-        row["scene"], row["time"], row["pace_got"] = self.number, live.time, pace
         qpos = sample["qpos"][0]
-        if not (np.isfinite(qpos).all() and np.any(qpos[3:7])):
-            # A run that diverged has no pose.
-            return row.tobytes()
         position, q = qpos[:3], qpos[7:].reshape(legs, 3)
         R = kinematics.quaternion_rotation(qpos[3:7])
         contact = sample["sensors"][0, : 4 * legs].reshape(legs, 4)
@@ -136,29 +111,44 @@ class Scene:
         margin = float(support_margin(feet[:, :2], touching, centre[:2]))
         telemetry, metrics = live.telemetry, live.metrics
         stance = np.asarray(telemetry.get("stance", touching), dtype=bool)
-        worst = int(np.argmax(live.peak))
-        row["body_position"], row["body_orientation"] = position, qpos[3:7]
-        row["link_position"], row["link_orientation"] = p_links, quaternions(R_links)
-        row["foot_position"], row["foot_force"] = feet, contact[:, 1:]
-        row["contact"], row["stance"] = touching, stance
-        row["joint_position"], row["joint_velocity"] = q, sample["qvel"][0, 6:].reshape(legs, 3)
-        row["joint_torque"] = sample["torque"][0].reshape(legs, 3)
-        row["centre"] = centre
-        row["below"] = self._terrain.height(centre[:1], centre[1:2])[0]
-        row["margin"] = margin if math.isfinite(margin) else math.nan
-        row["tilt"] = math.acos(min(1.0, max(-1.0, float(R[2, 2]))))
-        row["velocity"], row["power"] = metrics.velocity, metrics.power
-        row["cost_of_transport"] = metrics.cost_of_transport
-        row["worst_servo"] = worst, live.peak[worst] / self._limit
-        period = live.setting.scenario.stride.period
-        row["phase"] = telemetry.get("gait_phase", live.time / period % 1.0)
-        if not live.plays:
-            row["velocity_command"] = live.command.velocity
-            row["velocity_admitted"] = telemetry.get("velocity_reference", math.nan)
         held = self._holding_forces(live, position, R, q, feet, stance)
-        if held is not None:
-            row["foot_force_model"], row["joint_torque_model"] = held.force, held.torque
-        return row.tobytes()
+        unknown = np.full((legs, 3), np.nan)
+        worst = int(np.argmax(live.peak))
+        command = admitted = np.full(3, np.nan)
+        if not live.plays:
+            command = np.array(live.command.velocity)
+            admitted = np.array(telemetry.get("velocity_reference", admitted))
+        phase = live.time / live.setting.scenario.stride.period % 1.0
+        return {
+            "scene": self.number,
+            "time": live.time,
+            "pace_got": pace,
+            "body_position": position,
+            "body_orientation": qpos[3:7],
+            "link_position": p_links,
+            "link_orientation": quaternions(R_links),
+            "foot_position": feet,
+            "foot_normal": self._terrain.normal(feet[:, 0], feet[:, 1]),
+            "foot_force": contact[:, 1:],
+            "foot_force_model": unknown if held is None else held.force,
+            "contact": touching,
+            "stance": stance,
+            "joint_position": q,
+            "joint_velocity": sample["qvel"][0, 6:],
+            "joint_torque": sample["torque"][0],
+            "joint_torque_model": unknown if held is None else held.torque,
+            "centre": centre,
+            "below": self._terrain.height(centre[:1], centre[1:2]),
+            "margin": margin if math.isfinite(margin) else math.nan,
+            "tilt": math.acos(min(1.0, max(-1.0, float(R[2, 2])))),
+            "velocity_command": command,
+            "velocity_admitted": admitted,
+            "velocity": metrics.velocity,
+            "power": metrics.power,
+            "cost_of_transport": metrics.cost_of_transport,
+            "worst_servo": (worst, live.peak[worst] / self._limit),
+            "phase": telemetry.get("gait_phase", phase),
+        }
 
     def _links(self, q: Float[np.ndarray, "legs 3"]) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and rotations of the drawn links in body axes."""

@@ -12,12 +12,11 @@ import json
 import logging
 import secrets
 import socket
-from collections.abc import Callable
-from concurrent.futures import Future
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 
 import uvicorn
 from starlette.applications import Starlette
@@ -29,9 +28,11 @@ from starlette.websockets import WebSocket
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting.webpage import DRAWING, own_text
-from phasmid.studio.browser import LARGEST, Browser
+from phasmid.studio.browser import LARGEST, OUR_MISTAKE, Browser, log_mistake
 from phasmid.studio.guard import Guard, address_of, names_of, refusal
-from phasmid.studio.messages import Answer, Request
+
+if TYPE_CHECKING:
+    from phasmid.studio.live_simulation import LiveSimulation
 
 PORT, PORTS_TRIED = 8033, 10
 """Default port, and how many are tried from it on."""
@@ -44,18 +45,9 @@ PING, PONG = 5.0, 15.0
 SENT_AHEAD = 32_768
 """Bytes that the system may hold for a slow reader; frames there are out of date."""
 
-PROTOCOL = 1
-"""Version of the messages between page and server."""
-
 MEDIA_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 
-RUN_FILES = {
-    "report.html": "text/html",
-    "recording.nc": "application/x-netcdf",
-    "scenario.toml": "application/toml",
-    "robot.toml": "application/toml",
-    "summary.json": "application/json",
-}
+RUN_FILES = ("report.html", "recording.nc", "scenario.toml", "robot.toml", "summary.json")
 
 # A report may hold names from foreign files. Its sandbox gives it an origin of its own, so that
 # it cannot reach the robot.
@@ -64,23 +56,6 @@ RUN_POLICY = (
     "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
-
-
-@runtime_checkable
-class Live(Protocol):
-    """Live robot, as the server sees it."""
-
-    def submit(self, request: Request) -> Future[Answer]:
-        """Pass on a request, to be carried out between two updates."""
-
-    def hello(self) -> list[str]:
-        """Return the texts that bring a new browser up to date."""
-
-    def viewers(self, count: int) -> None:
-        """Set the number of browsers that watch."""
-
-    def folder(self, run: str) -> Path | None:
-        """Return the folder of a saved run."""
 
 
 def listen(host: str, port: int | None) -> socket.socket:
@@ -114,14 +89,9 @@ def page_files() -> dict[str, str]:
     return own | {name: own_text(name) for name in ("colours.css", *DRAWING)}
 
 
-class _Uvicorn(uvicorn.Server):
-    """Server that calls a function once it accepts connections."""
-
-    started_hook: Callable[[], None]
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
-        self.started_hook()
+async def _report_mistake(_: HTTPRequest, error: Exception) -> Response:
+    log_mistake(error)
+    return refusal(500, OUR_MISTAKE)
 
 
 class Server:
@@ -149,6 +119,8 @@ class Server:
         self._browsers: set[Browser] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
         app = Starlette(
+            lifespan=self._lifespan,
+            exception_handlers={Exception: _report_mistake},
             routes=[
                 Route("/", self._file),
                 Route("/assets/{name}", self._file),
@@ -158,11 +130,11 @@ class Server:
             middleware=[guard],
         )
         app.router.redirect_slashes = False
-        self._server = _Uvicorn(
+        self._server = uvicorn.Server(
             uvicorn.Config(
                 app,
                 loop="asyncio",
-                lifespan="off",
+                lifespan="on",
                 proxy_headers=False,
                 http="h11",
                 ws="websockets-sansio",
@@ -184,20 +156,22 @@ class Server:
         """Address to open in a browser, with the token that allows to drive."""
         return f"http://{self._names[0]}/?token={self._token}"
 
-    def run(self, live: Live, opened: Callable[[], None] = lambda: None) -> None:
+    def run(self, live: LiveSimulation, opened: Callable[[], None] = lambda: None) -> None:
         """Serve until `stop`, or until a signal ends the main thread.
 
         Args:
             live: Robot.
             opened: Called once the page can be opened.
         """
-
-        def started() -> None:
-            self._loop = asyncio.get_running_loop()
-            opened()
-
-        self._live, self._server.started_hook = live, started
+        self._live, self._opened = live, opened
         self._server.run(sockets=[self._socket])
+
+    @asynccontextmanager
+    async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        self._loop = asyncio.get_running_loop()
+        # The socket listens already: requests wait until the server accepts them.
+        self._opened()
+        yield
 
     def stop(self) -> None:
         """End :meth:`run`, from any thread."""
@@ -228,10 +202,8 @@ class Server:
         if name not in RUN_FILES or not (folder / name).is_file():
             return refusal(404, f"recording {run} has no such file.")
         if name == "report.html":
-            policy = {"Content-Security-Policy": RUN_POLICY}
-            return FileResponse(folder / name, headers=policy, media_type=RUN_FILES[name])
-        kept = f"{folder.name}-{name}"
-        return FileResponse(folder / name, media_type=RUN_FILES[name], filename=kept)
+            return FileResponse(folder / name, headers={"Content-Security-Policy": RUN_POLICY})
+        return FileResponse(folder / name, filename=f"{folder.name}-{name}")
 
     async def _talk(self, websocket: WebSocket) -> None:
         if len(self._browsers) >= MOST_BROWSERS:
@@ -244,9 +216,8 @@ class Server:
         try:
             await websocket.accept()
             self._live.viewers(len(self._browsers))
-            hello = {"hello": {"version": version("phasmid"), "protocol": PROTOCOL}}
-            texts = await asyncio.to_thread(self._live.hello)
-            await browser.serve([json.dumps(hello), *texts])
+            hello = json.dumps({"hello": {"version": version("phasmid")}})
+            await browser.serve([hello, *self._live.hello()])
         except OSError:
             # The browser left during the handshake.
             return

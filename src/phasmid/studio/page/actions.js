@@ -55,10 +55,6 @@
     }
 
     function buildLegs() {
-      const named = scene.names.every((name) => /left|right/i.test(name));
-      // Legs that do not name their side go around the robot, from the right in front.
-      const side = (leg) => ((named ? /right/i.test(scene.names[leg]) : leg < scene.names.length / 2) ? "right" : "left");
-      const front = scene.names.map((name) => (/front|fore/i.test(name) ? 0 : /rear|hind|back/i.test(name) ? 2 : 1));
       const buttons = scene.names.map((name, leg) => {
         const button = made("button", { type: "button", className: "leg" });
         const chip = made("span", { className: "chip" });
@@ -67,10 +63,10 @@
         button.addEventListener("click", () => press(leg));
         return button;
       });
-      const order = (leg) => (named ? front[leg] : side(leg) === "right" ? leg : -leg);
-      const column = (which) => made("div", {}, ...[...buttons.keys()].filter((leg) => side(leg) === which)
-        .sort((a, b) => order(a) - order(b)).map((leg) => buttons[leg]));
-      byId("legs").replaceChildren(column("left"), made("span", { className: "trunk", ariaHidden: "true" }), column("right"));
+      // By the places of their hips: x points ahead, y to the left.
+      const column = (isLeft) => made("div", {}, ...[...buttons.keys()].filter((leg) => scene.hips[leg][1] >= 0 === isLeft)
+        .sort((a, b) => scene.hips[b][0] - scene.hips[a][0]).map((leg) => buttons[leg]));
+      byId("legs").replaceChildren(column(true), made("span", { className: "trunk", ariaHidden: "true" }), column(false));
       showLegs(buttons);
     }
 
@@ -93,7 +89,7 @@
     // ---------------------------------------------------------------- keep
 
     byId("save-scenario").addEventListener("click", async () => {
-      const answer = await perform({ do: "keep", what: "scenario" }, byId("keep-refused"));
+      const answer = await perform({ do: "keep" }, byId("keep-refused"));
       for (const file of answer ? [answer, answer.robot] : []) if (file) download(file.name, file.text);
     });
 

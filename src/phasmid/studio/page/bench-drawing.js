@@ -125,11 +125,9 @@
       if (text === drawn) return;
       drawn = text;
       layer.region.replaceChildren();
-      for (const [name, group] of curves) {
-        made(layer.region, "path", { class: `${name} bench-edge`, d: group.map(path).join("") });
-        made(layer.region, "path", { class: name, d: group.map(path).join("") });
-      }
-      const points = [[0, 0], ...curves[0][1].flat()];
+      for (const name of ["bench-reachable bench-edge", "bench-reachable"])
+        made(layer.region, "path", { class: name, d: curves.map(path).join("") });
+      const points = [[0, 0], ...curves.flat()];
       const bounds = [0, 1].map((k) => points.map((p) => p[k])).map((n) => [scale * Math.min(...n), scale * Math.max(...n)]);
       const box = [bounds[0][0] - 48, -bounds[1][1] - 34, bounds[0][1] + 34, -bounds[1][0] + 34];
       svg.setAttribute("viewBox", `${box[0]} ${box[1]} ${box[2] - box[0]} ${box[3] - box[1]}`);
@@ -212,7 +210,7 @@
     caption: "In the leg's own plane: outwards to the right, along the coxa axis up. Shaded: where the foot can go within the joint limits.",
     onto: (point, turn) => [out(point, turn), point[2]],
     towards: (axis, turn) => Math.sin(turn) * axis[0] - Math.cos(turn) * axis[1],
-    region: (answer) => [["bench-reachable", answer.workspace.side]],
+    region: (answer) => answer.workspace.side,
     // Behind the coxa axis the leg would have to turn round.
     foot: (u, v, { angles }) => [Math.max(u, 1e-3) * Math.cos(angles[0]), Math.max(u, 1e-3) * Math.sin(angles[0]), v],
     force: (u, v, { angles, force }) => {
@@ -224,22 +222,13 @@
   const ABOVE = {
     name: "from above",
     label: "The leg from above",
-    caption: "From above: the neutral direction to the right. Shaded darker: where the foot can go at its present height.",
+    caption: "From above: the neutral direction to the right. Shaded: where the foot can go at some height.",
     onto: (point) => [point[0], point[1]],
     towards: (axis) => axis[2],
-    region: (answer) => [
-      ["bench-reachable", [answer.workspace.above]],
-      ["bench-level", answer.level.map(([near, far]) => sector(near, far, answer.limits[0]))],
-    ],
+    region: (answer) => [answer.workspace.above],
     foot: (u, v, { foot }) => [u, v, foot[2]],
     force: (u, v, { force }) => [u, v, force[2]],
   };
-
-  function sector(near, far, [low, high]) {
-    const turns = Array.from({ length: 41 }, (_, k) => low + ((high - low) * k) / 40);
-    const arc = (r) => turns.map((turn) => [r * Math.cos(turn), r * Math.sin(turn)]);
-    return [...arc(far), ...arc(near).reverse()];
-  }
 
   window.phasmidBench = { made, written, mm, deg, triple, sides: [SIDE, ABOVE], drawing };
 })();

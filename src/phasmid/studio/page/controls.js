@@ -21,9 +21,8 @@
         parts: [select],
         held: () => false,
         shape({ choices }) {
-          const old = [...select.options].map(({ value, text }) => `${value}\n${text}`).join("\n\n");
-          const now = choices.map(({ value, label }) => `${value}\n${label}`).join("\n\n");
-          if (old !== now) select.replaceChildren(...choices.map(({ value, label }) => new Option(label, value)));
+          const old = [...select.options].map(({ value }) => value);
+          if (old.join("\n") !== choices.join("\n")) select.replaceChildren(...choices.map((word) => new Option(word)));
         },
         show(value) {
           select.disabled = value === undefined || value === null;
@@ -152,19 +151,18 @@
     let setting = {};
 
     // Controls that stay keep their place, and with it the focus.
-    function catalogue({ groups, fields }) {
-      const known = fields.filter(({ kind }) => kind in INPUTS);
+    function catalogue(groups) {
+      const fields = Object.values(groups).flat();
       for (const [name, one] of rows) {
-        if (known.some((field) => field.name === name && field.kind === one.kind)) continue;
+        if (fields.some((field) => field.name === name && field.kind === one.kind)) continue;
         one.element.remove();
         rows.delete(name);
       }
-      for (const { name, label } of groups) {
+      for (const [name, own] of Object.entries(groups)) {
         if (!parts.has(name)) {
-          parts.set(name, made("details", { className: "group", open: true }, made("summary", { textContent: label })));
+          parts.set(name, made("details", { className: "group", open: true }, made("summary", { textContent: name })));
           host.append(parts.get(name));
         }
-        const own = known.filter(({ group }) => group === name);
         parts.get(name).hidden = own.length === 0;
         let before = parts.get(name).firstElementChild;
         for (const field of own) {

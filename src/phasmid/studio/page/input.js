@@ -10,7 +10,7 @@
   const byId = (id) => document.getElementById(id);
   const within = (value) => Math.min(Math.max(value, -1), 1);
 
-  Phasmid.input = (notify, { halt, pause, reset, fill }) => {
+  Phasmid.input = (notify, { halt, pause, reset }) => {
     const stick = byId("stick");
     const knob = stick.querySelector(".knob");
     const turn = byId("turn");
@@ -135,7 +135,6 @@
         stop();
       } else if (key === "p" && !event.repeat) pause();
       else if (key === "r" && !event.repeat) reset();
-      else if (key === "f" && !event.repeat) fill();
       else return;
       event.preventDefault();
     });

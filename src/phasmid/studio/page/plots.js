@@ -27,9 +27,9 @@
     const reading = made("div", { className: "reading", hidden: true });
     let scene = null;
     let legs = 0;
-    let columns = {};
+    let at = {}; // places of numbers in a row
     let width = 0;
-    let ring = new Float32Array(0);
+    let ring = new Float32Array(0); // frames as they came
     let head = 0; // rows ever written
     let colours = {};
     let joint = "worst";
@@ -44,8 +44,8 @@
       scene = newScene;
       if (same) return;
       legs = scene.legs.length;
-      columns = { time: 0, normal: 1, torque: 1 + legs, tilt: 1 + 4 * legs, margin: 2 + 4 * legs, commanded: 3 + 4 * legs, measured: 4 + 4 * legs, planned: 5 + 4 * legs, seen: 5 + 5 * legs };
-      width = 5 + 6 * legs;
+      at = frames.at;
+      width = scene.layout.reduce((sum, [, count]) => sum + count, 0);
       ring = new Float32Array(ROWS * width);
       head = 0;
       end = null;
@@ -56,32 +56,20 @@
     }
 
     function take() {
-      const row = frames.latest;
-      const at = frames.at;
-      if (!scene || !row) return;
-      const time = row[at.time];
+      const frame = frames.latest;
+      if (!scene || !frame) return;
+      const time = frame[at.time];
       if (head > 0) {
         const last = timeOf(head - 1);
         if (time < last) [head, end] = [0, null];
         else if (time - last < (1.05 * KEPT) / ROWS) return;
       }
-      const k = (head % ROWS) * width;
-      ring[k] = time;
-      for (let leg = 0; leg < legs; leg++) {
-        ring[k + columns.normal + leg] = row[at.foot_force + 3 * leg + 2];
-        ring[k + columns.planned + leg] = row[at.stance + leg];
-        ring[k + columns.seen + leg] = row[at.contact + leg];
-      }
-      for (let i = 0; i < 3 * legs; i++) ring[k + columns.torque + i] = row[at.joint_torque + i];
-      ring[k + columns.tilt] = (row[at.tilt] * 180) / Math.PI;
-      ring[k + columns.margin] = 1000 * row[at.margin];
-      ring[k + columns.commanded] = 1000 * Math.hypot(row[at.velocity_command], row[at.velocity_command + 1]);
-      ring[k + columns.measured] = 1000 * Math.hypot(row[at.velocity], row[at.velocity + 1]);
+      ring.set(frame, row(head));
       head += 1;
     }
 
     const row = (index) => (index % ROWS) * width;
-    const timeOf = (index) => ring[row(index)];
+    const timeOf = (index) => ring[row(index) + at.time];
     const oldest = () => Math.max(head - ROWS, 0);
 
     // The first row that is not before a time.
@@ -100,7 +88,7 @@
     const limit = (leg, which) => Math.abs(scene.torque_limit?.[leg]?.[which] ?? NaN);
 
     function torque(k, leg) {
-      const i = k + columns.torque + 3 * leg;
+      const i = k + at.joint_torque + 3 * leg;
       if (joint !== "worst") return ring[i + JOINTS.indexOf(joint)];
       let most = 0;
       for (let j = 0; j < 3; j++) {
@@ -113,11 +101,12 @@
 
     const limited = () => Number.isFinite(limit(0, 0));
     const eachLeg = (read) => () => scene.legs.map((colour, leg) => ({ colour, label: String(leg + 1), read: (k) => read(k, leg) }));
-    const column = (name) => (k) => ring[k + columns[name]];
+    const scaled = (name, scale) => (k) => scale * ring[k + at[name]];
+    const speed = (name) => (k) => 1000 * Math.hypot(ring[k + at[name]], ring[k + at[name] + 1]);
 
     // A legend names what the colours of the legs do not show: kinds of lines, by the style sheet.
     const PLOTS = [
-      { id: "normal", title: "Normal forces", unit: () => "N", curves: eachLeg((k, leg) => ring[k + columns.normal + leg]) },
+      { id: "normal", title: "Normal forces", unit: () => "N", curves: eachLeg((k, leg) => ring[k + at.foot_force + 3 * leg + 2]) },
       {
         id: "torque", title: "Torques", legend: { limit: "servo limit" },
         unit: () => (joint === "worst" && limited() ? "%" : "N·m"),
@@ -130,16 +119,16 @@
         },
       },
       { id: "gait", title: "Gait", legend: { thin: "planned stance", thick: "contact" } },
-      { id: "tilt", title: "Body tilt", unit: () => "°", curves: () => [{ colour: colours.ink, read: column("tilt") }] },
+      { id: "tilt", title: "Body tilt", unit: () => "°", curves: () => [{ colour: colours.ink, read: scaled("tilt", 180 / Math.PI) }] },
       {
         id: "margin", title: "Support margin", legend: { limit: "tips" }, unit: () => "mm", limits: () => [0],
-        curves: () => [{ colour: colours.ink, read: column("margin") }],
+        curves: () => [{ colour: colours.ink, read: scaled("margin", 1000) }],
       },
       {
         id: "speed", title: "Speed", legend: { wide: "commanded", line: "measured" }, unit: () => "mm/s",
         curves: () => [
-          { colour: colours.line, label: "commanded", read: column("commanded"), wide: 3 },
-          { colour: colours.ink, label: "measured", read: column("measured") },
+          { colour: colours.line, label: "commanded", read: speed("velocity_command"), wide: 3 },
+          { colour: colours.ink, label: "measured", read: speed("velocity") },
         ],
       },
     ];
@@ -171,7 +160,7 @@
       });
       plot.canvas.addEventListener("pointermove", (event) => {
         if (grip) show(grip.right - ((event.clientX - grip.x) / (plot.canvas.clientWidth - LEFT - RIGHT)) * SPAN);
-        pointed = { plot, x: event.offsetX, at: [event.clientX, event.clientY] };
+        pointed = { plot, x: event.offsetX, place: [event.clientX, event.clientY] };
         repaint();
       });
       for (const name of ["pointerup", "pointercancel"]) plot.canvas.addEventListener(name, () => (grip = null));
@@ -265,7 +254,7 @@
     // The row under the pointer, whose values are shown beside it; null where there is none.
     function read(until) {
       if (!pointed) return null;
-      const { plot, x, at } = pointed;
+      const { plot, x, place } = pointed;
       const time = until - SPAN + ((x - LEFT) / (plot.canvas.clientWidth - LEFT - RIGHT)) * SPAN;
       const index = Math.min(indexOf(time), head - 1);
       if (x < LEFT || time < timeOf(oldest()) || time > timeOf(head - 1) + 0.1) return null;
@@ -277,16 +266,16 @@
           lines.push(made("p", {}, chip, `${label} `, made("b", { textContent: `${text(value(row(index)))} ${plot.unit()}` })));
         }
       else
-        for (const [words, from] of [["planned stance", columns.planned], ["contact", columns.seen]]) {
+        for (const [words, from] of [["planned stance", at.stance], ["contact", at.contact]]) {
           const down = scene.legs.map((_, leg) => leg + 1).filter((leg) => ring[row(index) + from + leg - 1] > 0.5);
           lines.push(made("p", {}, `${words}: `, made("b", { textContent: down.join(" ") || "none" })));
         }
       reading.replaceChildren(...lines);
       reading.hidden = false;
       // Within the window, beside the pointer.
-      const left = at[0] + 14 + reading.offsetWidth > innerWidth ? at[0] - 14 - reading.offsetWidth : at[0] + 14;
+      const left = place[0] + 14 + reading.offsetWidth > innerWidth ? place[0] - 14 - reading.offsetWidth : place[0] + 14;
       reading.style.left = `${left}px`;
-      reading.style.top = `${Math.max(Math.min(at[1] - 20, innerHeight - reading.offsetHeight - 6), 6)}px`;
+      reading.style.top = `${Math.max(Math.min(place[1] - 20, innerHeight - reading.offsetHeight - 6), 6)}px`;
       return index;
     }
 
@@ -382,9 +371,9 @@
         context.fillStyle = colours.faint;
         context.fillText(String(leg + 1), LEFT - 6, y + room / 2);
         context.fillStyle = scene.legs[leg];
-        bars(columns.seen + leg, y + 0.34 * room, 0.56 * room);
+        bars(at.contact + leg, y + 0.34 * room, 0.56 * room);
         context.fillStyle = colours.faint;
-        bars(columns.planned + leg, y + 0.1 * room, Math.max(0.16 * room, 1.5));
+        bars(at.stance + leg, y + 0.1 * room, Math.max(0.16 * room, 1.5));
       }
 
       function bars(which, y, thick) {

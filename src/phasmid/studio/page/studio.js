@@ -27,7 +27,7 @@
   });
   const controls = Phasmid.controls(byId("fields"), connection.request);
   const actions = Phasmid.actions(connection.request);
-  Phasmid.input(connection.notify, { halt, pause, reset, fill });
+  Phasmid.input(connection.notify, { halt, pause, reset });
 
   // ---------------------------------------------------------------- what comes
 
@@ -158,53 +158,6 @@
   byId("pace").addEventListener("change", ({ target }) => command({ do: "pace", factor: Number(target.value) }));
   byId("record").addEventListener("click", () => command({ do: "record", on: !state.recording }));
   byId("explain").addEventListener("change", ({ target }) => document.body.classList.toggle("explains", target.checked));
-
-  // ---------------------------------------------------------------- room for the picture
-
-  function fill() {
-    if (document.fullscreenElement) document.exitFullscreen();
-    else byId("left").requestFullscreen?.().catch(() => showEvent({ text: "This browser gives no full screen." }));
-  }
-  byId("full").addEventListener("click", fill);
-  document.addEventListener("fullscreenchange", () => {
-    const full = Boolean(document.fullscreenElement);
-    byId("full").textContent = full ? "Leave full screen" : "Full screen";
-    byId("full").setAttribute("aria-pressed", String(full));
-  });
-
-  // The height of what is below the picture; the page comes back with it.
-  const split = byId("split");
-  const LEAST = 60; // pixels
-  function share(height) {
-    const most = innerHeight - 300;
-    const own = Math.round(Math.max(Math.min(height, most), LEAST));
-    document.body.style.setProperty("--below", `${own}px`);
-    for (const [name, value] of [["min", LEAST], ["max", most], ["now", own]]) split.setAttribute(`aria-value${name}`, String(value));
-    try {
-      localStorage.setItem("phasmid-below", String(own));
-    } catch {
-      // It is kept for as long as the page is open.
-    }
-  }
-  let grip = null;
-  split.addEventListener("pointerdown", (event) => {
-    grip = byId("below").offsetHeight + event.clientY;
-    split.setPointerCapture(event.pointerId);
-  });
-  split.addEventListener("pointermove", (event) => grip !== null && share(grip - event.clientY));
-  for (const name of ["pointerup", "pointercancel"]) split.addEventListener(name, () => (grip = null));
-  split.addEventListener("keydown", (event) => {
-    const step = { ArrowUp: 24, ArrowDown: -24 }[event.key];
-    if (!step) return;
-    event.preventDefault();
-    share(byId("below").offsetHeight + step);
-  });
-  try {
-    const kept = Number(localStorage.getItem("phasmid-below"));
-    if (kept) share(kept);
-  } catch {
-    // A browser that keeps nothing.
-  }
 
   // ---------------------------------------------------------------- tabs
 

@@ -2,8 +2,7 @@
 // The robot in its world, painted as frames come.
 
 (() => {
-  const { unpacked, product, pose, heading, size, less, cross, unit, rgb } = Phasmid.algebra;
-  const CELL = 0.05; // metres
+  const { product, pose, heading, size, less, rgb } = Phasmid.algebra;
   const SMOOTH = 0.9; // frames a picture, above which none is painted between frames
   const DEAR = 1.1; // frames a picture, above which pictures get coarser
   const COARSEST = 0.5; // dots for a pixel of the page
@@ -11,43 +10,6 @@
   const STILL = 600; // milliseconds without another picture, after which it stands still
 
   const byId = (id) => document.getElementById(id);
-
-  // Normals of uneven ground: its triangles by the squares that they touch.
-  function normals(ground) {
-    if (!ground) return () => [0, 0, 1];
-    const [corners, faces] = [unpacked(ground.vertices), unpacked(ground.faces)];
-    const squares = new Map();
-    const corner = (k) => [corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]];
-    const key = (i, j) => i * 65536 + j;
-    for (let face = 0; face < faces.length; face += 3) {
-      const [a, b, c] = [corner(faces[face]), corner(faces[face + 1]), corner(faces[face + 2])];
-      const low = [0, 1].map((k) => Math.floor(Math.min(a[k], b[k], c[k]) / CELL));
-      const high = [0, 1].map((k) => Math.floor(Math.max(a[k], b[k], c[k]) / CELL));
-      // A floor of a few large triangles is level all over.
-      if ((high[0] - low[0]) * (high[1] - low[1]) > 400) continue;
-      for (let i = low[0]; i <= high[0]; i++)
-        for (let j = low[1]; j <= high[1]; j++) {
-          if (!squares.has(key(i, j))) squares.set(key(i, j), []);
-          squares.get(key(i, j)).push(face);
-        }
-    }
-    return ([x, y, z]) => {
-      let found = [0, 0, 1];
-      let nearest = Infinity;
-      for (const face of squares.get(key(Math.floor(x / CELL), Math.floor(y / CELL))) || []) {
-        const [a, b, c] = [corner(faces[face]), corner(faces[face + 1]), corner(faces[face + 2])];
-        const n = cross(less(b, a), less(c, a));
-        if (Math.abs(n[2]) < 1e-12) continue;
-        const side = (p, q) => ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])) * Math.sign(n[2]);
-        if (side(a, b) < 0 || side(b, c) < 0 || side(c, a) < 0) continue;
-        const height = a[2] - (n[0] * (x - a[0]) + n[1] * (y - a[1])) / n[2];
-        if (Math.abs(height - z) >= nearest) continue;
-        nearest = Math.abs(height - z);
-        found = unit(n[2] > 0 ? n : [-n[0], -n[1], -n[2]]);
-      }
-      return found;
-    };
-  }
 
   // Whether the processor draws, which the robot's physics needs more.
   function bySoftware() {
@@ -76,7 +38,6 @@
     let scene = null;
     let marks = null;
     let numbers = null;
-    let normal = null;
     let requested = false;
     let ratio = soft ? 1 : Math.min(window.devicePixelRatio || 1, 2);
     let smooth = !soft;
@@ -106,7 +67,6 @@
       scene = newScene;
       marks = Phasmid.marks(drawing, scene, { rough: soft });
       numbers = Phasmid.legNumbers(canvas, scene);
-      normal = normals(scene.ground);
       X_links = Array.from({ length: scene.links }, () => new Float32Array(16));
       if (first) camera.largest = 0;
     }
@@ -190,7 +150,7 @@
       marks.machine(X_body, X_links, fine);
       if (shown("trails")) marks.trails(feet.map((foot, leg) => way(foot, leg, fine)), seen);
       if (shown("cones") && scene.friction > 0)
-        marks.frictionCones(feet, feet.map((foot, leg) => down(leg) && normal(foot)), scene.friction, seen);
+        marks.frictionCones(feet, feet.map((_, leg) => down(leg) && vector(row, "foot_normal", leg)), scene.friction, seen);
       const forces = (name) => feet.map((_, leg) => vector(row, name, leg));
       if (shown("model")) marks.arrows(feet, forces("foot_force_model"), colours.model, 0.5);
       if (shown("forces")) marks.arrows(feet, forces("foot_force"));
