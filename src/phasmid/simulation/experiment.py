@@ -101,9 +101,7 @@ class Experiment(ABC):
             failure = failure or self.shortfall(run)
         attributes = {**self.attributes(run), **self._outcome(run, failure)}
         recorded = {name: values[: run.done] for name, values in channels.items()}
-        # Parts of longer arrays would keep the whole arrays in memory.
-        own = run.done == count
-        recording = new_recording(run.time[: run.done], recorded, attributes, own=own)
+        recording = new_recording(run.time[: run.done], recorded, attributes)
         return with_sensors(self.scenario, recording)
 
     def record(
