@@ -1,7 +1,6 @@
 """``phasmid plot`` and ``phasmid export``: what they write, and what they answer to mistakes."""
 
 import csv
-import os
 import shutil
 import xml.etree.ElementTree as ET
 
@@ -304,23 +303,3 @@ def test_an_exported_walk_is_a_trajectory(here):
     np.testing.assert_allclose(again, first, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("ending", [".csv", ".nc"])
-def test_of_two_exports_to_one_file_the_first_is_kept(here, capsys, monkeypatch, ending):
-    assert main(["walk", "--duration", "0.1", "--out", "a", "--no-figures", "--quiet"]) == 0
-    target, synced = here / f"x{ending}", os.fsync
-
-    def another_is_faster(handle):
-        target.write_bytes(b"first")
-        synced(handle)
-
-    monkeypatch.setattr(os, "fsync", another_is_faster)
-    assert main(["export", "a", "--out", target.name]) == 2
-    hint = "--force, or another --out FILE"
-    assert capsys.readouterr().err == (
-        f"phasmid: {target.name} exists; nothing was written.\n  try  {hint}\n"
-    )
-    assert target.read_bytes() == b"first"
-    assert not [path.name for path in here.iterdir() if "partial" in path.name]
-    monkeypatch.setattr(os, "fsync", synced)
-    assert main(["export", "a", "--out", target.name, "--force"]) == 0
-    assert target.read_bytes() != b"first"
