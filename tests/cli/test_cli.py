@@ -504,7 +504,7 @@ def test_importing_and_asking_for_help_load_no_engine(arguments):
 def test_every_public_name_can_be_imported():
     import phasmid
 
-    for name in phasmid.__all__:
+    for name in dir(phasmid):
         assert getattr(phasmid, name) is not None
     with pytest.raises(AttributeError):
         phasmid.nothing  # noqa: B018

@@ -301,5 +301,3 @@ def test_an_exported_walk_is_a_trajectory(here):
     first, again = (load_recording(here / name).joint_position_target for name in "ab")
     # Splines go through the angles of each sample: bit by bit but for their own rounding.
     np.testing.assert_allclose(again, first, rtol=0, atol=1e-14)
-
-
