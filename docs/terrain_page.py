@@ -60,8 +60,7 @@ TERRAINS = {
         "walk from left to right, its left edge at the start, its middle row on the way. A cubic "
         "runs through the samples. At most 4096 × 4096 samples. Maps that pack into 750 kB of "
         "text, about 400 × 400 samples of a measured ground, travel inside the scenario: the "
-        "result folder and the recording need no file. Larger ones are named by their path and "
-        "their SHA-256, so that no other file is taken for them.",
+        "result folder and the recording need no file. Larger ones are named by their path.",
         'kind = "height-map"\nheight_map = "hills.png"\nmap_cell_mm = 20\nmap_height_mm = 60',
     ),
     "ice": (

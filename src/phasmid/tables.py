@@ -41,6 +41,17 @@ class Hint:
     text: str
 
 
+class Of:
+    """Marks a field that only some choices of its table use.
+
+    Attributes:
+        choices: Those choices.
+    """
+
+    def __init__(self, *choices: str) -> None:
+        self.choices = choices
+
+
 # Strict: a number in quotes would pass its key's unit by, and true is not 1.
 Number = Annotated[float, Strict()]
 Count = Annotated[int, Strict()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -197,6 +197,19 @@ def toml_string(text: str) -> str:
         c if c.isprintable() or "\ud800" <= c <= "\udfff" else f"\\U{ord(c):08x}"
         for c in json.dumps(text, ensure_ascii=False)
     )
+
+
+def toml_value(value: Any) -> str:
+    """Return text, a number, or a list or table of them, in TOML."""
+    if isinstance(value, str):
+        return toml_string(value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{toml_key(k)} = {toml_value(v)}' for k, v in value.items())} }}"
+    if isinstance(value, Iterable):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return repr(value)
 
 
 def toml_key(name: str) -> str:

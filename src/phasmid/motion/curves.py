@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from numpy.polynomial.polynomial import polyder, polyval
 
 Curve = Literal["quintic", "cubic-spline"]
 
@@ -99,18 +100,14 @@ def join(
     """
     v0, v1 = velocity
     way = end - start
-    # Coefficients of u^2 and above; the quintic's u^2 vanishes with the acceleration.
+    # The quintic's u^2 vanishes with the acceleration.
     if curve == "quintic":
-        powers = {3: 10 * way - 6 * v0 - 4 * v1, 4: -15 * way + 8 * v0 + 7 * v1}
-        powers[5] = 6 * way - 3 * v0 - 3 * v1
+        cubic, quartic = 10 * way - 6 * v0 - 4 * v1, -15 * way + 8 * v0 + 7 * v1
+        powers = [start, v0, 0 * way, cubic, quartic, 6 * way - 3 * v0 - 3 * v1]
     else:
-        powers = {2: 3 * way - 2 * v0 - v1, 3: -2 * way + v0 + v1}
-    position, rate, bend = start + v0 * u, v0 + 0 * u, 0 * way * u
-    for n, c in powers.items():
-        position = position + c * u**n
-        rate = rate + n * c * u ** (n - 1)
-        bend = bend + n * (n - 1) * c * u ** (n - 2)
-    return Path(position, rate, bend)
+        powers = [start, v0, 3 * way - 2 * v0 - v1, -2 * way + v0 + v1]
+    coefficients = np.array(np.broadcast_arrays(*powers))
+    return Path(*(polyval(u, polyder(coefficients, k), tensor=False) for k in range(3)))
 
 
 def composed(

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet, step_pose
-from phasmid.motion.curves import Path, join, lift
+from phasmid.motion.curves import Path, cos_and_sin, join, lift
 from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
@@ -152,33 +152,36 @@ def coxa_only_feet(
     middle = np.arctan2(*(neutral - hips).T[::-1])
     half = _coxa_half_angle(robot, step, neutral, middle, radius)
 
+    def on_circle(sigma: Path) -> Path:
+        angle = Path(
+            middle + half * (2 * sigma.position - 1),
+            2 * half * sigma.velocity,
+            2 * half * sigma.acceleration,
+        )
+        away = zip(*cos_and_sin(angle), strict=True)
+        p, v, a = (radius[:, None] * np.stack(axes, axis=-1) for axes in away)
+        return Path(hips + p, v, a)
+
     cycle, u = swing_fraction(gait, stride, time)
     landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor
-    steps = progress(gait, stride, time)
-    sigma = np.clip(steps.position[:, None] - landing, 0.0, 1.0)
-    stance = _on_circle(hips, radius, middle, half, sigma, steps)
+    steps = Path(*(order[:, None] for order in progress(gait, stride, time)))
+    sigma = np.clip(steps.position - landing, 0.0, 1.0)
+    stance = on_circle(Path(sigma, steps.velocity, steps.acceleration))
 
     swing = gait.swing_fraction * stride.period
+    one = np.ones(len(half))
+    lift_off, touchdown = (on_circle(Path(at * one, one, 0 * one)) for at in (1.0, 0.0))
     speed = _end_speed(gait, stride) * swing
-    ends = [
-        _on_circle(hips, radius, middle, half, np.full((1, len(half)), at), Path(*np.ones((3, 1))))
-        for at in (1.0, 0.0)
-    ]
-    xy = join(
-        stride.curve,
-        u[..., None],
-        ends[0].position,
-        ends[1].position,
-        (speed * ends[0].velocity, speed * ends[1].velocity),
-    )
-    h = lift(stride.curve, u)
+    velocities = speed * lift_off.velocity, speed * touchdown.velocity
+    xy = join(stride.curve, u[..., None], lift_off.position, touchdown.position, velocities)
+    z = lift(stride.curve, u) * stride.step_height
     flying = (u < 1.0)[..., None]
     orders = []
     for k in range(3):
-        plane = np.where(flying, xy[k] / swing**k, stance[k])
-        up = np.where(flying[..., 0], stride.step_height * h[k] / swing**k, 0.0)
-        up = up - height if k == 0 else up
-        orders.append(np.concatenate([plane, up[..., None]], axis=-1))
+        swinging = np.concatenate([xy[k], z[k][..., None]], axis=-1) / swing**k
+        standing = np.concatenate([stance[k], np.zeros((*u.shape, 1))], axis=-1)
+        orders.append(np.where(flying, swinging, standing))
+    orders[0][..., 2] -= height
     return Path(*orders)
 
 
@@ -205,24 +208,6 @@ def _coxa_half_angle(
                 hint='stance_law = "straight"',
             )
     return -np.arcsin(np.where(length > 0, needed / np.where(length > 0, along, 1.0), 0.0))
-
-
-def _on_circle(
-    hips: np.ndarray,
-    radius: np.ndarray,
-    middle: np.ndarray,
-    half: np.ndarray,
-    sigma: np.ndarray,
-    steps: Path,
-) -> Path:
-    angle = middle + half * (2 * sigma - 1)
-    c, s = np.cos(angle), np.sin(angle)
-    w, d = 2 * half * steps.velocity[:, None], 2 * half * steps.acceleration[:, None]
-    position = hips + radius[:, None] * np.stack([c, s], axis=-1)
-    velocity = (radius * w)[..., None] * np.stack([-s, c], axis=-1)
-    acceleration = (radius * d)[..., None] * np.stack([-s, c], axis=-1)
-    acceleration -= (radius * w**2)[..., None] * np.stack([c, s], axis=-1)
-    return Path(position, velocity, acceleration)
 
 
 def _end_speed(gait: Gait, stride: StrideTable) -> float:

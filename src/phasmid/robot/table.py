@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Len
-from pydantic import BeforeValidator, ConfigDict, create_model, model_validator
+from pydantic import BeforeValidator, ConfigDict, model_validator
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.robot.servo import Servo
+from phasmid.robot.servo import ServoNumbers
 from phasmid.tables import (
     Angle,
     Count,
@@ -142,17 +141,7 @@ class BodyTable(RobotPart):
     inertia: Tensor | None = None
 
 
-_TYPES = get_type_hints(Servo, include_extras=True)
-
-_FIELDS: dict[str, Any] = {
-    field.name: (_TYPES[field.name], ... if field.default is MISSING else field.default)
-    for field in fields(Servo)
-}
-
-_ServoFields: Any = create_model("_ServoFields", __base__=RobotPart, **_FIELDS)
-
-
-class ServoTable(_ServoFields):
+class ServoTable(ServoNumbers):
     """``servo = "AX-12A"``, or a table of data-sheet numbers: the fields of `Servo`."""
 
     name: Name

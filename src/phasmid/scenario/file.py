@@ -10,7 +10,7 @@ from phasmid.gait import is_gait_file
 from phasmid.scenario.scenario import Scenario
 from phasmid.scenario.terrain import beside
 from phasmid.tables import Table, in_file, key_of, validate
-from phasmid.toml import find_file, preset_names, read_toml, toml_key, toml_string
+from phasmid.toml import find_file, preset_names, read_toml, toml_value
 from phasmid.units import UNITS, split_unit
 
 
@@ -75,19 +75,4 @@ def _entry(key: str, name: str, value: Any) -> str:
         # People read millimetres, but a number that would be rounded stays in SI.
         if unit.to_si(shown) == value:
             return f"{key} = {shown:.15g}"
-    if isinstance(value, bool):
-        return f"{name} = {str(value).lower()}"
-    if isinstance(value, float):
-        return f"{name} = {value!r}"
-    if isinstance(value, tuple):
-        return f"{name} = {_list(value)}"
-    if isinstance(value, dict):
-        pairs = ", ".join(f"{toml_key(inner)} = {number!r}" for inner, number in value.items())
-        return f"{name} = {{ {pairs} }}"
-    return f"{name} = {toml_string(value) if isinstance(value, str) else value}"
-
-
-def _list(values: tuple[Any, ...]) -> str:
-    """Write numbers, or lists of them, as TOML."""
-    words = (_list(value) if isinstance(value, tuple) else repr(value) for value in values)
-    return f"[{', '.join(words)}]"
+    return f"{name} = {toml_value(value)}"

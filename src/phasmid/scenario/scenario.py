@@ -183,9 +183,6 @@ class Scenario(Table):
                 raw[key] = value
             elif name in paths and isinstance(raw[paths[name][0]], dict):
                 inner = raw[paths[name][0]]
-                if name == "height_map":
-                    # It was the other file's.
-                    inner.pop("map_sha256", None)
                 inner.pop(name, None)
                 inner[key] = value
             elif name in paths:

@@ -13,7 +13,7 @@ from phasmid.gait import gaits_of
 from phasmid.robot import preset_names, servo_names
 from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.model import ModelTable
-from phasmid.scenario.relevance import TERRAINS
+from phasmid.scenario.relevance import is_used
 from phasmid.scenario.simulation import SimulationTable
 from phasmid.scenario.stride import StrideTable
 from phasmid.scenario.terrain import START, TerrainTable
@@ -238,7 +238,7 @@ def _payloads(setting: Setting) -> Span:
 
 def _on(name: str) -> Callable[[Setting], bool]:
     """Return the test that a number has an effect on the present terrain."""
-    return lambda setting: setting.scenario.terrain.kind in TERRAINS[name]
+    return lambda setting: is_used(TerrainTable, name, setting.scenario.terrain.kind)
 
 
 def _by_plan(setting: Setting) -> bool:
