@@ -164,25 +164,41 @@ class Servo:
     def motor(self) -> Motor:
         """The motor and its gears, so that stall and no-load point are both met.
 
+        At stall k i (1 - c1) - c0 is the torque with i = V/R. Without load the current i0 obeys
+        k i0 (1 - c1) = c0 + b w0 and R i0 + k w0 = V. These are two linear equations in turn: the
+        ratio i0 / i is (c0 + b w0) / (torque + c0), and k = (V - R i0) / w0.
+
         Ideal servos do without, and may have numbers that fit no motor.
 
         Raises:
             InvalidInput: The stall current is not known.
-            InvalidRobot: No motor has these numbers.
+            InvalidRobot: The gears would need an efficiency above 1, or friction takes all of the
+                motor's torque.
         """
-        if self.stall_current is None:
+        current, voltage, speed = self.stall_current, self.rated_voltage, self.no_load_speed
+        if current is None:
             raise InvalidInput(
                 f"servo {self.name} has no stall_current; its own law needs one.",
                 hint='drive = "ideal-servo", or stall_current = 1.5 (A) in [servo]',
             )
-        return Motor.from_data_sheet(
-            self.name,
-            stall_torque=self.stall_torque,
-            stall_current=self.stall_current,
-            no_load_speed=self.no_load_speed,
-            voltage=self.rated_voltage,
-            coulomb=self.friction,
-            viscous=self.viscous_friction,
+        drag = self.friction + self.viscous_friction * speed
+        idle = drag / (self.stall_torque + self.friction)
+        if idle >= 1:
+            raise InvalidRobot(
+                f"servo {self.name}: friction at the no-load speed is {drag:.3g} N·m; the stall "
+                f"torque of {self.stall_torque:.3g} N·m cannot overcome it."
+            )
+        constant = voltage * (1 - idle) / speed
+        efficiency = (self.stall_torque + self.friction) / (constant * current)
+        if efficiency > 1:
+            raise InvalidRobot(
+                f"servo {self.name}: stall_torque and no_load_speed give "
+                f"{self.stall_torque * speed:.3g} W per {voltage * current:.3g} W of supply; gears "
+                "cannot create power.",
+                hint="check stall_current and rated_voltage",
+            )
+        return Motor(
+            voltage / current, constant, 1 - efficiency, self.friction, self.viscous_friction
         )
 
     @property
