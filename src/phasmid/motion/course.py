@@ -100,10 +100,11 @@ class Course:
         gait, stride = self.gait, self.scenario.stride
         whole, index, s = between_events(gait, stride, time / stride.period)
         seconds = np.diff(np.append(gait.events, 1.0))[index] * stride.period
-        s = Path(s.position, s.velocity / seconds, s.acceleration / seconds**2)
         event = whole.astype(int) * len(gait.events) + index
         level = _level_trunk(self.robot, gait, stride, stride.step, 0.0, time)
-        trunk = leaning_trunk(self.postures, event, s, level, _body_height(self.robot))
+        trunk = leaning_trunk(
+            self.postures, event, s.over(seconds), level, _body_height(self.robot)
+        )
         return trunk, in_body(self._feet(time), trunk)
 
     def _feet(self, time: Float[np.ndarray, " time"]) -> Path:

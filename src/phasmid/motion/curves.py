@@ -14,20 +14,22 @@ Curve = Literal["quintic", "cubic-spline"]
 class Path(NamedTuple):
     """Function of time: its values and its first two derivatives, of one shape.
 
-    Sums, differences and products are those of functions, with their derivatives.
+    Sums, differences and products are those of functions and constants, with their derivatives.
     """
 
     position: Float[np.ndarray, "*batch"]
     velocity: Float[np.ndarray, "*batch"]
     acceleration: Float[np.ndarray, "*batch"]
 
-    def __add__(self, other: Path) -> Path:  # type: ignore[override]
+    def __add__(self, other: Path | np.ndarray | float) -> Path:  # type: ignore[override]
+        if not isinstance(other, Path):
+            return Path(self.position + other, self.velocity, self.acceleration)
         return Path(*(x + y for x, y in zip(self, other, strict=True)))
 
     def __sub__(self, other: Path) -> Path:
         return Path(*(x - y for x, y in zip(self, other, strict=True)))
 
-    def __mul__(self, other: Path | float) -> Path:  # type: ignore[override]
+    def __mul__(self, other: Path | np.ndarray | float) -> Path:  # type: ignore[override]
         if not isinstance(other, Path):
             return Path(*(x * other for x in self))
         p, v, a = other
@@ -36,6 +38,10 @@ class Path(NamedTuple):
             self.velocity * p + self.position * v,
             self.acceleration * p + 2 * self.velocity * v + self.position * a,
         )
+
+    def over(self, duration: Float[np.ndarray, "*batch"] | float) -> Path:
+        """Return the function by time, from its derivatives by the fraction of a duration [s]."""
+        return Path(self.position, self.velocity / duration, self.acceleration / duration**2)
 
 
 def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:

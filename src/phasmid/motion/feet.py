@@ -153,14 +153,9 @@ def coxa_only_feet(
     half = _coxa_half_angle(robot, step, neutral, middle, radius)
 
     def on_circle(sigma: Path) -> Path:
-        angle = Path(
-            middle + half * (2 * sigma.position - 1),
-            2 * half * sigma.velocity,
-            2 * half * sigma.acceleration,
-        )
-        away = zip(*cos_and_sin(angle), strict=True)
-        p, v, a = (radius[:, None] * np.stack(axes, axis=-1) for axes in away)
-        return Path(hips + p, v, a)
+        c, s = cos_and_sin(sigma * (2 * half) + (middle - half))
+        away = Path(*(np.stack(axes, axis=-1) for axes in zip(c, s, strict=True)))
+        return away * radius[:, None] + hips
 
     cycle, u = swing_fraction(gait, stride, time)
     landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor
@@ -176,13 +171,10 @@ def coxa_only_feet(
     xy = join(stride.curve, u[..., None], lift_off.position, touchdown.position, velocities)
     z = lift(stride.curve, u) * stride.step_height
     flying = (u < 1.0)[..., None]
-    orders = []
-    for k in range(3):
-        swinging = np.concatenate([xy[k], z[k][..., None]], axis=-1) / swing**k
-        standing = np.concatenate([stance[k], np.zeros((*u.shape, 1))], axis=-1)
-        orders.append(np.where(flying, swinging, standing))
-    orders[0][..., 2] -= height
-    return Path(*orders)
+    swinging = Path(*(np.concatenate([xy[k], z[k][..., None]], axis=-1) for k in range(3)))
+    standing = (np.concatenate([order, np.zeros((*u.shape, 1))], axis=-1) for order in stance)
+    pairs = zip(swinging.over(swing), standing, strict=True)
+    return Path(*(np.where(flying, *pair) for pair in pairs)) + np.array([0.0, 0.0, -height])
 
 
 def _coxa_half_angle(

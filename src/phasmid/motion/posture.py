@@ -74,11 +74,8 @@ def leaning_trunk(
     ground = last + (following - last) * s
 
     first, change = postures.lean[before], postures.lean[before + 1] - postures.lean[before]
-    lean = [
-        Path(first[:, i] + change[:, i] * s[0], change[:, i] * s[1], change[:, i] * s[2])
-        for i in (0, 1)
-    ]
-    pitch, roll, stretch = _attitude(lean[0], lean[1], yaw)
+    lean_x, lean_y = (s * change[:, i] + first[:, i] for i in (0, 1))
+    pitch, roll, stretch = _attitude(lean_x, lean_y, yaw)
     up = ground + stretch * height
     position = [np.stack([*x[k].T, up[k]], axis=-1) for k in range(3)]
     attitude = [np.stack([roll[k], pitch[k], yaw[k]], axis=-1) for k in range(3)]
@@ -88,9 +85,8 @@ def leaning_trunk(
 def _height_over(postures: Postures, event: Int[np.ndarray, " time"], x: Path) -> Path:
     """Return the height of an event's plane under the trunk with its time derivatives."""
     centre, slope = postures.centre[event], postures.slope[event]
-    away = [x[0] - centre[:, :2], x[1], x[2]]
-    found = [np.sum(slope * v, axis=1) for v in away]
-    return Path(centre[:, 2] + found[0], found[1], found[2])
+    away = x + -centre[:, :2]
+    return Path(*(np.sum(slope * v, axis=1) for v in away)) + centre[:, 2]
 
 
 def _attitude(slope_x: Path, slope_y: Path, yaw: Path) -> tuple[Path, Path, Path]:
@@ -102,7 +98,6 @@ def _attitude(slope_x: Path, slope_y: Path, yaw: Path) -> tuple[Path, Path, Path
     c, s = cos_and_sin(yaw)
     ahead = slope_x * c + slope_y * s
     left = slope_y * c - slope_x * s
-    square = ahead * ahead
-    run = root(Path(1 + square.position, square.velocity, square.acceleration))
+    run = root(ahead * ahead + 1.0)
     pitch, roll = arctan(ahead * -1.0), arctan(left * inverse(run))
     return pitch, roll, root(run * run + left * left)

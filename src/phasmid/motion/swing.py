@@ -100,12 +100,9 @@ class Swings(NamedTuple):
             u: Fraction of the swing in time, 1 for standing feet, shape (...).
             duration: Duration of a swing [s].
         """
-        path, moving = self.path(curve, u), (u < 1.0)[..., None]
-        return Path(
-            np.where(moving, path.position, self.end),
-            moving * path.velocity / duration,
-            moving * path.acceleration / duration**2,
-        )
+        p, v, a = self.path(curve, u).over(duration)
+        moving = (u < 1.0)[..., None]
+        return Path(np.where(moving, p, self.end), moving * v, moving * a)
 
 
 def plan_swings(

@@ -16,7 +16,7 @@ from phasmid.kinematics import (
     step_pose,
     step_twist,
 )
-from phasmid.motion.curves import Path, blend
+from phasmid.motion.curves import Path, blend, cos_and_sin
 from phasmid.scenario.stride import StrideTable
 
 
@@ -38,12 +38,8 @@ def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"])
     whole, index, s = between_events(gait, stride, cycles)
     events = np.append(gait.events, 1.0)
     start, length = events[index], np.diff(events)[index]
-    share, seconds = length / gait.duty_factor, length * stride.period
-    return Path(
-        (whole + start) / gait.duty_factor + share * s.position,
-        share * s.velocity / seconds,
-        share * s.acceleration / seconds**2,
-    )
+    share = length / gait.duty_factor
+    return s.over(length * stride.period) * share + (whole + start) / gait.duty_factor
 
 
 def between_events(
@@ -153,26 +149,14 @@ def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
         trunk: The motion along the path, without pitch and roll.
         aside: The sway, in the body's axes.
     """
-    yaw, turn, change = (
-        values[:, 2, None]
-        for values in (trunk.attitude, trunk.attitude_rate, trunk.attitude_acceleration)
-    )
-    p, v, a = aside
-    # d/dt of R p is R (p' + w J p), with J a quarter turn to the left.
-    speed = v + turn * _left(p)
-    bend = a + 2 * turn * _left(v) + change * _left(p) - turn**2 * p
-
-    def moved(old: np.ndarray, more: np.ndarray) -> np.ndarray:
-        more = np.cos(yaw) * more + np.sin(yaw) * _left(more)
-        return old + np.concatenate([more, np.zeros((len(more), 1))], axis=1)
-
+    yaw = Path(trunk.yaw, trunk.attitude_rate[:, 2], trunk.attitude_acceleration[:, 2])
+    c, s = cos_and_sin(yaw)
+    x, y = (Path(*(order[:, axis] for order in aside)) for axis in (0, 1))
+    east, north = c * x - s * y, s * x + c * y
+    p, v, a = (np.stack([east[k], north[k], 0 * east[k]], axis=-1) for k in range(3))
     return replace(
         trunk,
-        position=moved(trunk.position, p),
-        velocity=moved(trunk.velocity, speed),
-        acceleration=moved(trunk.acceleration, bend),
+        position=trunk.position + p,
+        velocity=trunk.velocity + v,
+        acceleration=trunk.acceleration + a,
     )
-
-
-def _left(v: Float[np.ndarray, "time 2"]) -> Float[np.ndarray, "time 2"]:
-    return np.stack([-v[:, 1], v[:, 0]], axis=1)
