@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InfeasibleWalk
+from phasmid.gait import sway
 from phasmid.kinematics import neutral_feet
-from phasmid.motion import plan
+from phasmid.motion import plan, progress, trunk_motion
 from phasmid.robot import with_neutral_foot
 from phasmid.scenario import load_scenario
 from walks import tilted_robot
@@ -26,6 +27,14 @@ def test_a_sway_goes_about_the_path_and_ends_where_it_began():
     aside = walk.trunk.position[:, 1]
     arm = float(np.hypot(*neutral_feet(walk.robot)[0, :2]))
     assert 0.02 < np.abs(aside).max() <= 0.16 * arm + 1e-12
+    # On an arc it is that of the gait in the body's own axes.
+    walk = plan(PAPER.replace(robot="quadruped", gait="crawl", step_turn_deg=12, period=4.0))
+    stride, time = walk.scenario.stride, walk.time
+    path = trunk_motion(stride.step, 0.0, progress(walk.gait, stride, time))
+    away = walk.trunk.position - path.position
+    aside = np.einsum("tji,tj->ti", walk.trunk.rotation, away)[:, :2]
+    expected = sway(walk.gait, neutral_feet(walk.robot), stride.period, time)[0]
+    assert np.abs(aside - expected).max() < 1e-12
 
 
 @pytest.mark.parametrize("angle", [30.0, 137.0])

@@ -9,6 +9,7 @@ import pytest
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.forces import analyse
 from phasmid.gait import HEXAPOD_GAITS
+from phasmid.kinematics import body_from_hip, foot_position, neutral_feet
 from phasmid.motion import plan
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
@@ -133,6 +134,12 @@ def test_in_coxa_only_stance_nothing_but_the_coxa_moves(stride):
     speed = np.abs(walk.qd)[walk.stance]
     assert speed[:, 1:].max() < 1e-12
     assert speed[:, 0].max() > 0.1
+    # Amid the stance the foot is the neutral one; the chord of its circle is the step.
+    feet = body_from_hip(walk.robot, foot_position(walk.robot.arrays, walk.q))[:21, 1]
+    assert feet[10, :2] == pytest.approx(neutral_feet(walk.robot)[1, :2], abs=1e-12)
+    if stride != "turning":
+        way = STRIDES[stride]["step_length_mm"] / 1000
+        assert feet[0, 0] - feet[20, 0] == pytest.approx(way, abs=1e-12)
 
 
 @pytest.mark.parametrize(("preset", "gait"), WALKS)

@@ -73,6 +73,11 @@ def test_a_robots_file_is_read_once_and_again_after_each_change(tmp_path):
     [
         # G6, G7, G8, C2, C3
         ({"step_height_mm": -30}, "stride.step_height is -30 mm; it must be 0 or more.", ""),
+        (
+            {"step_turn_deg": 400},
+            "stride.step_turn is 400 deg; it must be -180 or more and 180 or less.",
+            "",
+        ),
         ({"period": 0}, "stride.period is 0 s; it must be greater than 0.", ""),
         (
             {"samples": 3},

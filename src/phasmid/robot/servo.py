@@ -252,12 +252,10 @@ class Servo:
 
 _TYPES = get_type_hints(Servo, include_extras=True)
 
-ServoNumbers: Any = create_model(
-    "ServoNumbers",
-    __base__=Table,
-    **{
-        field.name: (_TYPES[field.name], ... if field.default is MISSING else field.default)
-        for field in fields(Servo)
-    },
-)
+_FIELDS: dict[str, Any] = {
+    field.name: (_TYPES[field.name], ... if field.default is MISSING else field.default)
+    for field in fields(Servo)
+}
+
+ServoNumbers: Any = create_model("ServoNumbers", __base__=Table, **_FIELDS)
 """Table of a servo's fields, with their units and bounds."""
