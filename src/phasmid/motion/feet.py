@@ -19,7 +19,6 @@ def straight_feet(
     robot: Robot,
     gait: Gait,
     stride: StrideTable,
-    step: Float[np.ndarray, "3"],
     time: Float[np.ndarray, " time"],
     trunk: TrunkMotion,
 ) -> Path:
@@ -28,8 +27,7 @@ def straight_feet(
     Args:
         robot: The robot, L legs.
         gait: The gait.
-        stride: Heights, times and curves.
-        step: Displacement of one step: forward [m], left [m], turn [rad].
+        stride: Steps, heights, times and curves.
         time: Times [s], shape (N,).
         trunk: The body at these times.
 
@@ -45,7 +43,7 @@ def straight_feet(
     neutral = neutral_feet(robot)
     ground = np.zeros((*u.shape, 1))
     start, end = (
-        np.concatenate([foothold(step, steps, neutral), ground], axis=-1)
+        np.concatenate([foothold(stride.step, steps, neutral), ground], axis=-1)
         for steps in (landing - 1 / gait.duty_factor, landing)
     )
     swings = Swings.over_level_ground(start, end, stride.step_height)
@@ -109,7 +107,6 @@ def coxa_only_feet(
     robot: Robot,
     gait: Gait,
     stride: StrideTable,
-    step: Float[np.ndarray, "3"],
     time: Float[np.ndarray, " time"],
     height: float,
 ) -> Path:
@@ -121,8 +118,7 @@ def coxa_only_feet(
     Args:
         robot: The robot, L legs.
         gait: The gait.
-        stride: Heights, times and curves.
-        step: Displacement of one step: forward [m], left [m], turn [rad].
+        stride: Steps, heights, times and curves.
         time: Times [s], shape (N,).
         height: Height of the body frame over the ground [m].
 
@@ -150,7 +146,7 @@ def coxa_only_feet(
     neutral, hips = neutral_feet(robot)[:, :2], robot.arrays.p_body_hip[:, :2]
     radius = np.hypot(*(neutral - hips).T)
     middle = np.arctan2(*(neutral - hips).T[::-1])
-    half = _coxa_half_angle(robot, step, neutral, middle, radius)
+    half = _coxa_half_angle(robot, stride.step, neutral, middle, radius)
 
     def on_circle(sigma: Path) -> Path:
         c, s = cos_and_sin(sigma * (2 * half) + (middle - half))
