@@ -172,5 +172,5 @@ def test_a_look_lies_beside_its_robot(tmp_path: Path, name: str) -> None:
     path = tmp_path / "robot.toml"
     text = robot_to_toml(replace(load_robot("phantomx-paper"), appearance=None))
     path.write_text(f"appearance = '{name}'\n{text}", encoding="utf-8")
-    with pytest.raises(InvalidInput, match=r"must be the name of a \.glb file beside"):
+    with pytest.raises(InvalidInput, match=r"the name of a \.glb file beside"):
         load_robot(path)

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Len
-from pydantic import BeforeValidator, ConfigDict, model_validator
+from pydantic import BeforeValidator, ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidInput, nearest
 from phasmid.robot.servo import ServoNumbers
 from phasmid.tables import (
     Angle,
     Count,
+    Hint,
     Inertia,
     Length,
     Mass,
@@ -29,29 +30,6 @@ MOST_LEGS = 100
 
 LONGEST_NAME = 64
 """Robots and legs with longer names than this make no readable tables."""
-
-
-def _printable(name: Any) -> Any:
-    if isinstance(name, str) and not (name.isprintable() and 0 < len(name) <= LONGEST_NAME):
-        raise InvalidInput(
-            f"the name {name[:LONGEST_NAME]!r} cannot be used; it must be 1 to {LONGEST_NAME} "
-            "printable characters."
-        )
-    # Formats of XML know no blanks there.
-    if isinstance(name, str) and name != name.strip():
-        raise InvalidInput(f"the name {name!r} must not begin or end with a blank.")
-    return name
-
-
-def _file_name(name: Any) -> Any:
-    if isinstance(name, str) and not (
-        name.endswith(".glb") and name.isprintable() and not set(name) & set("/\\:")
-    ):
-        raise InvalidInput(
-            f"{name[:LONGEST_NAME]!r} cannot be used; it must be the name of a .glb file beside "
-            "the robot file, without a folder."
-        )
-    return name
 
 
 def _matrix(tensor: Any) -> Any:
@@ -68,7 +46,19 @@ def _matrix(tensor: Any) -> Any:
     return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
 
-Name = Annotated[str, BeforeValidator(_printable)]
+_PRINTABLE = r"[^\p{C}\p{Z}]"
+Name = Annotated[
+    str,
+    # Formats of XML know no blanks at the ends.
+    StringConstraints(
+        pattern=rf"^{_PRINTABLE}((?:{_PRINTABLE}| ){{0,{LONGEST_NAME - 2}}}{_PRINTABLE})?$"
+    ),
+    Hint(f"1 to {LONGEST_NAME} printable characters, without a blank at the ends"),
+]
+FileName = Annotated[
+    Annotated[str, StringConstraints(pattern=r"^[^\p{C}/\\:]+\.glb$")] | None,
+    Hint("the name of a .glb file beside the robot file, without a folder"),
+]
 Vector = Annotated[list[Length], Len(3, 3)]
 Limits = Annotated[list[Angle], Len(2, 2)]
 Tensor = Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3), BeforeValidator(_matrix)]
@@ -166,7 +156,7 @@ class RobotTable(RobotPart):
 
     name: Name
     description: str = ""
-    appearance: Annotated[str, BeforeValidator(_file_name)] | None = None
+    appearance: FileName = None
     leg_count: Annotated[Count, Ge(4)] = 6
     total_weight: Weight | None = None
     servo: ServoTable
