@@ -116,6 +116,11 @@ def join(
     return Path(*(polyval(u, polyder(coefficients, k), tensor=False) for k in range(3)))
 
 
+def vector(*components: Path) -> Path:
+    """Return the vector of components, along a new last axis."""
+    return Path(*(np.stack(orders, axis=-1) for orders in zip(*components, strict=True)))
+
+
 def composed(
     value: Float[np.ndarray, "*batch"],
     slope: Float[np.ndarray, "*batch"],

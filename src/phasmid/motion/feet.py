@@ -8,7 +8,7 @@ from jaxtyping import Float
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet, step_pose
-from phasmid.motion.curves import Path, cos_and_sin, join, lift
+from phasmid.motion.curves import Path, cos_and_sin, join, lift, vector
 from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
@@ -149,8 +149,7 @@ def coxa_only_feet(
     half = _coxa_half_angle(robot, stride.step, neutral, middle, radius)
 
     def on_circle(sigma: Path) -> Path:
-        c, s = cos_and_sin(sigma * (2 * half) + (middle - half))
-        away = Path(*(np.stack(axes, axis=-1) for axes in zip(c, s, strict=True)))
+        away = vector(*cos_and_sin(sigma * (2 * half) + (middle - half)))
         return away * radius[:, None] + hips
 
     cycle, u = swing_fraction(gait, stride, time)

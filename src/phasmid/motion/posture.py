@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root
+from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root, vector
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.scenario.footing import FootingTable
 
@@ -76,10 +76,9 @@ def leaning_trunk(
     first, change = postures.lean[before], postures.lean[before + 1] - postures.lean[before]
     lean_x, lean_y = (s * change[:, i] + first[:, i] for i in (0, 1))
     pitch, roll, stretch = _attitude(lean_x, lean_y, yaw)
-    up = ground + stretch * height
-    position = [np.stack([*x[k].T, up[k]], axis=-1) for k in range(3)]
-    attitude = [np.stack([roll[k], pitch[k], yaw[k]], axis=-1) for k in range(3)]
-    return TrunkMotion(*position, *attitude)
+    east, north = (Path(*(order[:, axis] for order in x)) for axis in (0, 1))
+    position = vector(east, north, ground + stretch * height)
+    return TrunkMotion(*position, *vector(roll, pitch, yaw))
 
 
 def _height_over(postures: Postures, event: Int[np.ndarray, " time"], x: Path) -> Path:

@@ -16,7 +16,7 @@ from phasmid.kinematics import (
     step_pose,
     step_twist,
 )
-from phasmid.motion.curves import Path, blend, cos_and_sin
+from phasmid.motion.curves import Path, blend, composed, cos_and_sin, vector
 from phasmid.scenario.stride import StrideTable
 
 
@@ -129,17 +129,10 @@ def trunk_motion(step: Float[np.ndarray, "3"], height: float, steps: Path) -> Tr
     c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
     # Velocity and its change per unit of progress, in world axes.
     vx, vy = c * twist[0] - s * twist[1], s * twist[0] + c * twist[1]
-    ax, ay = -twist[2] * vy, twist[2] * vx
-    zero = np.zeros(c.shape)
-    rate, bend = steps.velocity, steps.acceleration
-    return TrunkMotion(
-        position=np.stack([pose[..., 0], pose[..., 1], zero + height], axis=-1),
-        velocity=np.stack([vx * rate, vy * rate, zero], axis=-1),
-        acceleration=np.stack([vx * bend + ax * rate**2, vy * bend + ay * rate**2, zero], axis=-1),
-        attitude=np.stack([zero, zero, pose[..., 2]], axis=-1),
-        attitude_rate=np.stack([zero, zero, twist[2] * rate], axis=-1),
-        attitude_acceleration=np.stack([zero, zero, twist[2] * bend], axis=-1),
-    )
+    x = composed(pose[..., 0], vx, -twist[2] * vy, steps)
+    y = composed(pose[..., 1], vy, twist[2] * vx, steps)
+    yaw, none = composed(pose[..., 2], twist[2], 0 * c, steps), steps * 0.0
+    return TrunkMotion(*vector(x, y, none + height), *vector(none, none, yaw))
 
 
 def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
@@ -152,8 +145,7 @@ def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
     yaw = Path(trunk.yaw, trunk.attitude_rate[:, 2], trunk.attitude_acceleration[:, 2])
     c, s = cos_and_sin(yaw)
     x, y = (Path(*(order[:, axis] for order in aside)) for axis in (0, 1))
-    east, north = c * x - s * y, s * x + c * y
-    p, v, a = (np.stack([east[k], north[k], 0 * east[k]], axis=-1) for k in range(3))
+    p, v, a = vector(c * x - s * y, s * x + c * y, x * 0.0)
     return replace(
         trunk,
         position=trunk.position + p,
