@@ -73,45 +73,22 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
         content = ROBOT.replace(old, new, 1).encode()
         return BadInput(f"robot toml: {name}", ("check", "r.toml"), {"r.toml": content})
 
-    yield toml("no mass", "mass_g = 21.931", "mass_g = 0")
     yield toml("nan length", "femur_mm = 82", "femur_mm = nan")
-    yield toml("infinite length", "femur_mm = 82", "femur_mm = inf")
-    yield toml("a length of metres", "femur_mm = 82", "femur = 82")
-    yield toml("a length below nothing", "femur_mm = 82", "femur_mm = -82")
-    yield toml("two units", "femur_mm = 82", "femur_mm = 82\nfemur_cm = 8.2")
-    yield toml("text as number", "femur_mm = 82", 'femur_mm = "82"')
-    yield toml("true as number", "femur_mm = 82", "femur_mm = true")
     yield toml("date as number", "femur_mm = 82", "femur_mm = 2020-01-01")
-    yield toml("unknown key", "femur_mm = 82", "femur_mm = 82\nknee = 1")
-    yield toml("key twice", "femur_mm = 82", "femur_mm = 82\nfemur_mm = 82")
-    yield toml("table twice", "[legs.right_rear]", "[legs.right_middle]")
     yield toml("digits", "femur_mm = 82", f"femur_mm = {DIGITS}")
-    yield toml("400 digits", "femur_mm = 82", f"femur_mm = {'1' * 399}")
     yield toml("hexadecimal beyond floats", "femur_mm = 82", f"femur_mm = 0x{'f' * 300}")
     yield toml("dotted key", "femur_mm = 82", f"{DOTTED}x = 1")
     yield toml("dotted header", "[leg.links.coxa]", f"[{DOTTED}x]")
     yield toml("nested lists", "femur_mm = 82", f"femur_mm = {NESTED}")
     yield toml("nested tables", "femur_mm = 82", f"femur_mm = {'{a=' * 3000}")
-    yield toml("unknown servo", 'servo = "AX-12A"', 'servo = "AX-12B"')
-    yield toml("empty servo", 'servo = "AX-12A"', "servo = {}")
     yield toml("limits of many turns", "coxa_deg = [-75, 75]", "coxa = [-75, 75]")
-    yield toml("limits swapped", "coxa_deg = [-75, 75]", "coxa_deg = [75, -75]")
-    yield toml("limits of one number", "coxa_deg = [-75, 75]", "coxa_deg = [75]")
     yield toml("limits of nan", "coxa_deg = [-75, 75]", "coxa_deg = [nan, 75]")
-    yield toml("mount of two numbers", "mount_mm = [0, -103.4, 0]", "mount_mm = [0, -103.4]")
     yield toml("mount of lists", "mount_mm = [0, -103.4, 0]", "mount_mm = [[0], [1], [2]]")
-    yield toml("mounts alike", "mount_mm = [0, -103.4, 0]", "mount_mm = [124.8, -61.64, 0]")
-    yield toml("yaw of many turns", "yaw_deg = -90", "yaw = -90")
     yield toml("a leg missing", "[legs.left_front]", "[legs.right_front.x]")
-    yield toml("inertia no body has", "yy = 127028.3", "yy = 1e9")
     yield toml("inertia overflows", "yy = 127028.3", "yy = 1e308")
     yield toml("weight beyond floats", "total_weight_n = 26", "total_weight_n = 1e999")
     yield toml("weight below the legs'", "total_weight_n = 26", "total_weight_n = 1")
-    yield toml("appearance elsewhere", "phantomx-paper.glb", "../../secret.glb")
-    yield toml("name of control letters", 'name = "phantomx-paper"', 'name = "a\\u001b[2J"')
-    yield toml("a name of 9999 letters", 'name = "phantomx-paper"', f'name = "{"a" * 9999}"')
     yield toml("foot out of reach", "[150, 0, -100]  # a", "[950, 0, -100]  # a")
-    yield toml("foot behind the hip", "[150, 0, -100]  # a", "[-150, 0, -100]  # a")
     shared = "\n".join(f"k{i} = 1" for i in range(2000))
     legs = "\n".join(f"[legs.k{i}]" for i in range(1000))
     many = {"a.toml": f"[leg]\n{shared}\n{legs}".encode()}
@@ -135,22 +112,13 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
 
     limits = 'lower="-0.9599310885968813" upper="0.9599310885968813"'
     yield urdf("limits in degrees", limits, 'lower="-75" upper="75"')
-    yield urdf("limits no numbers", limits, 'lower="a" upper="b"')
-    yield urdf("limits nan", limits, 'lower="nan" upper="nan"')
-    yield urdf("limits swapped", limits, 'lower="1" upper="-1"')
     yield urdf("cut off", "</robot>", "")
     yield urdf("entities", "<robot", '<!DOCTYPE r [<!ENTITY a "b">]>\n<robot')
-    yield urdf("root of another name", "<robot", "<sdf")
-    yield urdf("a parent that is not there", '<parent link="', '<parent link="x')
     yield urdf("a mass of text", '<mass value="', '<mass value="heavy')
-    yield urdf("a mass beyond floats", '<mass value="', '<mass value="1e999')
     yield urdf("a control letter", "<robot", "<robot a='\x01'")
     for name, content in {
-        "empty": "",
-        "text": "robot",
         "deep": "<robot name='a'>" + "<link name='a'>" * 50_000,
         "many attributes": "<robot " + " ".join(f"a{i}='1'" for i in range(200_000)) + "/>",
-        "no links": "<robot name='a'/>",
         "a loop": "<robot name='a'><link name='a'/><link name='b'/>"
         "<joint name='x' type='fixed'><parent link='a'/><child link='b'/></joint>"
         "<joint name='y' type='fixed'><parent link='b'/><child link='a'/></joint></robot>",
@@ -166,9 +134,6 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
 
     around = 'range="-0.9599310885968813 0.9599310885968813"'
     yield mjcf("limits of many turns", around, 'range="-75 75"')
-    yield mjcf("limits of text", around, 'range="a b"')
-    yield mjcf("limits nan", around, 'range="nan nan"')
-    yield mjcf("cut off", "</mujoco>", "")
     yield mjcf("entities", "<mujoco", '<!DOCTYPE r [<!ENTITY a "b">]>\n<mujoco')
     yield mjcf("includes itself", "</worldbody>", '<include file="a.xml"/></worldbody>')
     yield mjcf("includes elsewhere", "</worldbody>", '<include file="/etc/passwd"/></worldbody>')
@@ -211,62 +176,34 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
 
 def scenarios() -> Iterator[BadInput]:
     for name, text in {
-        "unknown key": "durration = 1",
-        "duration of nothing": "duration = 0",
-        "duration nan": "duration = nan",
-        "duration of years": "duration = 1e9",
         "duration of digits": f"duration = {DIGITS}",
         "dots": f"{DOTTED}a = 1",
         "an inline table of dots": f"x = {{ {DOTTED}a = 1 }}",
         "lists": f"gait = {NESTED}",
         "duty factor above 1": "[gait]\nname = 'a'\nduty_factor = 1.4\noffsets = [0,0,0,0,0,0]",
-        "offsets of five legs": "[gait]\nname = 'a'\nduty_factor = 0.5\noffsets = [0,0,0,0,0]",
         "offsets of lists": "[gait]\nname = 'a'\nduty_factor = 0.5\noffsets = [[0],0,0,0,0,0]",
         "a robot of a table": "[robot]\nname = 'a'",
-        "a robot that is absent": "robot = 'absent.toml'",
-        "a time step of nothing": "[simulation]\ndt = 0",
         "a long time step": "[simulation]\ndt = 0.5",
         "a tiny time step": "[simulation]\ndt = 1e-12",
-        "samples of a fraction": "[stride]\nsamples = 9.5",
-        "too few samples": "[stride]\nsamples = 3",
-        "a stride of 400 mm": "[stride]\nstep_length_mm = 400",
-        "a lift below nothing": "[stride]\nstep_height_mm = -30",
-        "friction below nothing": "[terrain]\nfriction = -1",
-        "a steep slope": "[terrain]\nkind = 'slope'\nslope_deg = 80",
         "patches of text": "[terrain]\npatches = [" + "['a']," * 100_000 + "]",
         "patches of four numbers": "[terrain]\npatches = [[0, 1, 0, 1]]",
-        "edges that turn back": "[terrain]\nkind='steps'\nedge_x=[0.1,0.05]\nedge_z=[0,0]",
-        "a map of damaged text": "[terrain]\nkind='height-map'\nheight_map='map:4x4:zz'",
         "a map that claims much": "[terrain]\nkind='height-map'\nheight_map='map:999999x9:zz'",
         "a voltage of nothing": "[servo]\nvoltage = 0",
         "a seed of digits": f"[terrain]\nterrain_seed = {DIGITS}",
-        "format 99": "format = 99",
         "a name of slashes": "name = '../../a'",
-        "no unit": "[robot_import]\nmesh_unit = 'inch'",
     }.items():
         yield BadInput(f"scenario: {name}", ("walk", "a.toml"), {"a.toml": text.encode()})
     for name, text in {
-        "empty": "",
-        "five legs": "duty_factor = 0.5\noffsets = [0, 0, 0, 0, 0]",
-        "text": "duty_factor = 0.5\noffsets = ['a']",
         "200 000 offsets": "duty_factor = 0.5\noffsets = [" + "0," * 200_000 + "]",
         "never three feet": "duty_factor = 0.1\noffsets = [0, 0.5, 0, 0.5, 0, 0.5]",
-        "phases above 1": "duty_factor = 0.5\noffsets = [0, 1.5, 0, 0.5, 0, 0.5]",
-        "legs of other names": "duty_factor = 0.5\noffsets = {a=0,b=0,c=0,d=0,e=0,f=0}",
-        "offsets of another form": "stance = 1\nswing = 1\noffset = 1\nmultipliers = [0,0,0,0,0,0]",
         "digits": f"duty_factor = {DIGITS}",
         "dots": f"{DOTTED}a = 1",
     }.items():
         yield BadInput(f"gait: {name}", ("gaits", "a.toml"), {"a.toml": text.encode()})
     for name, text in {
-        "nothing": "",
-        "both": "[[command]]\nahead = 0.1\n[[waypoint]]\nx = 1\ny = 0",
         "50 m/s": "[[command]]\nahead = 50",
         "nan": "[[command]]\nahead = nan",
-        "time turns back": "[[command]]\ntime = 1\n[[command]]\ntime = 0.5",
-        "unknown posture": "[[command]]\nposture = 'lying'",
         "300 000 commands": "command = [" + "{}," * 300_000 + "]",
-        "a place too far": "[[waypoint]]\nx = 20000\ny = 0",
         "a leg without place": "[[command]]\nlegs = [{number = 1}]",
         "leg of digits": f"[[command]]\nlost_legs = [{DIGITS}]",
         "dots": f"[[command]]\n{DOTTED}a = 1",
@@ -275,13 +212,9 @@ def scenarios() -> Iterator[BadInput]:
             f"commands: {name}", ("drive", "--commands", "a.toml"), {"a.toml": text.encode()}
         )
     for name, table in {
-        "empty": b"",
         "unknown column": b"time_s,speed\n0,1\n",
-        "ragged": b"time_s,ahead_mm_per_s\n0\n",
-        "text": b"time_s,ahead_mm_per_s\n0,fast\n",
         "nan": b"time_s,ahead_mm_per_s\n0,nan\n",
         "too fast": b"time_s,ahead_mm_per_s\n0,50000\n",
-        "zeros": bytes(99),
         "one cell of a megabyte": b"time_s\n" + b"1" * 1_000_000,
     }.items():
         yield BadInput(f"commands csv: {name}", ("drive", "--commands", "a.csv"), {"a.csv": table})
@@ -309,23 +242,11 @@ def npy(array: np.ndarray) -> bytes:
 def grounds() -> Iterator[BadInput]:
     for name, content in {
         "a.csv: one column": b"1\n" * 2_000_000,
-        "a.csv: ragged": b"0,0\n0,0,0\n",
-        "a.csv: text": b"0,0\nx,0\n",
-        "a.csv: nan": b"0,0\n0,nan\n",
-        "a.csv: empty": b"",
         "a.csv: a line of 3 MB": b"0," * 1_500_000,
         "a.csv: a cliff": b"0,0\n0,5\n",
         "a.csv: beyond single floats": b"0,0\n0,1e200\n",
-        "a.npy: objects": npy(np.array([[None, 1], [2, 3]], dtype=object)),
-        "a.npy: text": npy(np.array([["a", "b"]])),
-        "a.npy: three axes": npy(np.zeros((2, 2, 2))),
-        "a.npy: cut off": npy(np.zeros((100, 100)))[:500],
-        "a.npy: nan": npy(np.full((3, 3), np.nan)),
         "a.npy: claims much": npy(np.zeros((2, 2))).replace(b"(2, 2), }    ", b"(90000, 90000)}"),
         "a.png: claims much": png(100_000, 100_000),
-        "a.png: no pixels": png(4, 4),
-        "a.png: one pixel": png(1, 1),
-        "a.png: text": b"not an image",
         "a.svg: another format": b"<svg/>",
     }.items():
         file = name.partition(":")[0]
@@ -346,28 +267,12 @@ def trajectories() -> Iterator[BadInput]:
         return "\n".join([heading, *(f"{time},{row}" for time in times)]).encode()
 
     for name, content in {
-        "a.csv: times of 1e300": table("0", "1", "1e300"),
         "a.csv: times beyond floats": table("0", "1e999"),
         "a.csv: milliseconds since 1970": table("1.7e12", "1.7001e12"),
         "a.csv: times too near": table("0", "1e-300", "1"),
-        "a.csv: time turns back": table("0", "1", "0.5"),
-        "a.csv: time nan": table("0", "nan"),
-        "a.csv: one row": table("0"),
-        "a.csv: no rows": heading.encode(),
-        "a.csv: empty": b"",
-        "a.csv: degrees": table("0", "1", row=",".join(["0", "17", "-109"] * 6)),
-        "a.csv: beyond the limits": table("0", "1", row=",".join(["0", "2.9", "-1.9"] * 6)),
-        "a.csv: a jump": table("0") + f"\n0.001,{stand.replace('0.3', '1.2')}".encode(),
-        "a.csv: text": table("0", "soon"),
-        "a.csv: a column missing": table("0", "1").replace(b",right_front.tibia", b""),
-        "a.csv: a column unknown": table("0", "1").replace(b"right_front.tibia", b"knee"),
         "a.csv: not utf-8": b"\xff\xfe" + table("0", "1"),
         "a.csv: a line of a megabyte": heading.encode() + b"\n" + b"1" * 1_000_000,
-        "a.npy: objects": npy(np.array([{"a": 1}], dtype=object)),
-        "a.npy: text": npy(np.array([["a", "b"]])),
-        "a.npy: too few columns": npy(np.zeros((5, 18))),
         "a.npy: cut off": npy(np.zeros((500, 19)))[:900],
-        "a.npy: complex": npy(np.zeros((5, 19), dtype=complex)),
         "a.nc: text": b"not a recording",
         "a.txt: another format": table("0", "1"),
     }.items():
@@ -386,14 +291,7 @@ def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
 
     damaged = {
         "a.nc: a flipped bit": flipped(nc, 0.5),
-        "a.nc: its half": nc[: len(nc) // 2],
-        "a.nc: zeros at its end": nc[:-5000] + bytes(5000),
-        "a.nc: empty": b"",
-        "a.nc: text": b"time,x\n0,1\n",
-        "a.nc: head alone": nc[:512],
-        "a.mcap: head alone": rec[:20],
         "a.mcap: a flipped bit in its head": flipped(rec, 0.0),
-        "a.mcap: empty": b"",
     }
     for name, content in damaged.items():
         file = name.partition(":")[0]
@@ -406,20 +304,13 @@ def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
         "absent": ("report", "b.nc"),
         "a folder without one": ("report", "."),
         "an unknown figure": ("plot", "a.nc", "joint-torqe"),
-        "no figure": ("plot", "a.nc"),
-        "no recording": ("plot", "joint-torque"),
         "an unknown kind of picture": ("plot", "a.nc", "all", "--format", "bmp"),
         "leg 9": ("plot", "a.nc", "all", "--legs", "9"),
         "legs of digits": ("plot", "a.nc", "all", "--legs", DIGITS),
-        "dots per inch of nothing": ("plot", "a.nc", "all", "--dpi", "0"),
         "dots per inch of digits": ("plot", "a.nc", "all", "--dpi", DIGITS),
-        "a width of nan": ("plot", "a.nc", "all", "--width-mm", "nan"),
         "an unknown format": ("export", "a.nc", "--format", "xlsx"),
         "an unknown channel": ("export", "a.nc", "--channels", "torque"),
-        "a rate of nothing": ("export", "a.nc", "--rate", "0"),
-        "a rate of nan": ("export", "a.nc", "--rate", "nan"),
         "a rate of digits": ("export", "a.nc", "--rate", DIGITS),
-        "a report of leg 0": ("report", "a.nc", "--legs", "0"),
         "a film of text": ("report", "a.nc", "--video", "a.txt"),
     }.items():
         yield BadInput(f"recording: {name}", arguments, good)
@@ -427,28 +318,17 @@ def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
 
 def options() -> Iterator[BadInput]:
     for line in (
-        "wlak",
         "walk --durration 1",
-        "walk paper paper",
-        "walk absent",
-        "walk --robot absent",
         "walk --gait tripode",
         "walk --gait crawl",
         "walk --duration nan",
-        "walk --duration -1",
         "walk --duration 1e9",
-        "walk --duration soon",
         f"walk --duration {'9' * 400}",
-        "walk --dt 0",
         "walk --dt 0.5",
-        "walk --max-steps -1",
         "walk --step-length-mm 400",
-        "walk --step-height-mm -1",
-        "walk --period 0.05",
         "walk --samples 1e9",
         f"walk --samples {DIGITS}",
         f"walk --legs {DIGITS}",
-        "walk --legs 1,9",
         "walk --legs ,",
         "walk --offsets 0,1",
         "walk --offsets [[0],[1]]",
@@ -457,27 +337,13 @@ def options() -> Iterator[BadInput]:
         f"walk --offsets {NESTED}",
         f"walk --patches [[{DIGITS}]]",
         "walk --patches 0,1,2",
-        "walk --duty-factor 1.4",
         "walk --sway nan",
-        "walk --drive motor",
         "walk --drive servo --voltage 999",
-        "walk --contact-law glue",
-        "walk --terrain moon",
-        "walk --terrain slope --slope-deg 80",
-        "walk --friction -1",
         "walk --terrain-seed -1",
-        "walk --force-model magic",
-        "walk --measured nothing-at-all",
         "walk --record-interval 0.00015",
         "walk --name ../a",
-        "walk --trajectory-unit turns",
-        "walk --video walk.txt",
         "walk --quiet=yes",
-        "drive",
         "drive --velocity 50,0,0",
-        "drive --velocity nan,0,0",
-        "drive --velocity inf,0,0",
-        "drive --velocity 0,0",
         f"drive --velocity {DIGITS},0,0",
         "drive --velocity 0.1,0,0 --waypoints 1,0",
         "drive --velocity 0.1,0,0 --fault x",
@@ -488,41 +354,17 @@ def options() -> Iterator[BadInput]:
         "walk --contact-law simscape --terrain stairs",
         "drive --waypoints nan,0",
         "drive --waypoints 20000,0",
-        "drive --waypoints 1",
-        "drive --waypoints ;;",
         f"drive --waypoints {DIGITS},0",
-        "drive --commands absent.toml",
-        "drive --commands a.txt",
         "studio --port 99999",
-        "studio --port -1",
         f"studio --port {DIGITS}",
         "studio --robot absent --no-open",
-        "studio absent --no-open",
-        "report",
-        "report absent.nc",
-        "plot",
-        "plot absent all",
-        "export",
-        "export absent",
-        "replay absent",
-        "replay",
-        "verify --rows 99",
         "verify --rows 0",
-        "verify --rows x",
         f"verify --rows {DIGITS}",
         "verify --json a --page a",
-        "gaits --lost 9",
         "gaits --lost 1,2,3,4",
         f"gaits --lost {DIGITS}",
-        "gaits --step-length-mm nan",
         f"gaits --step-length-mm {DIGITS}",
-        "gaits tripode",
-        "gaits --robot absent",
-        "check",
         "check phantomx-paper --gait tripode",
-        "convert phantomx-paper",
-        "cad",
-        "doctor now",
         "paper now",
     ):
         shown = line if len(line) < 60 else f"{line[:57]}..."

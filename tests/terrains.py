@@ -30,5 +30,3 @@ TERRAINS = {
     "ice": {"terrain": "ice", "terrain_start_mm": 260},
 }
 """Fields of a scenario, by name."""
-
-SLOPES = tuple(name for name in TERRAINS if name.startswith("slope"))

@@ -7,12 +7,17 @@ from phasmid import compiled
 CODE = "def twice(x):\n    return 2.0 * x\n"
 
 
-def made_anew(path):
-    """What `compiled` makes of a function of a file, as another process would."""
-    spec = importlib.util.spec_from_file_location("twice", path)
+def module_of(path):
+    """The module in a file, as another process would load it."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    function = compiled.compiled(module.twice)
+    return module
+
+
+def made_anew(path):
+    """Hits and misses of the cache of a function of a file."""
+    function = compiled.compiled(module_of(path).twice)
     assert function(1.5) == 3.0
     return function.stats
 
@@ -32,17 +37,11 @@ def test_what_lies_in_the_cache_is_known_to_need_no_compiler(tmp_path):
     path = tmp_path / "twice.py"
     path.write_text(CODE)
 
-    def load():
-        spec = importlib.util.spec_from_file_location("twice", path)
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        return compiled.compiled(module.twice)
-
-    first = load()
+    first = compiled.compiled(module_of(path).twice)
     assert not compiled.is_compiled(first)
     assert first(1.5) == 3.0
     assert compiled.is_compiled(first)
-    assert compiled.is_compiled(load())
+    assert compiled.is_compiled(compiled.compiled(module_of(path).twice))
     assert compiled.is_compiled(lambda x: x)
 
 
@@ -55,9 +54,7 @@ def test_parts_are_put_into_their_callers_and_internal_functions_are_called_by_t
         "@inlined\ndef square(x):\n    return more(x) * more(x)\n"
         "@compiled\ndef whole(x):\n    return square(x) + x\n"
     )
-    spec = importlib.util.spec_from_file_location("parts", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = module_of(path)
     assert module.whole(2.0) == 11.0
     # What is internal would have no code that Python may call, which then computes it itself.
     assert module.more(2.0) == 3.0
@@ -69,9 +66,7 @@ def test_where_no_cache_can_be_written_functions_are_compiled_each_time(tmp_path
 
     path = tmp_path / "twice.py"
     path.write_text(CODE + "\n\ndef thrice(x, out):\n    out[0] = 3.0 * x\n")
-    spec = importlib.util.spec_from_file_location("twice", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = module_of(path)
     monkeypatch.setattr(CacheImpl, "_locator_classes", [])
     made = compiled.compiled(module.twice)
     assert made(1.5) == 3.0

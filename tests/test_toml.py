@@ -36,25 +36,6 @@ def test_keys_of_many_parts_are_refused_before_they_cost_memory(text):
     assert peak < 1e6
 
 
-def test_dots_and_digits_in_texts_comments_and_lists_are_no_keys_and_no_numbers():
-    dots, digits = "a." * 40, "9" * 500
-    text = f"""
-    a = "{dots}{digits}" # {dots} {digits} "
-    b = '{dots}'
-    c = \"\"\"
-{dots}" \\\"\"\" {digits}\"\"\"
-    d = '''
-{dots}{digits}'''
-    e = [{"0.125, " * 40}]
-    """
-    table = parse_toml(text, "walk.toml")
-    assert table["a"] == dots + digits
-    assert table["b"] == dots
-    assert table["c"] == f'{dots}" """ {digits}'
-    assert table["d"] == dots + digits
-    assert table["e"] == [0.125] * 40
-
-
 def test_every_reader_of_toml_refuses_numbers_and_nesting_beyond_measure(tmp_path):
     def of_a_file(text: str) -> None:
         (tmp_path / "a.toml").write_text(text)
@@ -64,7 +45,7 @@ def test_every_reader_of_toml_refuses_numbers_and_nesting_beyond_measure(tmp_pat
         recorded_scenario({"robot": text, "scenario": "x"})
 
     for reader in (of_a_file, of_a_recording, script_from_text):
-        with pytest.raises(InvalidInput, match="line 1: a number has 400 digits or more"):
+        with pytest.raises(InvalidInput, match="a number has too many digits"):
             reader(DIGITS)
         with pytest.raises(InvalidInput, match="nested too deeply"):
             reader(NESTED)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -104,33 +103,3 @@ def mirrored(robot: Robot) -> Robot:
         )
 
     return replace(robot, legs=tuple(image(leg) for leg in robot.legs))
-
-
-def turned_about(robot: Robot, pitch: float, roll: float) -> Robot:
-    """The robot with its whole body's frame tilted: the same machine, described from another frame.
-
-    Args:
-        robot: The robot.
-        pitch: Turn of the new frame against the old about y [rad].
-        roll: Then about its new x [rad].
-    """
-    cp, sp, cr, sr = math.cos(pitch), math.sin(pitch), math.cos(roll), math.sin(roll)
-    R_old_new = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]]) @ [
-        [1, 0, 0],
-        [0, cr, -sr],
-        [0, sr, cr],
-    ]
-    R = R_old_new.T
-
-    def seen(leg: Leg) -> Leg:
-        R_new_hip = R @ leg.X_body_hip[:3, :3]
-        return replace(
-            leg,
-            mount_position=R @ leg.mount_position,
-            mount_yaw=math.atan2(R_new_hip[1, 0], R_new_hip[0, 0]),
-            mount_pitch=-math.asin(R_new_hip[2, 0]),
-            mount_roll=math.atan2(R_new_hip[2, 1], R_new_hip[2, 2]),
-        )
-
-    body = replace(robot.body, com=R @ robot.body.com, inertia=R @ robot.body.inertia @ R.T)
-    return replace(robot, body=body, legs=tuple(seen(leg) for leg in robot.legs))

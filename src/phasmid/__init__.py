@@ -10,143 +10,75 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from phasmid.advice import advise
-    from phasmid.control import LocomotionEngine
-    from phasmid.errors import (
-        InfeasibleLoad,
-        InfeasibleWalk,
-        InvalidGait,
-        InvalidInput,
-        InvalidRobot,
-        OutputError,
-        PhasmidError,
-        Unreachable,
-    )
-    from phasmid.forces import analyse
-    from phasmid.formats import (
-        ImportOptions,
-        import_robot,
-        load_robot,
-        load_scenario,
-        save_robot,
-    )
-    from phasmid.gait import Gait
-    from phasmid.motion import JointTrajectory, Walk, load_trajectory, plan
-    from phasmid.recording import load_recording, save_mcap, save_recording
-    from phasmid.reporting import export, plot, report, summarise
-    from phasmid.robot import Body, Leg, Link, Robot, Servo
-    from phasmid.scenario import Scenario
-    from phasmid.sensors import sense
-    from phasmid.simulation import replay, simulate, simulate_many
-    from phasmid.simulation.drive import drive
-    from phasmid.studies import load_study, study
-    from phasmid.verification import verify
-    from phasmid.video import save_video
+    from phasmid.advice import advise as advise
+    from phasmid.control import LocomotionEngine as LocomotionEngine
+    from phasmid.errors import InfeasibleLoad as InfeasibleLoad
+    from phasmid.errors import InfeasibleWalk as InfeasibleWalk
+    from phasmid.errors import InvalidGait as InvalidGait
+    from phasmid.errors import InvalidInput as InvalidInput
+    from phasmid.errors import InvalidRobot as InvalidRobot
+    from phasmid.errors import OutputError as OutputError
+    from phasmid.errors import PhasmidError as PhasmidError
+    from phasmid.errors import Unreachable as Unreachable
+    from phasmid.forces import analyse as analyse
+    from phasmid.formats import ImportOptions as ImportOptions
+    from phasmid.formats import import_robot as import_robot
+    from phasmid.formats import load_robot as load_robot
+    from phasmid.formats import load_scenario as load_scenario
+    from phasmid.formats import save_robot as save_robot
+    from phasmid.gait import Gait as Gait
+    from phasmid.motion import JointTrajectory as JointTrajectory
+    from phasmid.motion import Walk as Walk
+    from phasmid.motion import load_trajectory as load_trajectory
+    from phasmid.motion import plan as plan
+    from phasmid.recording import load_recording as load_recording
+    from phasmid.recording import save_mcap as save_mcap
+    from phasmid.recording import save_recording as save_recording
+    from phasmid.reporting import export as export
+    from phasmid.reporting import plot as plot
+    from phasmid.reporting import report as report
+    from phasmid.reporting import summarise as summarise
+    from phasmid.robot import Body as Body
+    from phasmid.robot import Leg as Leg
+    from phasmid.robot import Link as Link
+    from phasmid.robot import Robot as Robot
+    from phasmid.robot import Servo as Servo
+    from phasmid.scenario import Scenario as Scenario
+    from phasmid.sensors import sense as sense
+    from phasmid.simulation import replay as replay
+    from phasmid.simulation import simulate as simulate
+    from phasmid.simulation import simulate_many as simulate_many
+    from phasmid.simulation.drive import drive as drive
+    from phasmid.studies import load_study as load_study
+    from phasmid.studies import study as study
+    from phasmid.verification import verify as verify
+    from phasmid.video import save_video as save_video
 
     __version__: str
 
-_PACKAGE_OF = {
-    "Body": "robot",
-    "Gait": "gait",
-    "ImportOptions": "formats",
-    "InfeasibleLoad": "errors",
-    "InfeasibleWalk": "errors",
-    "InvalidGait": "errors",
-    "InvalidInput": "errors",
-    "InvalidRobot": "errors",
-    "JointTrajectory": "motion",
-    "Leg": "robot",
-    "Link": "robot",
-    "LocomotionEngine": "control",
-    "OutputError": "errors",
-    "PhasmidError": "errors",
-    "Robot": "robot",
-    "Scenario": "scenario",
-    "Servo": "robot",
-    "Unreachable": "errors",
-    "Walk": "motion",
-    "advise": "advice",
-    "analyse": "forces",
-    "drive": "simulation",
-    "export": "reporting",
-    "import_robot": "formats",
-    "load_recording": "recording",
-    "load_robot": "formats",
-    "load_scenario": "formats",
-    "load_study": "studies",
-    "load_trajectory": "motion",
-    "plan": "motion",
-    "plot": "reporting",
-    "replay": "simulation",
-    "report": "reporting",
-    "save_mcap": "recording",
-    "save_recording": "recording",
-    "save_robot": "formats",
-    "save_video": "video",
-    "sense": "sensors",
-    "simulate": "simulation",
-    "simulate_many": "simulation",
-    "study": "studies",
-    "summarise": "reporting",
-    "verify": "verification",
+_NAMES = {
+    "advice": "advise",
+    "control": "LocomotionEngine",
+    "errors": "InfeasibleLoad InfeasibleWalk InvalidGait "
+    "InvalidInput InvalidRobot OutputError PhasmidError Unreachable",
+    "forces": "analyse",
+    "formats": "ImportOptions import_robot load_robot load_scenario save_robot",
+    "gait": "Gait",
+    "motion": "JointTrajectory Walk load_trajectory plan",
+    "recording": "load_recording save_mcap save_recording",
+    "reporting": "export plot report summarise",
+    "robot": "Body Leg Link Robot Servo",
+    "scenario": "Scenario",
+    "sensors": "sense",
+    "simulation": "drive replay simulate simulate_many",
+    "studies": "load_study study",
+    "verification": "verify",
+    "video": "save_video",
 }
-_PACKAGES = (
-    "control",
-    "dynamics",
-    "forces",
-    "formats",
-    "gait",
-    "kinematics",
-    "motion",
-    "robot",
-    "simulation",
-)
+"""Public names by the package that has them."""
 
-__all__ = [
-    "Body",
-    "Gait",
-    "ImportOptions",
-    "InfeasibleLoad",
-    "InfeasibleWalk",
-    "InvalidGait",
-    "InvalidInput",
-    "InvalidRobot",
-    "JointTrajectory",
-    "Leg",
-    "Link",
-    "LocomotionEngine",
-    "OutputError",
-    "PhasmidError",
-    "Robot",
-    "Scenario",
-    "Servo",
-    "Unreachable",
-    "Walk",
-    "advise",
-    "analyse",
-    "drive",
-    "export",
-    "import_robot",
-    "load_recording",
-    "load_robot",
-    "load_scenario",
-    "load_study",
-    "load_trajectory",
-    "plan",
-    "plot",
-    "replay",
-    "report",
-    "save_mcap",
-    "save_recording",
-    "save_robot",
-    "save_video",
-    "sense",
-    "simulate",
-    "simulate_many",
-    "study",
-    "summarise",
-    "verify",
-]
+_PACKAGES = {*_NAMES, "dynamics", "kinematics"}
+_PACKAGE_OF = {name: package for package, names in _NAMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> Any:
@@ -160,4 +92,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, *_PACKAGES, "__version__"])
+    return sorted([*_PACKAGE_OF, *_PACKAGES, "__version__"])

@@ -34,11 +34,19 @@ def _made(function: Callable[..., Any], **options: bool) -> Callable[..., Any]:
     # A type check wrapped around the function cannot be compiled.
     function = unwrap(function)
     options |= {"nogil": True}
-    try:
-        return _numba().njit(cache=True, error_model="numpy", **options)(function)
-    except RuntimeError:
-        # There is no writable cache folder.
-        return _numba().njit(error_model="numpy", **options)(function)
+    return _cached(_numba().njit, error_model="numpy", **options)(function)
+
+
+def _cached(decorator: Callable[..., Any], *arguments: Any, **options: Any) -> Callable[..., Any]:
+    """Return a decorator of numba that uses its cache where a folder for it is writable."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        try:
+            return decorator(*arguments, cache=True, **options)(function)
+        except RuntimeError:
+            return decorator(*arguments, **options)(function)
+
+    return decorate
 
 
 @cache
@@ -111,12 +119,7 @@ def gufunc(layout: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
             dimensions = [len(findall(r"\w+", core)) for core in inputs]
             dimensions += [max(len(findall(r"\w+", core)), 1) for core in outputs]
             types = tuple(float64[(slice(None),) * n] if n else float64 for n in dimensions)
-            plain = unwrap(function)
-            try:
-                made = guvectorize(layout, nopython=True, cache=True)(plain)
-            except RuntimeError:
-                # There is no writable cache folder.
-                made = guvectorize(layout, nopython=True)(plain)
+            made = _cached(guvectorize, layout, nopython=True)(unwrap(function))
             # numba caches the loop apart from the function: of two processes that compile at once
             # it may load the loop of one and the function of the other, and crash.
             made.gufunc_builder.cache = False

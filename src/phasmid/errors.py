@@ -82,41 +82,7 @@ class InfeasibleWalk(InvalidInput):
 
 
 class Unreachable(InfeasibleWalk):
-    """A foot position that the leg cannot reach.
-
-    Attributes:
-        leg: Name of the leg.
-        target: The foot position in the leg's hip frame [m], shape (3,).
-        index: Index of the first such point over the leading axes.
-        distance: Distance of the target from the femur axis [m].
-        reach: Nearest and farthest distance from the femur axis that the leg can go [m].
-    """
-
-    def __init__(
-        self,
-        leg: str,
-        target: tuple[float, float, float],
-        *,
-        distance: float,
-        reach: tuple[float, float],
-        index: tuple[int, ...] = (),
-        where: str = "",
-        hint: str = "",
-    ) -> None:
-        self.leg = leg
-        self.target = target
-        self.index = index
-        self.distance = distance
-        self.reach = reach
-        point = ", ".join(f"{1000 * c:.1f}" for c in target)
-        which = f", point {', '.join(map(str, index))}" if index else ""
-        super().__init__(
-            f"leg {leg}{which}: foot target ({point}) mm is "
-            f"{1000 * distance:.1f} mm from the femur axis; "
-            f"the leg reaches {1000 * reach[0]:.1f} to {1000 * reach[1]:.1f} mm.",
-            where=where,
-            hint=hint,
-        )
+    """A foot position that the leg cannot reach."""
 
 
 class InfeasibleLoad(PhasmidError):

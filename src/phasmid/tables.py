@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
-import annotated_types
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
@@ -40,6 +39,17 @@ class Hint:
     """Hint for a refused value of a field."""
 
     text: str
+
+
+class Of:
+    """Marks a field that only some choices of its table use.
+
+    Attributes:
+        choices: Those choices.
+    """
+
+    def __init__(self, *choices: str) -> None:
+        self.choices = choices
 
 
 # Strict: a number in quotes would pass its key's unit by, and true is not 1.
@@ -275,43 +285,46 @@ def _cut(text: str, most: int = 200) -> str:
     return text if len(text) <= most else f"{text[:most]}…"
 
 
+_BOUNDS = {
+    "gt": "greater than {:g}",
+    "ge": "{:g} or more",
+    "lt": "less than {:g}",
+    "le": "{:g} or less",
+}
+_NOUNS = {
+    "string_pattern_mismatch": "a plain name",
+    "finite": "a finite number",
+    "float": "a number",
+    "int": "a whole number",
+    "string": "text",
+    "bool": "true or false",
+    "list": "a list",
+    "tuple": "a list",
+    "dict": "a table",
+    "model": "a table",
+}
+"""Kinds of values by the beginning of an error's type."""
+
+
 def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> str:
     """Return the requirement on a value in words, from the field's own constraints."""
-    if detail["type"] in {"literal_error", "enum"}:
-        return str(detail["ctx"]["expected"]).replace("'", '"')
-    scale = units.UNITS[ending].from_si if ending else float
-    bounds = []
-    for m in field.metadata if field else []:
-        if isinstance(m, annotated_types.Gt):
-            bounds.append(f"greater than {scale(m.gt):g}")  # type: ignore[arg-type]
-        if isinstance(m, annotated_types.Ge):
-            bounds.append(f"{scale(m.ge):g} or more")  # type: ignore[arg-type]
-        if isinstance(m, annotated_types.Lt):
-            bounds.append(f"less than {scale(m.lt):g}")  # type: ignore[arg-type]
-        if isinstance(m, annotated_types.Le):
-            bounds.append(f"{scale(m.le):g} or less")  # type: ignore[arg-type]
-    if not bounds:
-        # Bounds of an optional number stand in its error only.
-        within = detail.get("ctx", {})
-        forms = {"gt": "greater than {:g}", "ge": "{:g} or more"}
-        forms |= {"lt": "less than {:g}", "le": "{:g} or less"}
-        bounds = [form.format(scale(within[key])) for key, form in forms.items() if key in within]
-    words = " and ".join(bounds)
-    if detail["type"] == "string_pattern_mismatch":
-        return "a plain name"
-    if detail["type"] in {"model_type", "dict_type", "model_attributes_type"}:
-        return "a table"
-    if detail["type"] == "finite_number":
-        return f"a finite number {words}".strip()
-    if detail["type"].startswith(("int", "float", "string", "bool", "list", "tuple", "dict")):
-        nouns = {"int": "a whole number", "string": "text", "bool": "true or false"}
-        nouns |= {"float": "a number", "list": "a list", "tuple": "a list", "dict": "a table"}
-        return f"{nouns[detail['type'].split('_')[0]]} {words}".strip()
-    if detail["type"] in {"too_short", "too_long"}:
-        context = detail["ctx"]
+    context = detail.get("ctx", {})
+    if "expected" in context:
+        return str(context["expected"]).replace("'", '"')
+    if "actual_length" in context:
         length = context.get("min_length", context.get("max_length"))
         return f"{length} values; it has {context['actual_length']}"
-    return words or str(detail["msg"])
+    scale = units.UNITS[ending].from_si if ending else float
+    own = (
+        {key: getattr(m, key) for m in field.metadata for key in _BOUNDS if hasattr(m, key)}
+        if field
+        else {}
+    )
+    # Bounds of an optional number stand in its error only.
+    limits = own or context
+    bounds = [form.format(scale(limits[key])) for key, form in _BOUNDS.items() if key in limits]
+    noun = next((noun for kind, noun in _NOUNS.items() if detail["type"].startswith(kind)), "")
+    return f"{noun} {' and '.join(bounds)}".strip() or str(detail["msg"])
 
 
 def in_file(path: Path, content: str) -> Locator:

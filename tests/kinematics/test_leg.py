@@ -48,10 +48,10 @@ def test_any_target_is_reached_exactly_or_refused_by_name(x, y, z):
     try:
         q = joint_angles(leg, p)
     except Unreachable as error:
-        assert error.leg == "left_rear"
-        assert error.target == (x, y, z)
-        near, far = error.reach
-        assert not near - 1e-12 <= error.distance <= far + 1e-12
+        assert error.what.startswith("leg left_rear: foot target (")
+        coxa, femur, tibia = leg.lengths
+        distance = np.hypot(np.hypot(x, y) - coxa, z)
+        assert not abs(femur - tibia) - 1e-12 <= distance <= femur + tibia + 1e-12
     else:
         assert np.abs(foot_position(leg, q) - p).max() < 1e-12
 
@@ -62,7 +62,6 @@ def test_the_first_unreachable_point_is_named():
     p[2, 3] = [0.4, 0.0, -0.1]
     with pytest.raises(Unreachable) as caught:
         joint_angles(leg, p)
-    assert caught.value.index == (2, 3)
     assert str(caught.value) == (
         "leg right_front, point 2, 3: foot target (400.0, 0.0, -100.0) mm is 362.1 mm from the "
         "femur axis; the leg reaches 58.0 to 222.0 mm."

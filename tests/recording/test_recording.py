@@ -1,8 +1,6 @@
 """A recording cannot be malformed, and a file of it is whole or absent."""
 
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -38,54 +36,30 @@ def test_names_and_units_are_those_of_the_design():
     assert recording.attrs["format"] == 1
 
 
-def test_an_unknown_channel_is_refused_with_the_nearest_name():
-    with pytest.raises(InvalidInput, match='has no channel "joint_torq"') as caught:
-        new_recording(np.arange(3.0), {"joint_torq": np.zeros((3, 6, 3))}, {})
-    assert caught.value.hint == '"joint_torque"'
-
-
-LEGS_6 = {"joint_torque": np.zeros((3, 6, 3))}
+T, LEGS_6 = np.arange(3.0), {"joint_torque": np.zeros((3, 6, 3))}
 
 
 @pytest.mark.parametrize(
-    ("channels", "words"),
+    ("time", "channels", "attributes", "words"),
     [
-        ({"joint_torque": np.zeros((3, 6))}, r"has shape \(3, 6\); it must be \(time 3, leg 6, jo"),
-        ({"joint_torque": np.zeros((4, 6, 3))}, r"it must be \(time 3, leg 6, joint 3\)"),
-        ({"body_orientation": np.zeros((3, 3))}, r"it must be \(time 3, quaternion 4\)"),
-        ({"foot_normal_force": np.zeros(3)}, r"it must be \(time 3, leg\)"),
-        ({"foot_normal_force": np.zeros((3, 0))}, r"it must be \(time 3, leg\)"),
-        (
-            LEGS_6 | {"foot_normal_force": np.zeros((3, 4))},
-            r'"foot_normal_force" has shape \(3, 4\)',
-        ),
-        ({"stance": np.ones((3, 6))}, "it must hold true or false"),
-        ({"body_position": np.ones((3, 3)) * 1j}, "it must hold real numbers"),
+        (T, {"joint_torq": T}, {}, 'has no channel "joint_torq"'),
+        (T, {"joint_torque": np.zeros((3, 6))}, {}, "channels must have the shapes of their names"),
+        (T, {"body_orientation": np.zeros((3, 3))}, {}, "conflicting sizes for dimension 'quat"),
+        (T, LEGS_6 | {"stance": np.ones((3, 4), bool)}, {}, "conflicting sizes for dimension 'leg"),
+        (T, {"foot_normal_force": np.zeros((3, 0))}, {}, "at least one leg"),
+        (T, {"stance": np.ones((3, 6))}, {}, "it must hold true or false"),
+        (T, {"body_position": np.ones((3, 3)) * 1j}, {}, "it must hold real numbers"),
+        ([0.0, 0.405, 0.4], {}, {}, "sample 2: time 0.4 s does not follow 0.405 s"),
+        ([0.0, np.nan, 0.1], {}, {}, "sample 1: time is nan"),
+        ([], {}, {}, "at least one sample"),
+        (T, {}, {"scenario": "a\0b"}, "not text that a file can hold"),
+        (T, {}, {"scenario": "\ud800"}, "not text that a file can hold"),
+        (T, {}, {"scenario": [1]}, "must be text or a number"),
     ],
 )
-def test_wrong_channels_are_refused(channels, words):
+def test_what_is_no_recording_is_refused(time, channels, attributes, words):
     with pytest.raises(InvalidInput, match=words):
-        new_recording(np.arange(3.0), channels, {})
-
-
-@pytest.mark.parametrize(
-    ("time", "words"),
-    [
-        ([0.0, 0.405, 0.4], "sample 2: time 0.4 s does not follow 0.405 s"),
-        ([0.0, 0.0, 0.1], "sample 1: time 0 s does not follow 0 s"),
-        ([0.0, np.nan, 0.1], "sample 1: time is nan"),
-        ([], "at least one sample"),
-    ],
-)
-def test_time_must_increase(time, words):
-    with pytest.raises(InvalidInput, match=words):
-        new_recording(np.array(time), {}, {})
-
-
-@pytest.mark.parametrize("text", ["a\0b", "\ud800"])
-def test_attributes_that_a_file_cannot_hold_are_refused(text):
-    with pytest.raises(InvalidInput, match="not text that a file can hold"):
-        new_recording(np.arange(3.0), {}, {"scenario": text})
+        new_recording(np.array(time), channels, attributes)
 
 
 def test_a_file_keeps_every_bit(tmp_path):
@@ -121,62 +95,48 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_absent_files_and_folders_are_one_sentence(tmp_path):
+def test_what_is_no_file_of_a_recording_is_refused(tmp_path):
+    h5py = pytest.importorskip("h5py")
     with pytest.raises(OutputError, match="no such file or directory"):
         save_recording(full(), tmp_path / "absent" / "a.nc")
-    with pytest.raises(InvalidInput, match="does not exist"):
-        load_recording(tmp_path / "a.nc")
-    with pytest.raises(InvalidInput, match=r"is a folder without a recording\.nc"):
-        load_recording(tmp_path)
-
-
-def test_a_newer_format_is_refused(tmp_path):
-    path = tmp_path / "walk.nc"
-    save_recording(full().assign_attrs(format=3), path)
-    with pytest.raises(InvalidInput, match="uses format 3; this version reads up to 1") as caught:
-        load_recording(path)
-    assert caught.value.hint == "upgrade phasmid"
-
-
-def test_another_programs_file_is_refused(tmp_path):
-    h5py = pytest.importorskip("h5py")
-    path = tmp_path / "other.nc"
-    with h5py.File(path, "w") as file:
+    with h5py.File(tmp_path / "other.nc", "w") as file:
         file["pressure"] = np.arange(3.0)
-    with pytest.raises(InvalidInput, match="is not a"):
-        load_recording(path)
-    path.write_text("time,coxa\n0,1\n")
-    with pytest.raises(InvalidInput, match="is not a recording that can be read"):
-        load_recording(path)
+    (tmp_path / "text.nc").write_text("time,coxa\n0,1\n")
+    save_recording(full().assign_attrs(format=3), tmp_path / "newer.nc")
+    save_recording(full(), tmp_path / "unit.nc")
+    with h5py.File(tmp_path / "unit.nc", "r+") as file:
+        file["joint_position"].attrs["units"] = "deg"
+    refused = {
+        "absent.nc": "does not exist",
+        ".": r"is a folder without a recording\.nc",
+        "other.nc": "is not a",
+        "text.nc": "is not a recording that can be read",
+        "newer.nc": "uses format 3; this version reads up to 1",
+        "unit.nc": '"joint_position" is in deg; it must be in rad',
+    }
+    if hasattr(os, "mkfifo"):
+        for name in ("pipe.nc", "pipe.mcap"):
+            os.mkfifo(tmp_path / name)
+            refused[name] = "is not a file"
+    for name, words in refused.items():
+        with pytest.raises(InvalidInput, match=words):
+            load_recording(tmp_path / name)
 
 
-@pytest.mark.parametrize(
-    ("shape", "written", "words"),
-    [
-        # Chunks that were never written are in no file, whatever else makes it large.
-        ((2_500_000,), 1, "is damaged: it claims"),
-        ((4_000_001,), 4_000_001, "has 4000001 samples; a recording has at most 4000000"),
-        ((5, 2), 5, "time has shape"),
-        ((5,), 5, 'channel "stance" has shape'),
-    ],
-)
-def test_a_file_that_cannot_be_a_recording_is_refused_unread(
-    tmp_path, monkeypatch, shape, written, words
-):
+def test_a_file_that_claims_more_than_it_holds_is_refused_unread(tmp_path, monkeypatch):
     h5py = pytest.importorskip("h5py")
     path = tmp_path / "bomb.nc"
     with h5py.File(path, "w") as file:
         file.attrs["format"] = 1
-        time = file.create_dataset("time", shape, "f8", chunks=True, compression="gzip")
-        time[:written] = 1.0
-        file["stance"] = np.ones((4, 6), np.int8)
+        # Chunks that were never written are in no file, whatever else makes it large.
+        file.create_dataset("time", (2_500_000,), "f8", chunks=True, compression="gzip")[:1] = 1.0
         file["other"] = np.zeros(2000)
 
     def read(*_):
         raise AssertionError("an array was read")
 
     monkeypatch.setattr(h5py.Dataset, "__getitem__", read)
-    with pytest.raises(InvalidInput, match=words):
+    with pytest.raises(InvalidInput, match="is damaged: it claims"):
         load_recording(path)
 
 
@@ -196,16 +156,6 @@ def test_a_file_cannot_draw_numbers_from_other_files(tmp_path):
                 file.create_dataset("body_position", (5, 3), "f8", external=outside)
         with pytest.raises(InvalidInput, match="body_position is not an array of its own"):
             load_recording(tmp_path / name)
-
-
-def test_numbers_in_another_unit_are_refused(tmp_path):
-    h5py = pytest.importorskip("h5py")
-    path = tmp_path / "a.nc"
-    save_recording(full(), path)
-    with h5py.File(path, "r+") as file:
-        file["joint_position"].attrs["units"] = "deg"
-    with pytest.raises(InvalidInput, match='"joint_position" is in deg; it must be in rad'):
-        load_recording(path)
 
 
 def test_damaged_files_are_refused_or_read_and_nothing_else(tmp_path):
@@ -261,17 +211,6 @@ def test_time_has_a_checksum_that_any_reader_of_hdf5_heeds(tmp_path):
             load_recording(path)
 
 
-def test_importing_loads_neither_xarray_nor_a_plotting_library():
-    code = (
-        "import sys, phasmid.recording, phasmid.reporting;"
-        "print([m for m in ('xarray', 'h5py', 'matplotlib', 'rich', 'PIL') if m in sys.modules])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
-    )
-    assert done.stdout.strip() == "[]"
-
-
 def test_a_text_from_a_file_cannot_drive_a_terminal():
     # A title set by ESC ] 0 ; ... BEL, a line overwritten by CR, an escape of C1, a lone surrogate.
     hostile = "a\x1b]0;owned\x07 \rb\x9b2J\udc80 é"
@@ -281,13 +220,3 @@ def test_a_text_from_a_file_cannot_drive_a_terminal():
     assert str(InvalidInput(hostile)) == said
     assert str(DamagedRecording(hostile, wrong=False)) == said
     assert said in str(Replay(1, 1, None, {"machine": (hostile, "here")}))
-
-
-def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
-    make = getattr(os, "mkfifo", None)
-    for name in ("a.nc", "a.mcap"):
-        if make is None:
-            return
-        make(tmp_path / name)
-        with pytest.raises(InvalidInput, match="is not a file"):
-            load_recording(tmp_path / name)

@@ -1,14 +1,15 @@
-"""Links that can and cannot exist."""
+"""Links that can and cannot exist, and variants of robots."""
 
-from dataclasses import replace
+import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phasmid.errors import InvalidRobot
-from phasmid.robot import Link, load_robot, with_mass_model, with_mounts
+from general_robot import general_robot
+from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.robot import Link, load_robot, with_mass_model, with_mounts, with_payload
 
 
 @given(
@@ -65,6 +66,22 @@ def test_an_impossible_link_is_refused_without_a_warning(mass, com, inertia, sai
         Link("femur", 0.1, mass, np.array(com, dtype=float), inertia)
 
 
-def test_a_trunk_whose_centre_of_mass_is_beyond_any_measure_is_refused():
-    with pytest.raises(InvalidRobot, match=r"centre of mass lies 1\.4e\+300 m"):
-        replace(load_robot("phantomx-paper").body, com=np.array([1e300, 0.0, 1e300]))
+@pytest.mark.parametrize("robot", [load_robot("phantomx-ax"), general_robot()])
+def test_a_load_moves_the_trunks_centre_and_adds_to_its_inertia(robot):
+    loaded = with_payload(robot, 0.8)
+    assert loaded.mass == pytest.approx(robot.mass + 0.8, rel=1e-14)
+    # First and second moments about the body's origin are sums over both parts.
+    load = np.array([0.0, 0.0, robot.body.size[2] / 2])
+
+    def moments(body):
+        m, c = body.mass, body.com
+        return m * c, body.inertia + m * ((c @ c) * np.eye(3) - np.outer(c, c))
+
+    first, second = moments(robot.body)
+    assert moments(loaded.body)[0] == pytest.approx(first + 0.8 * load, abs=1e-14)
+    own = 0.8 * ((load @ load) * np.eye(3) - np.outer(load, load))
+    assert moments(loaded.body)[1] == pytest.approx(second + own, abs=1e-14)
+    assert loaded.legs is robot.legs
+    assert with_payload(robot, 0.0) is robot
+    with pytest.raises(InvalidInput, match=r"payload is nan kg; it must be a finite number"):
+        with_payload(robot, math.nan)

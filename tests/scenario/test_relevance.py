@@ -16,6 +16,7 @@ from phasmid.scenario import idle_fields, load_scenario
         ({"punch": 9.0, "drive": "servo"}, []),
         # The verdict on the servos counts them with every drive.
         ({"voltage": 9.0, "torque_limit": 0.5, "ambient_temperature": 45.0}, []),
+        ({"terrain_start_mm": 9.0}, ['terrain_start_mm has no effect with terrain "flat".']),
         ({"rise_mm": 30.0}, ['rise_mm has no effect with terrain "flat".']),
         ({"rise_mm": 30.0, "terrain": "stairs"}, []),
         ({"wave_height_mm": 3.0, "terrain": "stairs"}, ["wave_height_mm has no effect with terr"]),

@@ -214,7 +214,7 @@ def test_every_text_of_a_scenario_that_can_name_a_file_is_checked_when_uploaded(
         for path, field in leaves(Scenario)
         if field.annotation is str or str in get_args(field.annotation)
     }
-    assert texts == harmless | checked | {"terrain.map_sha256"}
+    assert texts == harmless | checked
 
 
 def test_an_uploaded_robot_finds_no_package_outside_the_uploads(tmp_path):

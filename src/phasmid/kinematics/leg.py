@@ -88,12 +88,13 @@ def unreachable(
     point, lengths, side = np.broadcast_arrays(p_hip_foot, lengths, left[..., None])
     (x, y, z), (coxa, femur, tibia) = point[index].tolist(), lengths[index].tolist()
     outward = math.sqrt(max(x * x + y * y - float(side[index][0]) ** 2, 0.0))
+    name = leg.name if isinstance(leg, Leg) else str(index[-1] + 1)
+    which = f", point {', '.join(map(str, index))}" if index else ""
+    target = ", ".join(f"{1000 * c:.1f}" for c in (x, y, z))
     return Unreachable(
-        leg.name if isinstance(leg, Leg) else str(index[-1] + 1),
-        (x, y, z),
-        distance=math.hypot(outward - coxa, z),
-        reach=(abs(femur - tibia), femur + tibia),
-        index=index,
+        f"leg {name}{which}: foot target ({target}) mm is "
+        f"{1000 * math.hypot(outward - coxa, z):.1f} mm from the femur axis; the leg reaches "
+        f"{1000 * abs(femur - tibia):.1f} to {1000 * (femur + tibia):.1f} mm."
     )
 
 

@@ -39,14 +39,12 @@ class LevelCourse:
     Attributes:
         robot: The robot, L legs.
         gait: The gait.
-        stride: Heights, times and curves.
-        step: Displacement of one step: forward [m], left [m], turn [rad].
+        stride: Steps, heights, times and curves.
     """
 
     robot: Robot
     gait: Gait
     stride: StrideTable
-    step: Float[np.ndarray, "3"]
 
     def motion(self, time: Float[np.ndarray, " time"]) -> tuple[TrunkMotion, Path]:
         """Return the motion of the trunk, and of the feet in the body frame.
@@ -54,12 +52,12 @@ class LevelCourse:
         Args:
             time: Times [s], shape (N,).
         """
-        robot, gait, stride, step = self.robot, self.gait, self.stride, self.step
+        robot, gait, stride = self.robot, self.gait, self.stride
         height = _body_height(robot)
-        trunk = _level_trunk(robot, gait, stride, step, height, time)
+        trunk = _level_trunk(robot, gait, stride, height, time)
         if stride.stance_law == "straight":
-            return trunk, straight_feet(robot, gait, stride, step, time, trunk)
-        return trunk, coxa_only_feet(robot, gait, stride, step, time, height)
+            return trunk, straight_feet(robot, gait, stride, time, trunk)
+        return trunk, coxa_only_feet(robot, gait, stride, time, height)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,10 +98,11 @@ class Course:
         gait, stride = self.gait, self.scenario.stride
         whole, index, s = between_events(gait, stride, time / stride.period)
         seconds = np.diff(np.append(gait.events, 1.0))[index] * stride.period
-        s = Path(s.position, s.velocity / seconds, s.acceleration / seconds**2)
         event = whole.astype(int) * len(gait.events) + index
-        level = _level_trunk(self.robot, gait, stride, stride.step, 0.0, time)
-        trunk = leaning_trunk(self.postures, event, s, level, _body_height(self.robot))
+        level = _level_trunk(self.robot, gait, stride, 0.0, time)
+        trunk = leaning_trunk(
+            self.postures, event, s.over(seconds), level, _body_height(self.robot)
+        )
         return trunk, in_body(self._feet(time), trunk)
 
     def _feet(self, time: Float[np.ndarray, " time"]) -> Path:
@@ -123,12 +122,11 @@ def _level_trunk(
     robot: Robot,
     gait: Gait,
     stride: StrideTable,
-    step: Float[np.ndarray, "3"],
     height: float,
     time: Float[np.ndarray, " time"],
 ) -> TrunkMotion:
     """Return the motion of a level trunk with its sway."""
-    trunk = trunk_motion(step, height, progress(gait, stride, time))
+    trunk = trunk_motion(stride.step, height, progress(gait, stride, time))
     if gait.sway:
         trunk = swayed(trunk, sway(gait, neutral_feet(robot), stride.period, np.asarray(time)))
     return trunk

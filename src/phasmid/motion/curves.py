@@ -6,6 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from numpy.polynomial.polynomial import polyder, polyval
 
 Curve = Literal["quintic", "cubic-spline"]
 
@@ -13,20 +14,22 @@ Curve = Literal["quintic", "cubic-spline"]
 class Path(NamedTuple):
     """Function of time: its values and its first two derivatives, of one shape.
 
-    Sums, differences and products are those of functions, with their derivatives.
+    Sums, differences and products are those of functions and constants, with their derivatives.
     """
 
     position: Float[np.ndarray, "*batch"]
     velocity: Float[np.ndarray, "*batch"]
     acceleration: Float[np.ndarray, "*batch"]
 
-    def __add__(self, other: Path) -> Path:  # type: ignore[override]
+    def __add__(self, other: Path | np.ndarray | float) -> Path:  # type: ignore[override]
+        if not isinstance(other, Path):
+            return Path(self.position + other, self.velocity, self.acceleration)
         return Path(*(x + y for x, y in zip(self, other, strict=True)))
 
     def __sub__(self, other: Path) -> Path:
         return Path(*(x - y for x, y in zip(self, other, strict=True)))
 
-    def __mul__(self, other: Path | float) -> Path:  # type: ignore[override]
+    def __mul__(self, other: Path | np.ndarray | float) -> Path:  # type: ignore[override]
         if not isinstance(other, Path):
             return Path(*(x * other for x in self))
         p, v, a = other
@@ -35,6 +38,10 @@ class Path(NamedTuple):
             self.velocity * p + self.position * v,
             self.acceleration * p + 2 * self.velocity * v + self.position * a,
         )
+
+    def over(self, duration: Float[np.ndarray, "*batch"] | float) -> Path:
+        """Return the function by time, from its derivatives by the fraction of a duration [s]."""
+        return Path(self.position, self.velocity / duration, self.acceleration / duration**2)
 
 
 def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
@@ -99,18 +106,19 @@ def join(
     """
     v0, v1 = velocity
     way = end - start
-    # Coefficients of u^2 and above; the quintic's u^2 vanishes with the acceleration.
+    # The quintic's u^2 vanishes with the acceleration.
     if curve == "quintic":
-        powers = {3: 10 * way - 6 * v0 - 4 * v1, 4: -15 * way + 8 * v0 + 7 * v1}
-        powers[5] = 6 * way - 3 * v0 - 3 * v1
+        cubic, quartic = 10 * way - 6 * v0 - 4 * v1, -15 * way + 8 * v0 + 7 * v1
+        powers = [start, v0, 0 * way, cubic, quartic, 6 * way - 3 * v0 - 3 * v1]
     else:
-        powers = {2: 3 * way - 2 * v0 - v1, 3: -2 * way + v0 + v1}
-    position, rate, bend = start + v0 * u, v0 + 0 * u, 0 * way * u
-    for n, c in powers.items():
-        position = position + c * u**n
-        rate = rate + n * c * u ** (n - 1)
-        bend = bend + n * (n - 1) * c * u ** (n - 2)
-    return Path(position, rate, bend)
+        powers = [start, v0, 3 * way - 2 * v0 - v1, -2 * way + v0 + v1]
+    coefficients = np.array(np.broadcast_arrays(*powers))
+    return Path(*(polyval(u, polyder(coefficients, k), tensor=False) for k in range(3)))
+
+
+def vector(*components: Path) -> Path:
+    """Return the vector of components, along a new last axis."""
+    return Path(*(np.stack(orders, axis=-1) for orders in zip(*components, strict=True)))
 
 
 def composed(

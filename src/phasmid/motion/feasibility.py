@@ -79,11 +79,11 @@ def check_reach(
     low, high = 0.0, 1.0
     for _ in range(30):
         middle = (low + high) / 2
-        shorter = replace(course, step=middle * course.step)
+        shorter = replace(course, stride=course.stride.scaled(middle))
         good = bool(within_reach(course.robot, targets(shorter)).all())
         low, high = (middle, high) if good else (low, middle)
     if low > 0:
-        hint = f"Longest stride here: {_stride_words(course.step * low, down=True)}."
+        hint = f"Longest stride here: {_stride_words(low * course.stride.step, down=True)}."
     else:
         hint = (
             "No stride is possible from this stance and step height; change step_height, "

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet, step_pose
-from phasmid.motion.curves import Path, join, lift
+from phasmid.motion.curves import Path, cos_and_sin, join, lift, vector
 from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
@@ -19,7 +19,6 @@ def straight_feet(
     robot: Robot,
     gait: Gait,
     stride: StrideTable,
-    step: Float[np.ndarray, "3"],
     time: Float[np.ndarray, " time"],
     trunk: TrunkMotion,
 ) -> Path:
@@ -28,8 +27,7 @@ def straight_feet(
     Args:
         robot: The robot, L legs.
         gait: The gait.
-        stride: Heights, times and curves.
-        step: Displacement of one step: forward [m], left [m], turn [rad].
+        stride: Steps, heights, times and curves.
         time: Times [s], shape (N,).
         trunk: The body at these times.
 
@@ -45,7 +43,7 @@ def straight_feet(
     neutral = neutral_feet(robot)
     ground = np.zeros((*u.shape, 1))
     start, end = (
-        np.concatenate([foothold(step, steps, neutral), ground], axis=-1)
+        np.concatenate([foothold(stride.step, steps, neutral), ground], axis=-1)
         for steps in (landing - 1 / gait.duty_factor, landing)
     )
     swings = Swings.over_level_ground(start, end, stride.step_height)
@@ -109,7 +107,6 @@ def coxa_only_feet(
     robot: Robot,
     gait: Gait,
     stride: StrideTable,
-    step: Float[np.ndarray, "3"],
     time: Float[np.ndarray, " time"],
     height: float,
 ) -> Path:
@@ -121,8 +118,7 @@ def coxa_only_feet(
     Args:
         robot: The robot, L legs.
         gait: The gait.
-        stride: Heights, times and curves.
-        step: Displacement of one step: forward [m], left [m], turn [rad].
+        stride: Steps, heights, times and curves.
         time: Times [s], shape (N,).
         height: Height of the body frame over the ground [m].
 
@@ -150,36 +146,30 @@ def coxa_only_feet(
     neutral, hips = neutral_feet(robot)[:, :2], robot.arrays.p_body_hip[:, :2]
     radius = np.hypot(*(neutral - hips).T)
     middle = np.arctan2(*(neutral - hips).T[::-1])
-    half = _coxa_half_angle(robot, step, neutral, middle, radius)
+    half = _coxa_half_angle(robot, stride.step, neutral, middle, radius)
+
+    def on_circle(sigma: Path) -> Path:
+        away = vector(*cos_and_sin(sigma * (2 * half) + (middle - half)))
+        return away * radius[:, None] + hips
 
     cycle, u = swing_fraction(gait, stride, time)
     landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor
-    steps = progress(gait, stride, time)
-    sigma = np.clip(steps.position[:, None] - landing, 0.0, 1.0)
-    stance = _on_circle(hips, radius, middle, half, sigma, steps)
+    steps = Path(*(order[:, None] for order in progress(gait, stride, time)))
+    sigma = np.clip(steps.position - landing, 0.0, 1.0)
+    stance = on_circle(Path(sigma, steps.velocity, steps.acceleration))
 
     swing = gait.swing_fraction * stride.period
+    one = np.ones(len(half))
+    lift_off, touchdown = (on_circle(Path(at * one, one, 0 * one)) for at in (1.0, 0.0))
     speed = _end_speed(gait, stride) * swing
-    ends = [
-        _on_circle(hips, radius, middle, half, np.full((1, len(half)), at), Path(*np.ones((3, 1))))
-        for at in (1.0, 0.0)
-    ]
-    xy = join(
-        stride.curve,
-        u[..., None],
-        ends[0].position,
-        ends[1].position,
-        (speed * ends[0].velocity, speed * ends[1].velocity),
-    )
-    h = lift(stride.curve, u)
+    velocities = speed * lift_off.velocity, speed * touchdown.velocity
+    xy = join(stride.curve, u[..., None], lift_off.position, touchdown.position, velocities)
+    z = lift(stride.curve, u) * stride.step_height
     flying = (u < 1.0)[..., None]
-    orders = []
-    for k in range(3):
-        plane = np.where(flying, xy[k] / swing**k, stance[k])
-        up = np.where(flying[..., 0], stride.step_height * h[k] / swing**k, 0.0)
-        up = up - height if k == 0 else up
-        orders.append(np.concatenate([plane, up[..., None]], axis=-1))
-    return Path(*orders)
+    swinging = Path(*(np.concatenate([xy[k], z[k][..., None]], axis=-1) for k in range(3)))
+    standing = (np.concatenate([order, np.zeros((*u.shape, 1))], axis=-1) for order in stance)
+    pairs = zip(swinging.over(swing), standing, strict=True)
+    return Path(*(np.where(flying, *pair) for pair in pairs)) + np.array([0.0, 0.0, -height])
 
 
 def _coxa_half_angle(
@@ -205,24 +195,6 @@ def _coxa_half_angle(
                 hint='stance_law = "straight"',
             )
     return -np.arcsin(np.where(length > 0, needed / np.where(length > 0, along, 1.0), 0.0))
-
-
-def _on_circle(
-    hips: np.ndarray,
-    radius: np.ndarray,
-    middle: np.ndarray,
-    half: np.ndarray,
-    sigma: np.ndarray,
-    steps: Path,
-) -> Path:
-    angle = middle + half * (2 * sigma - 1)
-    c, s = np.cos(angle), np.sin(angle)
-    w, d = 2 * half * steps.velocity[:, None], 2 * half * steps.acceleration[:, None]
-    position = hips + radius[:, None] * np.stack([c, s], axis=-1)
-    velocity = (radius * w)[..., None] * np.stack([-s, c], axis=-1)
-    acceleration = (radius * d)[..., None] * np.stack([-s, c], axis=-1)
-    acceleration -= (radius * w**2)[..., None] * np.stack([c, s], axis=-1)
-    return Path(position, velocity, acceleration)
 
 
 def _end_speed(gait: Gait, stride: StrideTable) -> float:

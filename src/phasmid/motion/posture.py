@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root
+from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root, vector
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.scenario.footing import FootingTable
 
@@ -74,23 +74,18 @@ def leaning_trunk(
     ground = last + (following - last) * s
 
     first, change = postures.lean[before], postures.lean[before + 1] - postures.lean[before]
-    lean = [
-        Path(first[:, i] + change[:, i] * s[0], change[:, i] * s[1], change[:, i] * s[2])
-        for i in (0, 1)
-    ]
-    pitch, roll, stretch = _attitude(lean[0], lean[1], yaw)
-    up = ground + stretch * height
-    position = [np.stack([*x[k].T, up[k]], axis=-1) for k in range(3)]
-    attitude = [np.stack([roll[k], pitch[k], yaw[k]], axis=-1) for k in range(3)]
-    return TrunkMotion(*position, *attitude)
+    lean_x, lean_y = (s * change[:, i] + first[:, i] for i in (0, 1))
+    pitch, roll, stretch = _attitude(lean_x, lean_y, yaw)
+    east, north = (Path(*(order[:, axis] for order in x)) for axis in (0, 1))
+    position = vector(east, north, ground + stretch * height)
+    return TrunkMotion(*position, *vector(roll, pitch, yaw))
 
 
 def _height_over(postures: Postures, event: Int[np.ndarray, " time"], x: Path) -> Path:
     """Return the height of an event's plane under the trunk with its time derivatives."""
     centre, slope = postures.centre[event], postures.slope[event]
-    away = [x[0] - centre[:, :2], x[1], x[2]]
-    found = [np.sum(slope * v, axis=1) for v in away]
-    return Path(centre[:, 2] + found[0], found[1], found[2])
+    away = x + -centre[:, :2]
+    return Path(*(np.sum(slope * v, axis=1) for v in away)) + centre[:, 2]
 
 
 def _attitude(slope_x: Path, slope_y: Path, yaw: Path) -> tuple[Path, Path, Path]:
@@ -102,7 +97,6 @@ def _attitude(slope_x: Path, slope_y: Path, yaw: Path) -> tuple[Path, Path, Path
     c, s = cos_and_sin(yaw)
     ahead = slope_x * c + slope_y * s
     left = slope_y * c - slope_x * s
-    square = ahead * ahead
-    run = root(Path(1 + square.position, square.velocity, square.acceleration))
+    run = root(ahead * ahead + 1.0)
     pitch, roll = arctan(ahead * -1.0), arctan(left * inverse(run))
     return pitch, roll, root(run * run + left * left)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from phasmid.motion.curves import Curve, Path, blend
+from phasmid.motion.curves import Curve, Path, blend, lift, vector
 from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.stride import StrideTable
 from phasmid.terrain import Ground
@@ -77,20 +77,11 @@ class Swings(NamedTuple):
             u: Fraction of the swing in time, in [0, 1], shape (...).
         """
         share = 1 - self.before - self.after
-        s = blend(curve, np.clip((u - self.before) / share, 0.0, 1.0))
-        rising = u < 0.5
-        half = blend(curve, np.where(rising, 2 * u, 2 - 2 * u))
-        low = np.where(rising, self.start[..., 2], self.end[..., 2])
-        lift, turn = self.top - low, np.where(rising, 2.0, -2.0)
-        way = (self.end - self.start)[..., :2]
-        ups = (
-            low + lift * half.position,
-            turn * lift * half.velocity,
-            4 * lift * half.acceleration,
-        )
-        along = [way * (s[k] / share**k)[..., None] for k in range(3)]
-        along[0] = self.start[..., :2] + along[0]
-        return Path(*(np.stack([*np.moveaxis(along[k], -1, 0), ups[k]], -1) for k in range(3)))
+        along = blend(curve, np.clip((u - self.before) / share, 0.0, 1.0)).over(share)
+        way = self.end - self.start
+        x, y = (along * way[..., axis] + self.start[..., axis] for axis in (0, 1))
+        low = np.where(u < 0.5, self.start[..., 2], self.end[..., 2])
+        return vector(x, y, lift(curve, u) * (self.top - low) + low)
 
     def feet(self, curve: Curve, u: Float[np.ndarray, "*batch"], duration: float) -> Path:
         """Return the feet in world axes with time derivatives; after its swing a foot stands.
@@ -100,12 +91,9 @@ class Swings(NamedTuple):
             u: Fraction of the swing in time, 1 for standing feet, shape (...).
             duration: Duration of a swing [s].
         """
-        path, moving = self.path(curve, u), (u < 1.0)[..., None]
-        return Path(
-            np.where(moving, path.position, self.end),
-            moving * path.velocity / duration,
-            moving * path.acceleration / duration**2,
-        )
+        p, v, a = self.path(curve, u).over(duration)
+        moving = (u < 1.0)[..., None]
+        return Path(np.where(moving, p, self.end), moving * v, moving * a)
 
 
 def plan_swings(
@@ -215,6 +203,6 @@ def _time_to(
     top: Float[np.ndarray, " swings"],
 ) -> Float[np.ndarray, "swings places"]:
     """Return the fraction of the swing from the lowest point to a height."""
-    lift = np.maximum(top - low, 1e-12)[:, None]
-    share = np.clip((height - low[:, None]) / lift, 0.0, 1.0)
+    rise = np.maximum(top - low, 1e-12)[:, None]
+    share = np.clip((height - low[:, None]) / rise, 0.0, 1.0)
     return np.asarray(np.interp(share, blend(curve, _U).position, _U) / 2)

@@ -78,8 +78,8 @@ class JointTrajectory:
                 f"{LATEST:g} s or less.",
                 hint="times in seconds",
             )
-        if (np.diff(time) < SHORTEST).any():
-            row = int(np.argmax(np.diff(time) < SHORTEST)) + 1
+        row = int(np.argmin(np.diff(time))) + 1
+        if time[row] - time[row - 1] < SHORTEST:
             raise InvalidInput(
                 f"trajectory row {row + 1}: time {time[row]:g} s does not follow "
                 f"{time[row - 1]:g} s by {SHORTEST:g} s or more."

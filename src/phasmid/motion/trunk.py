@@ -16,7 +16,7 @@ from phasmid.kinematics import (
     step_pose,
     step_twist,
 )
-from phasmid.motion.curves import Path, blend
+from phasmid.motion.curves import Path, blend, composed, cos_and_sin, vector
 from phasmid.scenario.stride import StrideTable
 
 
@@ -38,12 +38,8 @@ def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"])
     whole, index, s = between_events(gait, stride, cycles)
     events = np.append(gait.events, 1.0)
     start, length = events[index], np.diff(events)[index]
-    share, seconds = length / gait.duty_factor, length * stride.period
-    return Path(
-        (whole + start) / gait.duty_factor + share * s.position,
-        share * s.velocity / seconds,
-        share * s.acceleration / seconds**2,
-    )
+    share = length / gait.duty_factor
+    return s.over(length * stride.period) * share + (whole + start) / gait.duty_factor
 
 
 def between_events(
@@ -133,17 +129,10 @@ def trunk_motion(step: Float[np.ndarray, "3"], height: float, steps: Path) -> Tr
     c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
     # Velocity and its change per unit of progress, in world axes.
     vx, vy = c * twist[0] - s * twist[1], s * twist[0] + c * twist[1]
-    ax, ay = -twist[2] * vy, twist[2] * vx
-    zero = np.zeros(c.shape)
-    rate, bend = steps.velocity, steps.acceleration
-    return TrunkMotion(
-        position=np.stack([pose[..., 0], pose[..., 1], zero + height], axis=-1),
-        velocity=np.stack([vx * rate, vy * rate, zero], axis=-1),
-        acceleration=np.stack([vx * bend + ax * rate**2, vy * bend + ay * rate**2, zero], axis=-1),
-        attitude=np.stack([zero, zero, pose[..., 2]], axis=-1),
-        attitude_rate=np.stack([zero, zero, twist[2] * rate], axis=-1),
-        attitude_acceleration=np.stack([zero, zero, twist[2] * bend], axis=-1),
-    )
+    x = composed(pose[..., 0], vx, -twist[2] * vy, steps)
+    y = composed(pose[..., 1], vy, twist[2] * vx, steps)
+    yaw, none = composed(pose[..., 2], twist[2], 0 * c, steps), steps * 0.0
+    return TrunkMotion(*vector(x, y, none + height), *vector(none, none, yaw))
 
 
 def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
@@ -153,26 +142,13 @@ def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
         trunk: The motion along the path, without pitch and roll.
         aside: The sway, in the body's axes.
     """
-    yaw, turn, change = (
-        values[:, 2, None]
-        for values in (trunk.attitude, trunk.attitude_rate, trunk.attitude_acceleration)
-    )
-    p, v, a = aside
-    # d/dt of R p is R (p' + w J p), with J a quarter turn to the left.
-    speed = v + turn * _left(p)
-    bend = a + 2 * turn * _left(v) + change * _left(p) - turn**2 * p
-
-    def moved(old: np.ndarray, more: np.ndarray) -> np.ndarray:
-        more = np.cos(yaw) * more + np.sin(yaw) * _left(more)
-        return old + np.concatenate([more, np.zeros((len(more), 1))], axis=1)
-
+    yaw = Path(trunk.yaw, trunk.attitude_rate[:, 2], trunk.attitude_acceleration[:, 2])
+    c, s = cos_and_sin(yaw)
+    x, y = (Path(*(order[:, axis] for order in aside)) for axis in (0, 1))
+    p, v, a = vector(c * x - s * y, s * x + c * y, x * 0.0)
     return replace(
         trunk,
-        position=moved(trunk.position, p),
-        velocity=moved(trunk.velocity, speed),
-        acceleration=moved(trunk.acceleration, bend),
+        position=trunk.position + p,
+        velocity=trunk.velocity + v,
+        acceleration=trunk.acceleration + a,
     )
-
-
-def _left(v: Float[np.ndarray, "time 2"]) -> Float[np.ndarray, "time 2"]:
-    return np.stack([-v[:, 1], v[:, 0]], axis=1)

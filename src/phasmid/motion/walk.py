@@ -84,7 +84,7 @@ class Walk:
     @property
     def keeps_heading(self) -> bool:
         """All cycles are equal in world axes, too, except for translation."""
-        return isinstance(self.course, LevelCourse) and float(self.course.step[2]) == 0.0
+        return isinstance(self.course, LevelCourse) and self.course.stride.step_turn == 0.0
 
     @property
     def foot_position(self) -> Float[np.ndarray, "time legs 3"]:
@@ -163,7 +163,7 @@ def plan(scenario: Scenario) -> Walk:
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
     terrain = scenario.planned_terrain()
-    course: LevelCourse | Course = LevelCourse(robot, gait, scenario.stride, scenario.stride.step)
+    course: LevelCourse | Course = LevelCourse(robot, gait, scenario.stride)
     if not _is_plain(terrain):
         course = plan_course(scenario, robot, gait, terrain, scenario.duration)
     for times in checked_times(scenario, course):

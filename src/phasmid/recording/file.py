@@ -6,16 +6,15 @@ import contextlib
 import math
 import os
 import secrets
-import stat
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
-from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES, MOST_RECORDED
+from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES
 from phasmid.recording.log import DamagedRecording, is_log, read_log, sync_folder
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
@@ -99,44 +98,6 @@ def whole_file(path: Path) -> Iterator[BinaryIO]:
         raise cannot_write(path, error) from None
 
 
-@contextlib.contextmanager
-def new_file(path: Path, *, option: str, force: bool) -> Iterator[Path]:
-    """Yield a temporary name of a file, which replaces an existing file only by force.
-
-    Args:
-        path: The file.
-        option: The option of the command line that names another place.
-        force: Whether an older file is replaced.
-
-    Raises:
-        AlreadyExists: The file has appeared meanwhile; it stays as it is.
-        OutputError: It cannot be written; nothing is left behind.
-    """
-    if force:
-        yield path
-        return
-    place = path.with_name(f".{path.stem}.{secrets.token_hex(4)}.partial{path.suffix}")
-    try:
-        yield place
-        try:
-            os.link(place, path)
-        except FileExistsError:
-            raise AlreadyExists(path, option=option) from None
-        except OSError:
-            # The file system has no links.
-            if path.exists():
-                raise AlreadyExists(path, option=option) from None
-            place.replace(path)
-    except OutputError as error:
-        # Messages name the final file.
-        error.what = error.what.replace(str(place), str(path))
-        raise
-    except OSError as error:
-        raise cannot_write(path, error) from None
-    finally:
-        place.unlink(missing_ok=True)
-
-
 def check_new_file(path: Path, *, option: str, force: bool) -> None:
     """Raise where no file can be written, before a run starts.
 
@@ -197,22 +158,16 @@ def load_recording(path: str | Path) -> Recording:
     try:
         if path.is_dir():
             path = _inside(path)
-        status = path.stat()
+        if not path.exists():
+            raise InvalidInput(f"recording {path} does not exist.")
         # A pipe never ends.
-        if not (stat.S_ISREG(status.st_mode) or stat.S_ISDIR(status.st_mode)):
+        if not path.is_file():
             raise InvalidInput(f"{path} is not a file.")
-        size, log = status.st_size, is_log(path)
-    except FileNotFoundError:
-        raise InvalidInput(f"recording {path} does not exist.") from None
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InvalidInput(f"cannot read {path}: {reason}.") from None
-    if not log:
-        _check_sum(path, size)
-    try:
-        time, channels, attributes = read_log(path) if log else _read_netcdf(path, size)
-        if log:
-            _check_format(attributes.pop("format", FORMAT), path)
+        log = is_log(path)
+        if not log:
+            _check_sum(path)
+        time, channels, attributes = read_log(path) if log else _read_netcdf(path)
+        _check_format(attributes.pop("format", None), path)
         with located(str(path)):
             return new_recording(time.astype(np.float64), channels, attributes)
     except (PhasmidError, DamagedRecording):
@@ -237,26 +192,23 @@ def _inside(folder: Path) -> Path:
     return path
 
 
-def _check_sum(path: Path, size: int) -> None:
+def _check_sum(path: Path) -> None:
     """Refuse a file whose checksum, where it has one, is wrong."""
     length = len(CHECKSUM % 0)
     with path.open("rb") as file:
-        file.seek(max(0, size - length))
-        end = file.read(length)
-        if not end.startswith(CHECKSUM[:16]):
-            return
-        file.seek(0)
-        found, left = 0, size - length
-        while block := file.read(min(left, 1 << 20)):
+        left = max(0, path.stat().st_size - length)
+        found = 0
+        while left and (block := file.read(min(left, 1 << 20))):
             found, left = zlib.crc32(block, found), left - len(block)
-    if end != CHECKSUM % found:
+        end = file.read()
+    if end.startswith(CHECKSUM[:16]) and end != CHECKSUM % found:
         raise InvalidInput(
             f"{path} is damaged: it fails its checksum.", hint="a copy that is whole"
         )
 
 
 def _read_netcdf(
-    path: Path, size: int
+    path: Path,
 ) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, str | int | float]]:
     """Read time, channels and attributes of a netCDF file."""
     import h5py
@@ -267,8 +219,7 @@ def _read_netcdf(
             for name, value in stored.attrs.items()
             if not str(name).startswith("_NC")
         }
-        _check_format(attributes.pop("format", None), path)
-        _check_claims(stored, path, size)
+        _check_claims(stored, path)
         time = np.asarray(stored["time"][()])
         channels = {
             str(name): _read(stored[name]) for name in stored if str(name) not in _COORDINATES
@@ -281,16 +232,10 @@ _COORDINATES = {"time", "leg", "leg_name", *COORDINATES}
 
 def _own(value: Any) -> str | int | float:
     """Return an attribute as Python text or number."""
-    if isinstance(value, bytes | np.bytes_):
-        return value.decode("utf-8")
     if isinstance(value, np.ndarray | np.generic) and value.size == 1:
         value = value.item()
-    if isinstance(value, str | int | float):
-        return value
     # HDF5 has a type for empty text.
-    if type(value).__name__ == "Empty":
-        return ""
-    raise ValueError(f"an attribute holds {type(value).__name__}")
+    return "" if type(value).__name__ == "Empty" else value
 
 
 def _check_format(version: str | int | float | None, path: Path) -> None:
@@ -303,7 +248,7 @@ def _check_format(version: str | int | float | None, path: Path) -> None:
         )
 
 
-def _check_claims(stored: Any, path: Path, size: int) -> None:
+def _check_claims(stored: Any, path: Path) -> None:
     """Refuse arrays that the file cannot hold itself, before memory is allocated for them."""
     import h5py
 
@@ -317,41 +262,8 @@ def _check_claims(stored: Any, path: Path, size: int) -> None:
         claimed += max(array.nbytes, math.prod(array.chunks or ()) * array.dtype.itemsize)
         written += array.id.get_storage_size()
     # What was never written costs a file nothing, so that its size alone bounds nothing.
-    if claimed > DEFLATE_LIMIT * min(size, written):
-        raise InvalidInput(
-            f"{path} is damaged: it claims {claimed:.3g} bytes and holds {min(size, written)}."
-        )
-    if claimed > MOST_BYTES:
-        raise InvalidInput(
-            f"{path} holds {claimed:.3g} bytes; a recording holds at most {float(MOST_BYTES):g}."
-        )
-    _check_shapes({str(name): stored[name] for name in stored}, path)
-
-
-def _check_shapes(arrays: Mapping[str, Any], path: Path) -> None:
-    """Refuse arrays that do not fit their channels, before any of them is read."""
-    time = arrays["time"].shape
-    if len(time) != 1:
-        raise InvalidInput(f"{path}: time has shape {time}; it must be one row.")
-    if time[0] > MOST_RECORDED:
-        raise InvalidInput(
-            f"{path} has {time[0]} samples; a recording has at most {MOST_RECORDED}."
-        )
-    legs = None
-    for name, array in arrays.items():
-        if array.dtype.kind not in "biuf" and name not in _COORDINATES:
-            raise InvalidInput(f"{path}: {name} does not hold plain numbers.")
-        if name not in CHANNELS:
-            continue
-        dims, shape = CHANNELS[name].dims, array.shape
-        if "leg" in dims and legs is None and len(shape) > 1:
-            legs = shape[1]
-        sizes = {"time": time[0], "leg": legs}
-        wanted = tuple(sizes[dim] if dim in sizes else len(COORDINATES[dim]) for dim in dims)
-        if shape != wanted:
-            raise InvalidInput(
-                f'{path}: channel "{name}" has shape {shape}; it must be ({", ".join(dims)}).'
-            )
+    if claimed > min(MOST_BYTES, DEFLATE_LIMIT * min(path.stat().st_size, written)):
+        raise InvalidInput(f"{path} is damaged: it claims {claimed:.3g} bytes.")
 
 
 def _read(stored: Any) -> np.ndarray:

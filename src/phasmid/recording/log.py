@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
+import re
 import shutil
 import struct
-import threading
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -27,13 +28,11 @@ from phasmid.errors import InvalidInput, OutputError, plain
 from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.recording.recording import FORMAT, Attributes
 
-SYNC_INTERVAL = 0.5
-"""Interval at which a log is forced to the disk [s]."""
-
 MAGIC = b"\x89MCAP0\r\n"
 """First bytes of an MCAP file."""
 
 _SAMPLE, _ATTRIBUTES = "/recording", "/recording/attributes"
+_ROS_TYPES = {"float": "float64", "bool": "bool"}
 _CDR = b"\x00\x01\x00\x00"
 """Header of a ROS 2 message in little-endian byte order."""
 
@@ -54,11 +53,10 @@ class RecordingLog:
     """Log of a run.
 
     The file appears with its first samples. Appended samples survive the process at once, and a
-    power failure as soon as they are acknowledged.
+    finished log survives a power failure.
 
     Attributes:
         path: The file.
-        acknowledged: Number of samples forced to the disk.
     """
 
     def __init__(
@@ -85,13 +83,10 @@ class RecordingLog:
         """
         self.path = Path(path)
         self._attributes, self._time, self._force = attributes, time, force
-        self._definition = _definition({name: a.shape[1:] for name, a in first.items()})
+        self._definition = _definition({name: math.prod(a.shape[1:]) for name, a in first.items()})
         self._dtype = _dtype(self._definition)
-        self._done = self.acknowledged = 0
+        self._done = 0
         self._file: Any = None
-        self._failure: OSError | None = None
-        self._closing = threading.Event()
-        self._syncing = threading.Thread(target=self._sync_now_and_then, daemon=True)
         check_log(self.path, force=force)
         self._check_room(self._dtype.itemsize * len(time))
 
@@ -110,39 +105,33 @@ class RecordingLog:
         """
         samples = np.empty(len(time), self._dtype)
         for name in samples.dtype.names or ():
-            samples[name] = time if name == "time" else channels[name]
+            values = time if name == "time" else channels[name]
+            samples[name] = values.reshape(samples[name].shape)
         try:
-            if not self._done:
+            if self._file is None:
                 self._open()
             for number, sample in enumerate(samples, self._done):
                 self._write(self._sample, sample.tobytes(), number, sample["time"])
             self._file.flush()
-            if not self._done:
-                self._syncing.start()
         except OSError as error:
             raise self._cannot_write(error) from None
         self._done += len(time)
 
     def finish(self, attributes: Attributes) -> None:
-        """Add the end of the recording; nothing can be appended after it.
+        """Add the end of the recording and force it to the disk; nothing can be appended after it.
 
         Args:
             attributes: Attributes, which replace those of the same names.
 
         Raises:
-            OutputError: It cannot be written, or forced to the disk, or another run has replaced
-                the file.
+            OutputError: It cannot be written, or forced to the disk.
         """
         try:
-            if not os.path.samestat(os.fstat(self._file.fileno()), self.path.stat()):
-                raise OutputError(
-                    f"{self.path} was replaced by another run of this name; what was recorded here "
-                    "is lost.",
-                    hint="another --out for each",
-                )
             self._write_attributes(attributes)
             self._writer.finish()
             self._file.flush()
+            os.fsync(self._file.fileno())
+            sync_folder(self.path.parent)
         except OSError as error:
             raise self._cannot_write(error) from None
 
@@ -152,40 +141,22 @@ class RecordingLog:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close the file.
-
-        Raises:
-            OutputError: It could not be forced to the disk.
-        """
-        self._closing.set()
-        if self._syncing.is_alive():
-            self._syncing.join()
+        """Close the file; one without samples is removed."""
         if self._file is None:
             return
-        self._sync()
         with contextlib.suppress(OSError):
             self._file.close()
         if not self._done:
             self.path.unlink(missing_ok=True)
-        elif self._failure and error is None:
-            reason = (self._failure.strerror or str(self._failure)).lower()
-            raise OutputError(
-                f"cannot force {self.path} to the disk: {reason}; {self.acknowledged} of "
-                f"{self._done} samples are known to be on it."
-            )
 
     def _open(self) -> None:
         # Lazy import: 0.07 s.
         from mcap.writer import CompressionType, Writer
 
-        folders = [folder for folder in self.path.parents if not folder.exists()]
         self.path.parent.mkdir(parents=True, exist_ok=True)
         check_log(self.path, force=self._force)
         self.path.unlink(missing_ok=True)
         self._file = self.path.open("xb")
-        # A file survives a power failure only with its name, and with its folder's name.
-        for path in (self.path, *folders):
-            sync_folder(path.parent)
         # A chunk ends as soon as it is longer than 0 bytes.
         self._writer: Any = Writer(self._file, chunk_size=0, compression=CompressionType.NONE)
         self._writer.start("ros2")
@@ -207,23 +178,6 @@ class RecordingLog:
         ns = max(0, round(1e9 * time))
         self._writer.add_message(channel, ns, _CDR + content, ns, number)
 
-    def _sync_now_and_then(self) -> None:
-        """Force the file to the disk from a thread, so that the run does not wait."""
-        while not self._closing.wait(SYNC_INTERVAL):
-            self._sync()
-
-    def _sync(self) -> None:
-        """Write to the disk what the system holds, and note how many samples that are."""
-        done = self._done
-        if self._failure:
-            # The system reports lost data once; a later call succeeds.
-            return
-        try:
-            os.fsync(self._file.fileno())
-            self.acknowledged = done
-        except OSError as error:
-            self._failure = error
-
     def _check_room(self, size: int) -> None:
         folder = self.path.resolve().parent
         while not folder.exists():
@@ -231,7 +185,8 @@ class RecordingLog:
         free = shutil.disk_usage(folder).free
         if size > free:
             raise OutputError(
-                f"{self.path} needs about {_bytes(size)}; {_bytes(free)} are free on its disk.",
+                f"{self.path} needs about {size / 1e9:.3g} GB; {free / 1e9:.3g} GB are free on its "
+                "disk.",
                 hint="a longer --record-interval, a shorter duration, or another disk (--out)",
             )
 
@@ -324,8 +279,15 @@ def read_log(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray], dict[str, A
         reason = str(known.get("ending_reason", "")).rstrip(".")
         known["ending_reason"] = f"{reason}: {found}" if reason else found
     read = np.frombuffer(b"".join(samples), dtype)
-    arrays = {name: np.ascontiguousarray(read[name]) for name in dtype.names or ()}
+    arrays = {name: _shaped(name, read[name]) for name in dtype.names or ()}
     return arrays.pop("time"), arrays, known
+
+
+def _shaped(name: str, rows: np.ndarray) -> np.ndarray:
+    """Return a channel's rows of numbers as an array of its shape."""
+    dims = CHANNELS[name].dims[1:] if name in CHANNELS else ()
+    sizes = (len(COORDINATES[dim]) if dim in COORDINATES else -1 for dim in dims)
+    return np.ascontiguousarray(rows).reshape(len(rows), *sizes)
 
 
 def _messages(file: IO[bytes], size: int) -> Iterator[tuple[str, str, Any]]:
@@ -351,13 +313,13 @@ def _messages(file: IO[bytes], size: int) -> Iterator[tuple[str, str, Any]]:
                 yield channel.topic, definitions[channel.schema_id], record
 
 
-def _definition(shapes: Mapping[str, tuple[int, ...]]) -> str:
+def _definition(lengths: Mapping[str, int]) -> str:
     """Return the ROS 2 message definition of a sample: numbers, aligned to 8 bytes, then bools."""
     lines = ["float64 time  # s"]
-    for kind, ros in (("float", "float64"), ("bool", "bool")):
+    for kind, ros in _ROS_TYPES.items():
         lines += [
-            f"{ros}[{int(np.prod(shape))}] {name}  # {CHANNELS[name].units}"
-            for name, shape in shapes.items()
+            f"{ros}[{length}] {name}  # {CHANNELS[name].units}"
+            for name, length in lengths.items()
             if CHANNELS[name].kind == kind
         ]
     return "\n".join(lines)
@@ -367,21 +329,16 @@ def _dtype(definition: str) -> np.dtype[Any]:
     """Return the layout of a sample.
 
     Raises:
-        InvalidInput: A channel is unknown, or has another unit, kind or shape than in this version.
+        InvalidInput: A channel is unknown, or has another unit or kind than in this version.
     """
     fields: list[tuple[str, str, tuple[int, ...]]] = [("time", "<f8", ())]
-    for line in definition.splitlines()[1:]:
-        name = line.partition("  #")[0].rpartition(" ")[2]
-        if name not in CHANNELS:
+    for ros, length, name, units in re.findall(r"(\w+)\[(\d{1,9})\] (\w+)  # (.+)", definition):
+        channel = CHANNELS.get(name)
+        if channel is None:
             raise InvalidInput(f'its channel "{name[:40]}" is unknown.', hint="upgrade phasmid")
-        channel = CHANNELS[name]
-        sizes = [len(COORDINATES.get(dim, ())) for dim in channel.dims[1:]]
-        if "leg" in channel.dims:
-            length = line.partition("[")[2].partition("]")[0]
-            sizes[0] = int(length) // max(1, int(np.prod(sizes[1:]))) if length.isdigit() else 0
-        fields.append((name, "?" if channel.kind == "bool" else "<f8", tuple(sizes)))
-    if _definition({name: shape for name, _, shape in fields[1:]}) != definition:
-        raise InvalidInput("its channels have other units or shapes.", hint="upgrade phasmid")
+        if (ros, units) != (_ROS_TYPES[channel.kind], channel.units):
+            raise InvalidInput("its channels have other units.", hint="upgrade phasmid")
+        fields.append((name, "?" if channel.kind == "bool" else "<f8", (int(length),)))
     return np.dtype(fields)
 
 
@@ -393,7 +350,3 @@ def sync_folder(folder: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-def _bytes(size: int) -> str:
-    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"

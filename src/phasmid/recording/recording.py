@@ -26,13 +26,9 @@ Attributes: TypeAlias = Mapping[str, str | int | float]
 
 
 def new_recording(
-    time: Float[np.ndarray, " time"],
-    channels: Mapping[str, np.ndarray],
-    attributes: Attributes,
-    *,
-    own: bool = False,
+    time: Float[np.ndarray, " time"], channels: Mapping[str, np.ndarray], attributes: Attributes
 ) -> Recording:
-    """Return a recording of arrays.
+    """Return a recording of arrays, which it shares where they have the channels' types.
 
     Args:
         time: Time of each sample [s], increasing, shape (N,).
@@ -40,7 +36,6 @@ def new_recording(
             Absent channels are left out.
         attributes: Scenario and robot as text, versions, and the end of the run.
             A JSON list of text in ``leg_names`` becomes the coordinate ``leg_name`` along ``leg``.
-        own: Keep these arrays instead of copies.
 
     Returns:
         A dataset with coordinates, units and the format's version.
@@ -50,12 +45,7 @@ def new_recording(
     """
     import xarray
 
-    time = _checked_time(time)
-    arrays = {name: _checked(name, channels[name], not own) for name in _in_order(channels)}
-    legs = _leg_count(arrays)
-    sizes = {"time": len(time), **{dim: len(labels) for dim, labels in COORDINATES.items()}}
-    for name, array in arrays.items():
-        _check_shape(name, array, sizes | ({} if legs is None else {"leg": legs}))
+    arrays = {name: _checked(name, channels[name]) for name in _in_order(channels)}
     variables = {
         name: (
             CHANNELS[name].dims,
@@ -65,16 +55,22 @@ def new_recording(
         for name, array in arrays.items()
     }
     used = {dim for name in arrays for dim in CHANNELS[name].dims}
-    coordinates: dict[str, Any] = {"time": ("time", time, {"units": "s", "long_name": "time"})}
+    coordinates: dict[str, Any] = {dim: list(names) for dim, names in COORDINATES.items()}
+    coordinates = {dim: names for dim, names in coordinates.items() if dim in used}
+    coordinates["time"] = "time", _checked_time(time), {"units": "s", "long_name": "time"}
+    try:
+        recording = xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
+    except ValueError as error:
+        raise InvalidInput(f"channels must have the shapes of their names: {error}.") from None
+    if 0 in recording.sizes.values():
+        raise InvalidInput("a recording must have at least one leg.")
+    legs = recording.sizes.get("leg")
     if legs is not None:
-        coordinates["leg"] = ("leg", np.arange(1, legs + 1), {"long_name": "leg, from 1"})
-        names = _leg_names(attributes, legs)
+        numbers, names = np.arange(1, legs + 1), _leg_names(attributes, legs)
+        recording.coords["leg"] = "leg", numbers, {"long_name": "leg, from 1"}
         if names:
-            coordinates["leg_name"] = ("leg", names, {"long_name": "name of the leg"})
-    for dim, labels in COORDINATES.items():
-        if dim in used:
-            coordinates[dim] = (dim, list(labels))
-    return xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
+            recording.coords["leg_name"] = "leg", names, {"long_name": "name of the leg"}
+    return recording
 
 
 def _in_order(channels: Mapping[str, np.ndarray]) -> list[str]:
@@ -107,21 +103,13 @@ def _checked_time(time: np.ndarray) -> np.ndarray:
     return time
 
 
-def _checked(name: str, array: np.ndarray, copy: bool) -> np.ndarray:
+def _checked(name: str, array: np.ndarray) -> np.ndarray:
     """Return an array in the channel's type; values may be NaN or infinite."""
     array, kind = np.asarray(array), CHANNELS[name].kind
     if array.dtype.kind not in ("b" if kind == "bool" else "fiu"):
         wanted = "true or false" if kind == "bool" else "real numbers"
         raise InvalidInput(f'channel "{name}" holds {array.dtype} values; it must hold {wanted}.')
-    return array.astype(np.bool_ if kind == "bool" else np.float64, copy=copy)
-
-
-def _leg_count(arrays: Mapping[str, np.ndarray]) -> int | None:
-    """Return the number of legs of the first channel with legs."""
-    for name, array in arrays.items():
-        if "leg" in CHANNELS[name].dims and array.ndim >= 2:
-            return int(array.shape[1])
-    return None
+    return array.astype(np.bool_ if kind == "bool" else np.float64, copy=False)
 
 
 def _leg_names(attributes: Attributes, legs: int) -> list[str]:
@@ -134,34 +122,15 @@ def _leg_names(attributes: Attributes, legs: int) -> list[str]:
     return [plain(name) for name in names] if each and len(names) == legs else []
 
 
-def _check_shape(name: str, array: np.ndarray, sizes: Mapping[str, int]) -> None:
-    dims = CHANNELS[name].dims
-    wanted = tuple(sizes.get(dim, -1) for dim in dims)
-    if array.shape != wanted or 0 in wanted:
-        needed = ", ".join(
-            f"{dim} {size}" if size > 0 else dim for dim, size in zip(dims, wanted, strict=True)
-        )
-        raise InvalidInput(
-            f'channel "{name}" has shape {array.shape}; it must be ({needed}).',
-        )
-
-
 def _checked_attributes(attributes: Attributes) -> dict[str, str | int | float]:
     checked: dict[str, str | int | float] = {}
     for name, value in attributes.items():
         value = value.item() if isinstance(value, np.generic) else value
-        if not isinstance(value, str | int | float):
-            raise InvalidInput(
-                f'attribute "{name}" is {type(value).__name__}; it must be text or a number.'
-            )
-        if isinstance(value, int) and abs(value) >= 2**63:
-            raise InvalidInput(f'attribute "{name}" is a whole number of more than 64 bits.')
-        try:
-            whole = "\0" not in f"{name}{value}" and f"{name}{value}".encode()
-        except UnicodeEncodeError:
-            whole = False
-        if not whole:
-            raise InvalidInput(f'attribute "{name!r}" is not text that a file can hold.')
+        # A whole number of more than 64 bits is an object to NumPy.
+        if np.asarray(value).dtype.kind not in "biufU" or np.ndim(value):
+            raise InvalidInput(f'attribute "{plain(name)}" must be text or a number.')
+        if any(c == "\0" or "\ud800" <= c <= "\udfff" for c in f"{name}{value}"):
+            raise InvalidInput(f'attribute "{plain(name)}" is not text that a file can hold.')
         checked[name] = value
     checked["format"] = FORMAT
     return checked

@@ -109,7 +109,8 @@ def save_mcap(
     schemas: dict[str, Any] = {}
     for row in rows_at(time, rate).tolist():
         ns = round(1e9 * float(time[row]))
-        for topic, kind, content in _messages(arrays, row, names, ns):
+        sample = {name: values[row] for name, values in arrays.items()}
+        for topic, kind, content in _messages(sample, names, ns):
             if kind not in schemas:
                 schemas[kind] = writer.register_msgdef(kind, _definition(kind))
             writer.write_message(topic, schemas[kind], content, log_time=ns, publish_time=ns)
@@ -175,90 +176,64 @@ def _definition(kind: str) -> str:
     return text
 
 
-def _messages(
-    arrays: dict[str, np.ndarray], row: int, names: Sequence[str], ns: int
-) -> Iterator[Message]:
+def _messages(sample: dict[str, np.ndarray], names: Sequence[str], ns: int) -> Iterator[Message]:
     """Yield all messages of one sample."""
     stamp = {"sec": ns // 10**9, "nanosec": ns % 10**9}
     world, body = ({"stamp": stamp, "frame_id": frame} for frame in (WORLD, BODY))
     joints = [f"{leg}.{joint}" for leg in names for joint in JOINTS]
     for suffix in ("", "_target"):
-        state = [
-            arrays[name][row].ravel().tolist() if name in arrays else []
-            for name in (f"joint_position{suffix}", f"joint_velocity{suffix}")
-        ]
-        if state[0]:
-            effort = [] if suffix or "joint_torque" not in arrays else arrays["joint_torque"][row]
-            yield (
-                f"/joint_states{suffix}",
-                "sensor_msgs/msg/JointState",
-                {
-                    "header": body,
-                    "name": joints,
-                    "position": state[0],
-                    "velocity": state[1],
-                    "effort": np.ravel(effort).tolist(),
-                },
-            )
-    if "body_position" in arrays and "body_orientation" in arrays:
-        yield from _body_messages(arrays, row, world)
-    if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= set(arrays):
-        # A covariance that begins with 0 is unknown.
-        content = {"header": body, "orientation": _quaternion(arrays["imu_orientation"][row])}
-        content |= {
-            "angular_velocity": _vector(arrays["imu_angular_velocity"][row]),
-            "linear_acceleration": _vector(arrays["imu_acceleration"][row]),
+        # Targets have no torque.
+        fields = {"position": "position", "velocity": "velocity", "effort": "torque"}
+        state = {
+            field: np.ravel(sample.get(f"joint_{name}{suffix}", ())).tolist()
+            for field, name in fields.items()
         }
-        unknown = ("orientation", "angular_velocity", "linear_acceleration")
-        yield (
-            "/imu",
-            "sensor_msgs/msg/Imu",
-            content | {f"{name}_covariance": [0.0] * 9 for name in unknown},
-        )
-    if "foot_force" in arrays:
-        for leg, name in enumerate(names):
-            wrench = {
-                "force": _vector(arrays["foot_force"][row, leg]),
-                "torque": _vector([0.0] * 3),
+        if state["position"]:
+            content = {"header": body, "name": joints} | state
+            yield f"/joint_states{suffix}", "sensor_msgs/msg/JointState", content
+    if {"body_position", "body_orientation"} <= sample.keys():
+        position, orientation = sample["body_position"], _quaternion(sample["body_orientation"])
+        transform = {"translation": _vector(position), "rotation": orientation}
+        stamped = {"header": world, "child_frame_id": BODY, "transform": transform}
+        yield "/tf", "tf2_msgs/msg/TFMessage", {"transforms": [stamped]}
+        if {"body_velocity", "body_angular_velocity"} <= sample.keys():
+            twist = {
+                "linear": _in_body(sample, "body_velocity"),
+                "angular": _in_body(sample, "body_angular_velocity"),
             }
-            content = {"header": world, "wrench": wrench}
-            yield f"/feet/{name}/force", "geometry_msgs/msg/WrenchStamped", content
-
-
-def _body_messages(
-    arrays: dict[str, np.ndarray], row: int, header: dict[str, Any]
-) -> Iterator[Message]:
-    position, turned = arrays["body_position"][row], arrays["body_orientation"][row]
-    transform = {"translation": _vector(position), "rotation": _quaternion(turned)}
-    stamped = {"header": header, "child_frame_id": BODY, "transform": transform}
-    yield "/tf", "tf2_msgs/msg/TFMessage", {"transforms": [stamped]}
-    if "body_velocity" in arrays and "body_angular_velocity" in arrays:
-        linear, angular = (
-            _vector(_in_body(turned, arrays[name][row]))
-            for name in ("body_velocity", "body_angular_velocity")
-        )
-        pose = {"position": _vector(position), "orientation": _quaternion(turned)}
+            pose = {"position": _vector(position), "orientation": orientation}
+            content = {"header": world, "child_frame_id": BODY}
+            content["pose"] = {"pose": pose, "covariance": [0.0] * 36}
+            content["twist"] = {"twist": twist, "covariance": [0.0] * 36}
+            yield "/odom", "nav_msgs/msg/Odometry", content
+    if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= sample.keys():
         content = {
-            "header": header,
-            "child_frame_id": BODY,
-            "pose": {"pose": pose, "covariance": [0.0] * 36},
-            "twist": {"twist": {"linear": linear, "angular": angular}, "covariance": [0.0] * 36},
+            "header": body,
+            "orientation": _quaternion(sample["imu_orientation"]),
+            "angular_velocity": _vector(sample["imu_angular_velocity"]),
+            "linear_acceleration": _vector(sample["imu_acceleration"]),
         }
-        yield "/odom", "nav_msgs/msg/Odometry", content
+        # A covariance that begins with 0 is unknown.
+        unknown = {f"{name}_covariance": [0.0] * 9 for name in content if name != "header"}
+        yield "/imu", "sensor_msgs/msg/Imu", content | unknown
+    for name, force in zip(names, sample.get("foot_force", ()), strict=False):
+        wrench = {"force": _vector(force), "torque": _vector(np.zeros(3))}
+        content = {"header": world, "wrench": wrench}
+        yield f"/feet/{name}/force", "geometry_msgs/msg/WrenchStamped", content
 
 
-def _vector(values: Any) -> dict[str, float]:
-    x, y, z = (float(value) for value in values)
-    return {"x": x, "y": y, "z": z}
+def _vector(values: np.ndarray) -> dict[str, float]:
+    return dict(zip("xyz", values.tolist(), strict=True))
 
 
 def _quaternion(values: np.ndarray) -> dict[str, float]:
-    w, x, y, z = (float(value) for value in values)
-    return {"x": x, "y": y, "z": z, "w": w}
+    return dict(zip("wxyz", values.tolist(), strict=True))
 
 
-def _in_body(quaternion: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Return a world vector in the axes of a body of an orientation."""
-    w, u = quaternion[0], -quaternion[1:]
-    turned: np.ndarray = vector + 2 * np.cross(u, np.cross(u, vector) + w * vector)
-    return turned
+def _in_body(sample: dict[str, np.ndarray], name: str) -> dict[str, float]:
+    """Return a world vector in the axes of the body."""
+    # Lazy import: scipy takes 0.2 s.
+    from scipy.spatial.transform import Rotation
+
+    rotation = Rotation.from_quat(sample["body_orientation"], scalar_first=True)
+    return _vector(rotation.inv().apply(sample[name]))

@@ -36,7 +36,7 @@ def columns(recording: Recording, leg_names: Sequence[str] | None = None) -> dic
     """
     time = np.asarray(recording["time"].values)
     found: dict[str, np.ndarray] = {"time [s]": time}
-    legs = _plain_names(recording, leg_names)
+    legs = [plain(name) for name in names_of_legs(recording, leg_names)]
     for name in recording.data_vars:
         channel = CHANNELS[str(name)]
         values = np.asarray(recording[name].values)
@@ -46,13 +46,6 @@ def columns(recording: Recording, leg_names: Sequence[str] | None = None) -> dic
             parts = [labels[axis][place] for axis, place in enumerate(index)]
             found[f"{'.'.join([str(name), *parts])} [{unit}]"] = values[:, *index]
     return found
-
-
-def _plain_names(recording: Recording, given: Sequence[str] | None) -> list[str]:
-    names = [plain(name) for name in names_of_legs(recording, given)]
-    # Names that differ only in unprintable letters would have the same heading.
-    alike = len(set(names)) < len(names)
-    return [f"{n}#{k}" for k, n in enumerate(names, 1)] if alike else names
 
 
 def save_csv(

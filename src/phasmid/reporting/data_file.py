@@ -16,7 +16,7 @@ from phasmid.recording import (
     save_mcap,
     save_recording,
 )
-from phasmid.recording.file import check_new_file, new_file
+from phasmid.recording.file import check_new_file
 from phasmid.recording.ros import rows_at
 from phasmid.reporting.run import read_run
 
@@ -63,13 +63,12 @@ def export(
     if rate is not None and kind != "mcap":
         rows = rows_at(np.asarray(chosen["time"].values), rate)
         chosen = chosen.isel(time=rows)
-    with new_file(path, option="--out FILE", force=force) as place:
-        if kind == "mcap":
-            save_mcap(chosen, place, leg_names=names, rate=rate or MCAP_RATE)
-        elif kind == "netcdf":
-            save_recording(chosen, place)
-        else:
-            save_csv(chosen, place, leg_names=names)
+    if kind == "mcap":
+        save_mcap(chosen, path, leg_names=names, rate=rate or MCAP_RATE)
+    elif kind == "netcdf":
+        save_recording(chosen, path)
+    else:
+        save_csv(chosen, path, leg_names=names)
     return path
 
 

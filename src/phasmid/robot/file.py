@@ -20,7 +20,7 @@ from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
 from phasmid.robot.servo import Servo
 from phasmid.robot.table import MOST_LEGS, LegTable, RobotTable, ServoTable, known_servos
 from phasmid.tables import Locator, dotted, validate
-from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_string
+from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_value
 from phasmid.units import STANDARD_GRAVITY, split_unit
 
 OTHER_FORMATS = (".urdf", ".xml", ".mjcf", ".step", ".stp")
@@ -311,13 +311,7 @@ def servo_table(servo: Servo) -> list[str]:
 
 
 def _lines(values: Mapping[str, Any]) -> list[str]:
-    return [f"{key} = {_written(value)}" for key, value in values.items()]
-
-
-def _written(value: Any) -> str:
-    """Return text, a number or an array in TOML."""
-    if isinstance(value, str):
-        return toml_string(value)
-    if np.ndim(value):
-        return f"[{', '.join(map(_written, value))}]"
-    return repr(float(value))
+    plain = {
+        k: v if isinstance(v, str) else np.asarray(v, float).tolist() for k, v in values.items()
+    }
+    return [f"{key} = {toml_value(value)}" for key, value in plain.items()]

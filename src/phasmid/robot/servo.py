@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Annotated, Any, Literal, get_args
+from dataclasses import MISSING, dataclass, fields
+from typing import Annotated, Any, Literal, get_type_hints
 
-from pydantic import BeforeValidator
+from annotated_types import Ge, Gt, Le
+from pydantic import BeforeValidator, create_model
 
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.robot.motor import Motor
-from phasmid.tables import Angle, Mass, Number, Rate, Temperature, Time, Voltage
+from phasmid.tables import (
+    Angle,
+    Mass,
+    Number,
+    Rate,
+    Table,
+    Temperature,
+    Time,
+    Voltage,
+    dotted,
+    validate,
+)
 
 Law = Literal["compliance", "pid"]
 
@@ -21,7 +33,9 @@ def both_directions(value: Any) -> Any:
     return (value, value) if alone else value
 
 
-Directions = Annotated[tuple[Number, Number], BeforeValidator(both_directions)]
+Positive = Annotated[Number, Gt(0)]
+NotNegative = Annotated[Number, Ge(0)]
+Directions = Annotated[tuple[NotNegative, NotNegative], BeforeValidator(both_directions)]
 """A setting of a servo while it turns towards smaller angles, and towards larger ones."""
 
 STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
@@ -105,98 +119,86 @@ class Servo:
     """
 
     name: str
-    stall_torque: Number
-    no_load_speed: Rate
-    stiffness: Number
-    damping: Number = 0.0
-    armature: Number = 0.0
-    friction: Number = 0.0
-    stall_current: Number | None = None
-    rated_voltage: Voltage = 12.0
-    maximum_voltage: Voltage | None = None
-    continuous_torque: Number | None = None
-    viscous_friction: Number = 0.0033
-    backlash: Angle = BACKLASH
-    gear_stiffness: Number = 60.0
-    gear_damping_time: Time = 1e-3
-    delay: Time = 0.0
-    resolution: Angle = TICK
-    control_period: Time = 1e-3
+    stall_torque: Positive
+    no_load_speed: Annotated[Rate, Gt(0)]
+    stiffness: Positive
+    damping: NotNegative = 0.0
+    armature: NotNegative = 0.0
+    friction: NotNegative = 0.0
+    stall_current: Positive | None = None
+    rated_voltage: Annotated[Voltage, Gt(0)] = 12.0
+    maximum_voltage: Annotated[Voltage, Gt(0)] | None = None
+    continuous_torque: Positive | None = None
+    viscous_friction: NotNegative = 0.0033
+    backlash: Annotated[Angle, Ge(0)] = BACKLASH
+    gear_stiffness: Positive = 60.0
+    gear_damping_time: Annotated[Time, Ge(0)] = 1e-3
+    delay: Annotated[Time, Ge(0), Le(LONGEST_DELAY)] = 0.0
+    resolution: Annotated[Angle, Gt(0)] = TICK
+    control_period: Annotated[Time, Gt(0)] = 1e-3
     law: Law = "compliance"
     compliance_margin: Directions = (1.0, 1.0)
     compliance_slope: Directions = (32.0, 32.0)
-    punch: Number = 32.0
-    p_gain: Number = 850.0
-    d_gain: Number = 0.0
-    derivative_time: Time = 0.01
-    torque_limit: Number = 1.0
-    overload_time: Time = 2.0
+    punch: Annotated[Number, Ge(0), Le(1023)] = 32.0
+    p_gain: NotNegative = 850.0
+    d_gain: NotNegative = 0.0
+    derivative_time: Annotated[Time, Gt(0)] = 0.01
+    torque_limit: Annotated[Number, Gt(0), Le(1)] = 1.0
+    overload_time: Annotated[Time, Gt(0)] = 2.0
     temperature_limit: Temperature = 70.0
-    thermal_resistance: Number = 10.2
-    heat_capacity: Number = 49.0
-    standby_current: Number = STANDBY_CURRENT
-    mass: Mass | None = None
-    price: Number | None = None
+    thermal_resistance: Positive = 10.2
+    heat_capacity: Positive = 49.0
+    standby_current: NotNegative = STANDBY_CURRENT
+    mass: Annotated[Mass, Gt(0)] | None = None
+    price: Positive | None = None
 
     def __post_init__(self) -> None:
-        if self.law not in get_args(Law):
-            raise InvalidRobot(
-                f'servo {self.name}: law is "{self.law}"; it must be "compliance" or "pid".'
+        try:
+            validate(
+                ServoNumbers, vars(self), lambda loc: (f"servo {self.name}: {dotted(loc)}", "")
             )
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name in {"name", "law"} or value is None:
-                continue
-            for number in value if isinstance(value, tuple) else (value,):
-                self._check(field.name, number)
-        if self.delay > LONGEST_DELAY:
-            raise InvalidRobot(
-                f"servo {self.name}: delay is {self.delay:g} s; "
-                f"it must be {LONGEST_DELAY:g} s or less.",
-                hint="delay_ms = 11",
-            )
-        if self.punch > 1023 or self.torque_limit > 1:
-            name, most = ("punch", 1023) if self.punch > 1023 else ("torque_limit", 1)
-            raise InvalidRobot(
-                f"servo {self.name}: {name} is {getattr(self, name)}; it must be {most} or less."
-            )
-
-    def _check(self, name: str, value: float) -> None:
-        positive = name in _POSITIVE
-        least = "greater than 0" if positive else "0 or more"
-        if name == "temperature_limit":
-            if math.isfinite(value):
-                return
-            least = "in °C"
-        elif math.isfinite(value) and value >= 0 and not (positive and value == 0):
-            return
-        raise InvalidRobot(
-            f"servo {self.name}: {name} is {value}; it must be a finite number, {least}."
-        )
+        except InvalidInput as error:
+            raise InvalidRobot(error.what, hint=error.hint) from None
 
     @property
     def motor(self) -> Motor:
         """The motor and its gears, so that stall and no-load point are both met.
 
+        At stall k i (1 - c1) - c0 is the torque with i = V/R. Without load the current i0 obeys
+        k i0 (1 - c1) = c0 + b w0 and R i0 + k w0 = V. These are two linear equations in turn: the
+        ratio i0 / i is (c0 + b w0) / (torque + c0), and k = (V - R i0) / w0.
+
         Ideal servos do without, and may have numbers that fit no motor.
 
         Raises:
             InvalidInput: The stall current is not known.
-            InvalidRobot: No motor has these numbers.
+            InvalidRobot: The gears would need an efficiency above 1, or friction takes all of the
+                motor's torque.
         """
-        if self.stall_current is None:
+        current, voltage, speed = self.stall_current, self.rated_voltage, self.no_load_speed
+        if current is None:
             raise InvalidInput(
                 f"servo {self.name} has no stall_current; its own law needs one.",
                 hint='drive = "ideal-servo", or stall_current = 1.5 (A) in [servo]',
             )
-        return Motor.from_data_sheet(
-            self.name,
-            stall_torque=self.stall_torque,
-            stall_current=self.stall_current,
-            no_load_speed=self.no_load_speed,
-            voltage=self.rated_voltage,
-            coulomb=self.friction,
-            viscous=self.viscous_friction,
+        drag = self.friction + self.viscous_friction * speed
+        idle = drag / (self.stall_torque + self.friction)
+        if idle >= 1:
+            raise InvalidRobot(
+                f"servo {self.name}: friction at the no-load speed is {drag:.3g} N·m; the stall "
+                f"torque of {self.stall_torque:.3g} N·m cannot overcome it."
+            )
+        constant = voltage * (1 - idle) / speed
+        efficiency = (self.stall_torque + self.friction) / (constant * current)
+        if efficiency > 1:
+            raise InvalidRobot(
+                f"servo {self.name}: stall_torque and no_load_speed give "
+                f"{self.stall_torque * speed:.3g} W per {voltage * current:.3g} W of supply; gears "
+                "cannot create power.",
+                hint="check stall_current and rated_voltage",
+            )
+        return Motor(
+            voltage / current, constant, 1 - efficiency, self.friction, self.viscous_friction
         )
 
     @property
@@ -248,22 +250,12 @@ class Servo:
         )
 
 
-_POSITIVE = {
-    "stall_torque",
-    "no_load_speed",
-    "stiffness",
-    "stall_current",
-    "rated_voltage",
-    "maximum_voltage",
-    "continuous_torque",
-    "gear_stiffness",
-    "resolution",
-    "control_period",
-    "derivative_time",
-    "torque_limit",
-    "overload_time",
-    "thermal_resistance",
-    "heat_capacity",
-    "mass",
-    "price",
+_TYPES = get_type_hints(Servo, include_extras=True)
+
+_FIELDS: dict[str, Any] = {
+    field.name: (_TYPES[field.name], ... if field.default is MISSING else field.default)
+    for field in fields(Servo)
 }
+
+ServoNumbers: Any = create_model("ServoNumbers", __base__=Table, **_FIELDS)
+"""Table of a servo's fields, with their units and bounds."""

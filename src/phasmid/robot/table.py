@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Len
-from pydantic import BeforeValidator, ConfigDict, create_model, model_validator
+from pydantic import BeforeValidator, ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.robot.servo import Servo
+from phasmid.robot.servo import ServoNumbers
 from phasmid.tables import (
     Angle,
     Count,
+    Hint,
     Inertia,
     Length,
     Mass,
@@ -30,29 +30,6 @@ MOST_LEGS = 100
 
 LONGEST_NAME = 64
 """Robots and legs with longer names than this make no readable tables."""
-
-
-def _printable(name: Any) -> Any:
-    if isinstance(name, str) and not (name.isprintable() and 0 < len(name) <= LONGEST_NAME):
-        raise InvalidInput(
-            f"the name {name[:LONGEST_NAME]!r} cannot be used; it must be 1 to {LONGEST_NAME} "
-            "printable characters."
-        )
-    # Formats of XML know no blanks there.
-    if isinstance(name, str) and name != name.strip():
-        raise InvalidInput(f"the name {name!r} must not begin or end with a blank.")
-    return name
-
-
-def _file_name(name: Any) -> Any:
-    if isinstance(name, str) and not (
-        name.endswith(".glb") and name.isprintable() and not set(name) & set("/\\:")
-    ):
-        raise InvalidInput(
-            f"{name[:LONGEST_NAME]!r} cannot be used; it must be the name of a .glb file beside "
-            "the robot file, without a folder."
-        )
-    return name
 
 
 def _matrix(tensor: Any) -> Any:
@@ -69,7 +46,19 @@ def _matrix(tensor: Any) -> Any:
     return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
 
-Name = Annotated[str, BeforeValidator(_printable)]
+_PRINTABLE = r"[^\p{C}\p{Z}]"
+Name = Annotated[
+    str,
+    # Formats of XML know no blanks at the ends.
+    StringConstraints(
+        pattern=rf"^{_PRINTABLE}((?:{_PRINTABLE}| ){{0,{LONGEST_NAME - 2}}}{_PRINTABLE})?$"
+    ),
+    Hint(f"1 to {LONGEST_NAME} printable characters, without a blank at the ends"),
+]
+FileName = Annotated[
+    Annotated[str, StringConstraints(pattern=r"^[^\p{C}/\\:]+\.glb$")] | None,
+    Hint("the name of a .glb file beside the robot file, without a folder"),
+]
 Vector = Annotated[list[Length], Len(3, 3)]
 Limits = Annotated[list[Angle], Len(2, 2)]
 Tensor = Annotated[list[Annotated[list[Inertia], Len(3, 3)]], Len(3, 3), BeforeValidator(_matrix)]
@@ -142,17 +131,7 @@ class BodyTable(RobotPart):
     inertia: Tensor | None = None
 
 
-_TYPES = get_type_hints(Servo, include_extras=True)
-
-_FIELDS: dict[str, Any] = {
-    field.name: (_TYPES[field.name], ... if field.default is MISSING else field.default)
-    for field in fields(Servo)
-}
-
-_ServoFields: Any = create_model("_ServoFields", __base__=RobotPart, **_FIELDS)
-
-
-class ServoTable(_ServoFields):
+class ServoTable(ServoNumbers):
     """``servo = "AX-12A"``, or a table of data-sheet numbers: the fields of `Servo`."""
 
     name: Name
@@ -177,7 +156,7 @@ class RobotTable(RobotPart):
 
     name: Name
     description: str = ""
-    appearance: Annotated[str, BeforeValidator(_file_name)] | None = None
+    appearance: FileName = None
     leg_count: Annotated[Count, Ge(4)] = 6
     total_weight: Weight | None = None
     servo: ServoTable

@@ -1,7 +1,6 @@
 """Scenarios: robot, gait, stride, ground and simulation of one experiment, as data."""
 
-from phasmid.scenario.file import load_scenario, scenario_names, scenario_to_toml
-from phasmid.scenario.recorded import recorded_scenario
+from phasmid.scenario.file import load_scenario, recorded_scenario, scenario_names, scenario_to_toml
 from phasmid.scenario.relevance import idle_fields
 from phasmid.scenario.scenario import SETTLING_TIME, Scenario, option_keys
 

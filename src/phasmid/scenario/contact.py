@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
 
-from phasmid.tables import Length, Number, Table
+from phasmid.tables import Length, Number, Of, Table
 
 LAW_DAMPING = {"spring-damper": 30.0, "mujoco": 30.0, "simscape": 100.0}
 """Damping of each law where the scenario gives none [N·s/m]; the engine's own law has none."""
@@ -36,12 +36,12 @@ class ContactTable(Table):
     """
 
     contact_law: Literal["spring-damper", "mujoco", "simscape"] = "spring-damper"
-    stiffness: Annotated[Number, Gt(0)] = 1e4
-    damping: Annotated[Number, Gt(0)] | None = None
-    friction_damping: Annotated[Number, Gt(0)] = 500.0
-    kinetic_friction: Annotated[Number, Ge(0), Le(10)] = 0.5
-    friction_threshold: Annotated[Number, Gt(0)] = 1e-3
-    impedance: Annotated[Number, Gt(0.01), Lt(0.99)] = 0.2
+    stiffness: Annotated[Number, Gt(0), Of("spring-damper", "simscape")] = 1e4
+    damping: Annotated[Annotated[Number, Gt(0)] | None, Of("spring-damper", "simscape")] = None
+    friction_damping: Annotated[Number, Gt(0), Of("spring-damper")] = 500.0
+    kinetic_friction: Annotated[Number, Ge(0), Le(10), Of("simscape")] = 0.5
+    friction_threshold: Annotated[Number, Gt(0), Of("simscape")] = 1e-3
+    impedance: Annotated[Number, Gt(0.01), Lt(0.99), Of("spring-damper")] = 0.2
     tip_width: Annotated[Length, Gt(0), Le(0.1)] = 0.004
 
     @property

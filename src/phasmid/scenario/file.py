@@ -1,16 +1,19 @@
-"""Scenario files: TOML in and out."""
+"""Scenario files, and the scenario and robot of a recording: TOML in and out."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from phasmid.errors import located
+from phasmid.errors import InvalidInput, located
 from phasmid.gait import is_gait_file
+from phasmid.robot import Robot
+from phasmid.robot.file import robot_from_table
 from phasmid.scenario.scenario import Scenario
 from phasmid.scenario.terrain import beside
 from phasmid.tables import Table, in_file, key_of, validate
-from phasmid.toml import find_file, preset_names, read_toml, toml_key, toml_string
+from phasmid.toml import find_file, parse_toml, preset_names, read_toml, toml_value
 from phasmid.units import UNITS, split_unit
 
 
@@ -75,19 +78,33 @@ def _entry(key: str, name: str, value: Any) -> str:
         # People read millimetres, but a number that would be rounded stays in SI.
         if unit.to_si(shown) == value:
             return f"{key} = {shown:.15g}"
-    if isinstance(value, bool):
-        return f"{name} = {str(value).lower()}"
-    if isinstance(value, float):
-        return f"{name} = {value!r}"
-    if isinstance(value, tuple):
-        return f"{name} = {_list(value)}"
-    if isinstance(value, dict):
-        pairs = ", ".join(f"{toml_key(inner)} = {number!r}" for inner, number in value.items())
-        return f"{name} = {{ {pairs} }}"
-    return f"{name} = {toml_string(value) if isinstance(value, str) else value}"
+    return f"{name} = {toml_value(value)}"
 
 
-def _list(values: tuple[Any, ...]) -> str:
-    """Write numbers, or lists of them, as TOML."""
-    words = (_list(value) if isinstance(value, tuple) else repr(value) for value in values)
-    return f"[{', '.join(words)}]"
+def recorded_scenario(
+    attributes: Mapping[Any, Any], folder: Path | None = None
+) -> tuple[Scenario, Robot]:
+    """Read the scenario and the robot from a recording's attributes.
+
+    Args:
+        attributes: Those of the recording.
+        folder: Where the robot's meshes may lie, which no text carries.
+
+    Returns:
+        The scenario, whose robot is only a file's name, and the robot as its file gives it.
+
+    Raises:
+        InvalidInput: There are none, or they are not well formed.
+    """
+    robot_raw, robot_text = _table(attributes, "robot")
+    scenario_raw, scenario_text = _table(attributes, "scenario")
+    robot = robot_from_table(robot_raw, Path("robot.toml"), robot_text, folder)
+    locate = in_file(Path("scenario.toml"), scenario_text)
+    return validate(Scenario, scenario_raw, locate), robot
+
+
+def _table(attributes: Mapping[Any, Any], name: str) -> tuple[dict[str, Any], str]:
+    text = attributes.get(name)
+    if not isinstance(text, str) or not text:
+        raise InvalidInput(f"the recording has no {name}; a report needs it.")
+    return parse_toml(text, f"the recording's {name}"), text

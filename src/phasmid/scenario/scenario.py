@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
 from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Le
@@ -43,6 +45,7 @@ from phasmid.tables import (
     validate,
 )
 from phasmid.terrain import Flat, Ground
+from phasmid.toml import is_file
 from phasmid.units import split_unit
 
 MOST_SAMPLES = 10_000_000
@@ -164,9 +167,7 @@ class Scenario(Table):
             locate: Returns the subject and the place of a value, by the field's path.
         """
         raw: dict[str, Any] = self.model_dump(exclude={"robot"}) | {"robot": self.robot}
-        paths = {path[-1]: path for path, _ in leaves(Scenario) if path[0] != "gait"}
-        paths |= {name: ("gait", name) for name in ("duty_factor", "offsets", "sway")}
-        keys = {path[-1] if len(path) > 1 else key: key for key, path in option_keys().items()}
+        paths = {path[-1]: path for path in option_keys().values() if path != ("gait", "name")}
         if isinstance(changes.get("terrain"), str):
             # The kind of terrain, given by its name alone; its other fields stay.
             changes = {"kind" if k == "terrain" else k: v for k, v in changes.items()}
@@ -179,28 +180,18 @@ class Scenario(Table):
                 raise InvalidInput(f'"{given[name]}" and "{key}" are one field; one must go.')
             given[name] = key
             if name in Scenario.model_fields:
-                raw.pop(name, None)
-                raw[key] = value
-            elif name in paths and isinstance(raw[paths[name][0]], dict):
-                inner = raw[paths[name][0]]
-                if name == "height_map":
-                    # It was the other file's.
-                    inner.pop("map_sha256", None)
-                inner.pop(name, None)
-                inner[key] = value
+                table = raw
+                value = {"name": value} if key == "gait" and isinstance(value, str) else value
             elif name in paths:
-                # The gait, given by its name alone.
-                raw["gait"] = {"name": raw["gait"], key: value}
+                table = raw[paths[name][0]]
             else:
-                guess = nearest(key, [*option_keys(), *paths, *Scenario.model_fields])
-                guess = keys.get(guess, guess)
+                guess = nearest(key, [*option_keys(), *Scenario.model_fields])
                 raise InvalidInput(
                     f'a scenario has no field "{key}".', hint=f'"{guess}"' if guess else ""
                 )
-        made = validate(Scenario, raw, locate)
-        if "_read" in self.__dict__:
-            made.__dict__["_read"] = self.__dict__["_read"]
-        return made
+            table.pop(name, None)
+            table[key] = value
+        return validate(Scenario, raw, locate)
 
     def load_robot(self) -> Robot:
         """Return the robot with this scenario's variants of mass, mounts, payload and stance.
@@ -229,25 +220,15 @@ class Scenario(Table):
     def base_robot(self) -> Robot:
         """Return the robot as in its file, without this scenario's variants.
 
-        The file is read once: a run has one robot, whatever becomes of its file.
-
         Raises:
             InvalidInput: The robot file is absent or not well formed.
             InvalidRobot: No machine could have these numbers.
         """
         if isinstance(self.robot, Robot):
             return self.robot
-        known: tuple[str, Robot] | None = self.__dict__.get("_read")
-        if known is None or known[0] != self.robot:
-            known = self.robot, load_robot(self.robot)
-            self.__dict__["_read"] = known
-        return known[1]
-
-    def __getstate__(self) -> dict[Any, Any]:
-        state = super().__getstate__()
-        # Another process reads it itself.
-        kept = {name: value for name, value in state["__dict__"].items() if name != "_read"}
-        return state | {"__dict__": kept}
+        path = Path(self.robot)
+        stamp = (path.absolute(), path.stat().st_mtime_ns) if is_file(path) else None
+        return _robot(self.robot, stamp)
 
     def vary(self, robot: Robot) -> Robot:
         """Apply this scenario's variants to a robot.
@@ -307,6 +288,13 @@ class Scenario(Table):
                 f"gait.offsets has {len(offsets)} values; one per leg, {leg_count} in all."
             )
         return Gait(table.name, table.duty_factor, offsets, table.sway or 0.0)
+
+
+@lru_cache(maxsize=16)
+def _robot(source: str, stamp: object) -> Robot:
+    """Read a robot's file, once for each of its changes."""
+    del stamp
+    return load_robot(source)
 
 
 def option_keys() -> dict[str, tuple[str, ...]]:

@@ -47,3 +47,8 @@ class StrideTable(Table):
     def step(self) -> Float[np.ndarray, "3"]:
         """Displacement of one step: forward [m], left [m], turn [rad]."""
         return np.array([self.step_length, self.step_sideways, self.step_turn])
+
+    def scaled(self, factor: float) -> StrideTable:
+        """Return the stride with steps of another size."""
+        steps = ("step_length", "step_sideways", "step_turn")
+        return self.model_copy(update={name: factor * getattr(self, name) for name in steps})

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import FailFast, StringConstraints, model_validator
+from pydantic import FailFast, model_validator
 
 from phasmid.errors import InvalidInput, located
-from phasmid.tables import Angle, Count, Length, Number, Table, in_si
+from phasmid.tables import Angle, Count, Length, Number, Of, Table, in_si
 from phasmid.terrain import (
     Blocks,
     Flat,
@@ -22,7 +22,6 @@ from phasmid.terrain import (
     Slope,
     Steps,
     Waves,
-    file_hash,
     height_text,
     heights_from_text,
     read_heights,
@@ -70,8 +69,6 @@ class TerrainTable(Table):
         roughness: Standard deviation of the height of rough ground [m].
         rough_length: Length of rough ground's shortest waves [m].
         height_map: An image, ``.npy`` or ``.csv`` file, seen from above with the walk to the right.
-        map_sha256: SHA-256 of that file, which is refused where it is another; a map that is too
-            long for a scenario to carry stays a file, and gets it by itself.
         map_cell: Distance of two samples of the height map [m].
         map_height: Height of white where the height map is an image [m].
         ice_friction: Friction of the slippery tiles.
@@ -96,28 +93,27 @@ class TerrainTable(Table):
     planned_on: Literal["terrain", "level"] = "terrain"
     terrain_start: Annotated[Length, Ge(-100), Le(100)] | None = None
     terrain_yaw: Annotated[Angle, Ge(-math.pi), Le(math.pi)] = 0.0
-    terrain_seed: Annotated[Count, Ge(0), Lt(2**63)] = 1
-    slope: Angle = math.radians(10)
-    rise: Annotated[Length, Gt(-2), Lt(2)] = 0.020
-    run: Annotated[Length, Gt(0), Le(10)] = 0.120
-    stair_count: Annotated[Count, Gt(0), Le(1000)] = 5
-    gap_width: Annotated[Length, Gt(0), Le(10)] = 0.030
-    gap_depth: Annotated[Length, Gt(0), Le(10)] = 0.100
-    edge_x: Annotated[tuple[Length, ...], FailFast()] = ()
-    edge_z: Annotated[tuple[Length, ...], FailFast()] = ()
-    block_size: Annotated[Length, Gt(0), Le(10)] = 0.080
-    block_gap: Annotated[Length, Ge(0), Le(10)] = 0.0
-    block_height: Annotated[Length, Ge(0), Le(2)] = 0.020
-    wave_height: Annotated[Length, Ge(0), Le(2)] = 0.030
-    wave_length: Annotated[Length, Gt(0), Le(100)] = 0.400
-    roughness: Annotated[Length, Ge(0), Le(1)] = 0.006
-    rough_length: Annotated[Length, Gt(0), Le(100)] = 0.150
-    height_map: str = ""
-    map_sha256: Annotated[str, StringConstraints(pattern=r"^([0-9a-f]{64})?$")] = ""
-    map_cell: Annotated[Length, Gt(0), Le(100)] = 0.010
-    map_height: Annotated[Length, Ge(0), Le(100)] = 0.050
-    ice_friction: Annotated[Number, Ge(0), Le(HIGHEST_FRICTION)] = 0.1
-    tile: Annotated[Length, Gt(0.01), Le(10)] = 0.100
+    terrain_seed: Annotated[Count, Ge(0), Lt(2**63), Of("blocks", "rough")] = 1
+    slope: Annotated[Angle, Of("slope")] = math.radians(10)
+    rise: Annotated[Length, Gt(-2), Lt(2), Of("stairs", "step")] = 0.020
+    run: Annotated[Length, Gt(0), Le(10), Of("stairs")] = 0.120
+    stair_count: Annotated[Count, Gt(0), Le(1000), Of("stairs")] = 5
+    gap_width: Annotated[Length, Gt(0), Le(10), Of("gap")] = 0.030
+    gap_depth: Annotated[Length, Gt(0), Le(10), Of("gap", "blocks")] = 0.100
+    edge_x: Annotated[tuple[Length, ...], FailFast(), Of("steps")] = ()
+    edge_z: Annotated[tuple[Length, ...], FailFast(), Of("steps")] = ()
+    block_size: Annotated[Length, Gt(0), Le(10), Of("blocks")] = 0.080
+    block_gap: Annotated[Length, Ge(0), Le(10), Of("blocks")] = 0.0
+    block_height: Annotated[Length, Ge(0), Le(2), Of("blocks")] = 0.020
+    wave_height: Annotated[Length, Ge(0), Le(2), Of("waves")] = 0.030
+    wave_length: Annotated[Length, Gt(0), Le(100), Of("waves")] = 0.400
+    roughness: Annotated[Length, Ge(0), Le(1), Of("rough")] = 0.006
+    rough_length: Annotated[Length, Gt(0), Le(100), Of("rough")] = 0.150
+    height_map: Annotated[str, Of("height-map")] = ""
+    map_cell: Annotated[Length, Gt(0), Le(100), Of("height-map")] = 0.010
+    map_height: Annotated[Length, Ge(0), Le(100), Of("height-map")] = 0.050
+    ice_friction: Annotated[Number, Ge(0), Le(HIGHEST_FRICTION), Of("ice")] = 0.1
+    tile: Annotated[Length, Gt(0.01), Le(10), Of("ice")] = 0.100
 
     @model_validator(mode="before")
     @classmethod
@@ -216,17 +212,9 @@ def _carried(raw: dict[str, Any]) -> dict[str, Any]:
         return raw
     with located("terrain.height_map"):
         heights = read_heights(Path(name), white=float(white))
-        found, known = file_hash(Path(name)), raw.get("map_sha256") or ""
-        if known not in ("", found):
-            raise InvalidInput(
-                f'terrain file "{Path(name).name}" is another than the one that is meant: its '
-                f"SHA-256 begins with {found[:12]}; it must begin with {str(known)[:12]}.",
-                hint="the file as it was, or no map_sha256 if this one is meant",
-            )
     text = height_text(heights) if heights.size <= LONGEST else ""
-    if 0 < len(text) <= LONGEST:
-        return raw | {"height_map": text, "map_sha256": ""}
-    return raw | {"height_map": str(Path(name).absolute()), "map_sha256": found}
+    embedded = 0 < len(text) <= LONGEST
+    return raw | {"height_map": text if embedded else str(Path(name).absolute())}
 
 
 def beside(file: Path, name: str) -> str:

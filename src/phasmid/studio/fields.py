@@ -12,8 +12,8 @@ from phasmid.errors import InvalidInput, nearest
 from phasmid.gait import gaits_of
 from phasmid.robot import preset_names, servo_names
 from phasmid.scenario import Scenario
-from phasmid.scenario.relevance import TERRAINS
-from phasmid.scenario.terrain import START
+from phasmid.scenario.relevance import is_used
+from phasmid.scenario.terrain import START, TerrainTable
 from phasmid.studio.setting import (
     LOCOMOTION,
     MOST_PAYLOAD,
@@ -232,7 +232,7 @@ def _payloads(setting: Setting) -> Span:
 
 def _on(name: str) -> Callable[[Setting], bool]:
     """Return the test that a number has an effect on the present terrain."""
-    return lambda setting: setting.scenario.terrain.kind in TERRAINS[name]
+    return lambda setting: is_used(TerrainTable, name, setting.scenario.terrain.kind)
 
 
 def _planned(setting: Setting) -> bool:

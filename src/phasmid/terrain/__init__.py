@@ -1,7 +1,7 @@
 """Terrains: height, normal and friction of the ground."""
 
 from phasmid.terrain.ground import Ground, Patch
-from phasmid.terrain.height_file import file_hash, read_heights
+from phasmid.terrain.height_file import read_heights
 from phasmid.terrain.height_map import HeightMap
 from phasmid.terrain.height_text import height_text, heights_from_text
 from phasmid.terrain.rough import Rough
@@ -20,7 +20,6 @@ __all__ = [
     "Slope",
     "Steps",
     "Waves",
-    "file_hash",
     "height_text",
     "heights_from_text",
     "read_heights",

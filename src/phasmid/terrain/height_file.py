@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import warnings
 from pathlib import Path
 
@@ -62,12 +61,6 @@ def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns
         ) from None
     check_finite(heights)
     return heights
-
-
-def file_hash(path: Path) -> str:
-    """Return the SHA-256 of a file's bytes, in hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _image(path: Path) -> np.ndarray:

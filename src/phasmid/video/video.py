@@ -9,7 +9,7 @@ from pathlib import Path
 
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
-from phasmid.recording.file import cannot_write, check_new_file, new_file
+from phasmid.recording.file import cannot_write, check_new_file
 from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose
 from phasmid.reporting.run import Run, read_run
@@ -78,9 +78,9 @@ def save_video(
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise cannot_write(path, error) from None
-    with styled(), new_file(path, option="--video FILE", force=force) as place:
+    with styled():
         pixels = _draw(run, frames, size, speed, progress)
-        encode(pixels, place, fps, len(frames.time))
+        encode(pixels, path, fps, len(frames.time))
     return path
 
 
