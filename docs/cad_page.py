@@ -19,7 +19,7 @@ from phasmid import kinematics
 from phasmid.cad import build, mass_properties, meshes
 from phasmid.cad.drawing import read_drawing
 from phasmid.cad.library import build123d
-from phasmid.cad.step import write_step
+from phasmid.cad.step import step_text
 from phasmid.cad.weights import mass_table
 from phasmid.reporting.camera import camera_axes, fitted_view
 from phasmid.reporting.renderer import SceneRenderer
@@ -175,7 +175,7 @@ def main():
     timed("its meshes", lambda: meshes(assembly))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.step"
-        timed("STEP out", lambda: write_step(assembly, path))
+        timed("STEP out", lambda: path.write_bytes(step_text(assembly)))
         timed("STEP in, with the library's loading", lambda: read_drawing(path))
     draw(robot)
     page = PAGE.format(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
@@ -241,14 +242,14 @@ class SidecarReader:
                 what = "is a surface that encloses nothing; it has no mass."
                 self.findings.suspect(f"part {part.path}", what)
                 continue
-            density = self._density(part, known=table.mass is not None)
-            masses.append(part.solid.scaled(density).at(X_link_drawing @ part.X_drawing_part))
+            density = self._density(part, part.solid.mass, known=table.mass is not None)
+            masses.append(part.solid.scaled(density).at(X_link_drawing))
         whole = merged(masses)
         if whole is None or table.mass is None:
             return whole
         return whole.scaled(table.mass / whole.mass)
 
-    def _density(self, part: DrawnPart, *, known: bool) -> float:
+    def _density(self, part: DrawnPart, volume: float, *, known: bool) -> float:
         """Return the density of a part [kg/m³]; the first pattern that fits it counts.
 
         Where the link as a whole was weighed, parts without a density all have the same.
@@ -257,7 +258,7 @@ class SidecarReader:
             if not (_fits(part, pattern) or fnmatchcase(part.product, pattern)):
                 continue
             if table.mass is not None and table.density is None:
-                return table.mass / part.volume
+                return table.mass / volume
             if table.density is not None and table.mass is None:
                 return table.density
             raise InvalidInput(f'parts."{pattern}" must have either mass_g or density_kg_m3.')
@@ -364,7 +365,7 @@ def axis_of(
             else f'joints.{name}: no part of the drawing is called "{joint.axis_of}".',
             hint=_nearest_path(joint.axis_of, parts),
         )
-    part, faces = found[0], found[0].drawn_cylinders
+    part, faces = found[0], found[0].cylinders
     if not faces:
         raise InvalidInput(
             f"joints.{name}: {part.path} has no round face.", hint="point_mm and direction"
@@ -379,9 +380,8 @@ def axis_of(
                 "it gives the sense of the axis."
             )
         direction = direction * np.sign(sense @ direction)
-    X = part.X_drawing_part
     # The point of the axis nearest to the part's middle.
-    middle = X[:3, 3] if part.solid is None else X[:3, :3] @ part.solid.com + X[:3, 3]
+    middle = point if part.solid is None else part.solid.com
     return point + ((middle - point) @ direction) * direction, direction
 
 
@@ -406,5 +406,4 @@ def _frame(origin: np.ndarray, z: np.ndarray, x: np.ndarray) -> Float[np.ndarray
 
 def _look(part: DrawnPart, X_link_drawing: np.ndarray) -> Part:
     assert part.look is not None
-    moved = part.look.at(X_link_drawing @ part.X_drawing_part)
-    return Part(moved.vertices, moved.faces, moved.color, part.path.rpartition("/")[2])
+    return replace(part.look.at(X_link_drawing), name=part.path.rpartition("/")[2])
