@@ -13,14 +13,13 @@ from formats.trees import ROBOTS, block, files_of, write
 from general_robot import general_robot
 from phasmid.formats import (
     ImportOptions,
-    Severity,
     import_robot,
-    read_urdf,
     robot_from_tree,
     save_robot,
     tree_of,
 )
 from phasmid.formats.mjcf_in import read_mjcf
+from phasmid.formats.urdf_in import read_urdf
 from phasmid.kinematics import foot_position
 from phasmid.robot import Appearance, Leg, Part, Robot, load_robot, preset_names
 
@@ -104,8 +103,7 @@ def test_a_preset_comes_back_from_a_file(name: str, suffix: str, tmp_path: Path)
     (lost,) = save_robot(robot, tmp_path / f"robot{suffix}")
     assert "neutral feet, names of legs and the servos' own laws are lost" in lost.what
     imported = import_robot(tmp_path / f"robot{suffix}")
-    assert imported.robot is not None, imported.error
-    assert not [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]
+    assert imported.robot is not None, imported.findings
     made, arrays = imported.robot, robot.arrays
     assert len(made.legs) == len(robot.legs)
     order = [_nearest(hip, arrays.p_body_hip) for hip in made.arrays.p_body_hip]
@@ -149,15 +147,13 @@ def random_robot(seed: int) -> Robot:
     return replace(base, legs=tuple(legs))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(10))
 def test_any_robot_s_feet_move_as_before(seed: int) -> None:
     """p_body_foot at random angles φ of the file: FK(q) = FK'(signs φ + offsets) + shift."""
     robot = random_robot(seed)
-    facts = robot_from_tree(tree_of(robot)).facts
-    assert facts is not None
     shift = robot.arrays.p_body_hip.mean(axis=0)
     q = np.random.default_rng(seed).uniform(-1, 1, (5, 3))
-    for leg in facts.legs:
+    for leg in robot_from_tree(tree_of(robot)).legs:
         own = robot.leg(leg.joints[0].removesuffix("_coxa"))
         R = _rotation(leg.angles)
         theirs = foot_position(

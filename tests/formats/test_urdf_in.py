@@ -10,7 +10,8 @@ import pytest
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
 from phasmid.errors import PhasmidError
-from phasmid.formats import ImportOptions, Severity, Tree, read_urdf
+from phasmid.formats import ImportOptions, Severity, Tree
+from phasmid.formats.urdf_in import read_urdf
 
 LEG = """<robot name="r">
   <link name="base"/>

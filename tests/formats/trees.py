@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from general_robot import general_robot
-from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, mjcf_files, tree_of, urdf_files
+from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.tree import neutral_angles
+from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot import Part, Robot, load_robot, preset_names
 
 ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}
@@ -30,7 +32,7 @@ def files_of(robot: Robot, suffix: str) -> dict[str, bytes]:
         files = urdf_files(tree_of(robot), "robot")
     else:
         home = neutral_angles(robot)
-        files = mjcf_files(tree_of(robot), "robot", home=home, servo=robot.servo)
+        files = mjcf_files(tree_of(robot), "robot", home, robot.servo)
     main = f"robot{suffix}"
     return {main: files.pop(main), **files}
 

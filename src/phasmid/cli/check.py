@@ -105,9 +105,11 @@ def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
         return 0
     count = sum(finding["severity"] == "impossible" for finding in found["findings"])
     counted = "1 finding is" if count == 1 else f"{count} findings are"
-    what = found["why_not"] or f"it cannot walk as it is: {counted} impossible."
-    error = imported.error
-    print(f"phasmid: {InvalidInput(what, hint=error.hint if error else '')}", file=sys.stderr)
+    what = f"it cannot walk as it is: {counted} impossible."
+    if imported.robot is None:
+        what = imported.impossible[0].sentence
+    hint = imported.impossible[0].hint if imported.impossible else ""
+    print(f"phasmid: {InvalidInput(what, hint=hint)}", file=sys.stderr)
     return 2
 
 
@@ -188,26 +190,21 @@ def _print_verdict(verdict: ServoVerdict | None) -> None:
 
 
 def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
-    servo = robot.get("servo")
-    moved = (
-        f", servo {plain(servo['name'])} ({plain_number(servo['stall_torque_nm'], 3)} N·m, "
-        f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
-        if servo
-        else ""
-    )
+    servo, body = robot["servo"], robot["body"]
     print(
         f"robot {plain(robot['name'])}: {len(robot['legs'])} legs, {robot['mass_g'] / 1000:.3f} kg "
-        f"({robot['weight_n']:.2f} N){moved}"
+        f"({robot['weight_n']:.2f} N), servo {plain(servo['name'])} "
+        f"({plain_number(servo['stall_torque_nm'], 3)} N·m, "
+        f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
     )
     _print_verdict(verdict)
-    if "body" in robot:
-        size = " × ".join(plain_number(side) for side in robot["body"]["size_mm"])
-        print(f"  body {robot['body']['mass_g']:.1f} g, {size} mm")
+    size = " × ".join(plain_number(side) for side in body["size_mm"])
+    print(f"  body {body['mass_g']:.1f} g, {size} mm")
     width = max(len(leg["name"]) for leg in robot["legs"])
     for number, leg in enumerate(robot["legs"], 1):
         lengths = " / ".join(plain_number(length) for length in leg["lengths_mm"])
         hip = ", ".join(plain_number(round(x, 6) + 0.0) for x in leg["hip_mm"])
-        left = sum(leg.get("lateral_offsets_mm", ()))
+        left = sum(leg["lateral_offsets_mm"])
         side = "left" if left > 0 else "right"
         beside = f", foot {plain_number(abs(left))} mm to its {side}" if left else ""
         turned = [
@@ -216,7 +213,7 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
         turned = [words for words in turned if words.startswith("yaw") or not words.endswith(" 0°")]
         neutral = leg["neutral_deg"]
         at = f", neutral at {', '.join(f'{a:.1f}' for a in neutral)}°" if neutral else ""
-        masses = " / ".join("no mass" if m is None else f"{m:.1f}" for m in leg["masses_g"])
+        masses = " / ".join(f"{mass:.1f}" for mass in leg["masses_g"])
         print(
             f"  {number} {plain(leg['name']):<{width}} {lengths} mm{beside}, hip at ({hip}) mm, "
             f"{', '.join(turned)}{at}, {masses} g"
@@ -230,10 +227,9 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
             for joint, (low, high) in limits.items()
         )
         print(f"  joint limits: {', '.join(found)}")
-    if "longest_stride_mm" in robot:
-        stride = robot["longest_stride_mm"]
-        ahead, side = stride["ahead"], stride["sideways"]
-        print(f"  longest stride: {ahead:.0f} mm ahead, {side:.0f} mm sideways")
+    stride = robot["longest_stride_mm"]
+    ahead, side = stride["ahead"], stride["sideways"]
+    print(f"  longest stride: {ahead:.0f} mm ahead, {side:.0f} mm sideways")
 
 
 def _origin(file: dict[str, Any]) -> str:

@@ -63,6 +63,11 @@ class Findings(list[Finding]):
         """Add an impossible number."""
         self.append(Finding(Severity.IMPOSSIBLE, subject, what, where, hint))
 
+    @property
+    def any_impossible(self) -> bool:
+        """There is a finding for which the robot cannot walk."""
+        return any(finding.severity is Severity.IMPOSSIBLE for finding in self)
+
     def note_ignored(self, ignored: Counter[str], file: str, *, strict: bool) -> None:
         """Note how many elements of each tag were not read; refuse them if strict."""
         if not ignored:

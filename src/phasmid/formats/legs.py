@@ -12,6 +12,7 @@ from phasmid.errors import InvalidRobot
 from phasmid.formats.chains import Chain
 from phasmid.formats.feet import Foot
 from phasmid.formats.findings import Findings
+from phasmid.formats.tree import WHOLE_TURN
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import HEXAPOD_LEGS, JOINTS
 from phasmid.robot.link import LONGEST_LENGTH
@@ -152,6 +153,7 @@ def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLe
     p1, p2, p3 = chain.poses[:, :3, 3]
     z1 = up * a1
     _refuse_skew(chain, number)
+    _refuse_limits(chain, number)
 
     # The femur's axis square to the coxa's, and the tibia's like it.
     across = a2 - (a2 @ z1) * z1
@@ -227,6 +229,20 @@ def _refuse_skew(chain: Chain, number: int) -> None:
             "needs them parallel.",
             where=chain.joints[2].where,
         )
+
+
+def _refuse_limits(chain: Chain, number: int) -> None:
+    for joint in chain.joints:
+        shown = f"leg {number}: limits of joint {joint.name} are {joint.lower:g} to {joint.upper:g}"
+        largest = max((abs(e) for e in (joint.lower, joint.upper) if math.isfinite(e)), default=0.0)
+        if joint.kind == "revolute" and joint.lower >= joint.upper:
+            raise InvalidRobot(f"{shown} rad; the upper must be larger.", where=joint.where)
+        if largest > WHOLE_TURN:
+            raise InvalidRobot(
+                f"{shown} rad; a leg's joint turns by one turn at most.",
+                where=joint.where,
+                hint=f"{plain_number(math.radians(largest), 5)}, if these are degrees",
+            )
 
 
 def _angle_between(a: np.ndarray, b: np.ndarray) -> float:

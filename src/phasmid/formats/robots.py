@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -91,13 +91,11 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     """
     if imported.robot is not None:
         return imported.robot
-    bad = [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]
-    if imported.error is not None and not bad:
-        raise imported.error
-    more = f" (and {len(bad) - 1} more like it)" if len(bad) > 1 else ""
+    first, *others = imported.impossible
+    more = f" (and {len(others)} more like it)" if others else ""
     raise InvalidRobot(
-        f"{bad[0].sentence}{more}",
-        where=bad[0].where or Path(source).name,
+        f"{first.sentence}{more}",
+        where=first.where or Path(source).name,
         hint=f"phasmid check {source}, which lists all findings",
     )
 
@@ -208,24 +206,36 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
             f"{path.name} does not end as a robot file does.",
             hint=f"one of {', '.join(ROBOT_SUFFIXES)}",
         )
-    if not force and path.exists():
-        raise AlreadyExists(path, option="file")
     files = {path.parent / name: data for name, data in _files(robot, path).items()}
-    try:
-        for target, data in files.items():
-            # The same mesh may serve two robots.
-            if not force and target.exists() and not _holds(target, data):
-                raise AlreadyExists(target, option="file")
-        for folder in {target.parent for target in files}:
-            folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(Path(error.filename or path), error) from None
     # The robot's own file last: when it appears, what it names is there.
-    for target in sorted(files, key=lambda target: target.name == path.name):
-        write_whole(target, files[target])
+    files[path] = files.pop(path)
+    write_files(files, force=force)
     what = LOST.get(path.suffix.lower())
     hint = "a .toml file keeps everything"
     return (Finding(Severity.NOTE, path.name, what, hint=hint),) if what else ()
+
+
+def write_files(files: Mapping[Path, bytes], *, force: bool = False) -> None:
+    """Write the files of a robot and their folders, in this order.
+
+    Args:
+        files: Their contents.
+        force: Whether files of these names are replaced; those of the same content may be there.
+
+    Raises:
+        AlreadyExists: A file is there already.
+        OutputError: A file cannot be written.
+    """
+    try:
+        for path, data in files.items():
+            if not force and path.exists() and not (path.is_file() and path.read_bytes() == data):
+                raise AlreadyExists(path, option="file")
+        for folder in {path.parent for path in files}:
+            folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(Path(error.filename or path), error) from None
+    for path, data in files.items():
+        write_whole(path, data)
 
 
 def _files(robot: Robot, path: Path) -> dict[str, bytes]:
@@ -249,13 +259,9 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
         return dict(urdf_files(tree, path.stem))
     from phasmid.formats.mjcf_out import mjcf_files
 
-    files = mjcf_files(tree, path.stem, home=neutral_angles(robot), servo=robot.servo)
+    files = mjcf_files(tree, path.stem, neutral_angles(robot), robot.servo)
     # An .mjcf keeps its ending.
     return {path.name: files.pop(f"{path.stem}.xml"), **files}
-
-
-def _holds(path: Path, data: bytes) -> bool:
-    return path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
 
 
 _NUMBERS = (

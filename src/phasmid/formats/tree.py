@@ -38,7 +38,6 @@ class TreeLink:
         where: File and line.
         balls: Centre in the link's frame and radius of its collision spheres [m], four numbers
             each.
-        complete: Whether all of its meshes were read, so that `parts` show where its matter is.
     """
 
     name: str
@@ -46,7 +45,6 @@ class TreeLink:
     parts: tuple[Part, ...] = ()
     where: str = ""
     balls: tuple[tuple[float, float, float, float], ...] = ()
-    complete: bool = True
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,7 @@ KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 """Joints of URDF."""
 
 GREY = (0.5, 0.5, 0.5, 1.0)
+"""Colour of shapes without one."""
 
 _KNOWN = {
     "robot": {"link", "joint", "material", "mujoco"},
@@ -92,7 +93,6 @@ class _Reader:
     options: ImportOptions
     findings: Findings = field(default_factory=Findings)
     colors: dict[str, meshes.Color] = field(default_factory=dict)
-    missing: set[tuple[str, str]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.files = meshes.MeshFiles(self.options.mesh_unit)
@@ -111,8 +111,7 @@ class _Reader:
         if not parts and element.find("collision") is not None:
             parts = self._parts(element, "collision")
             if parts:
-                why = "no visual one was read" if element.find("visual") else "it has no visual one"
-                what = f"shows its collision shape, as {why}."
+                what = "shows its collision shape, as no visual one was read."
                 self.findings.note(f"link {name}", what, element.where)
         return TreeLink(
             name,
@@ -120,7 +119,6 @@ class _Reader:
             parts,
             element.where,
             _balls(element),
-            complete=all(subject != f"link {name}" for subject, _ in self.missing),
         )
 
     def _inertial(self, element: Element, link: str) -> Inertial:
@@ -155,9 +153,10 @@ class _Reader:
             X = _pose(look.find("origin"))
             color = self._color(look.find("material"))
             with located(look.where):
-                for mesh in self._shapes(geometry.children[0], link):
-                    part = Part(mesh.vertices, mesh.faces, color or mesh.color or GREY, name)
-                    parts.append(part if np.array_equal(X, np.eye(4)) else part.at(X))
+                parts += [
+                    replace(part, color=color or part.color, name=name).at(X)
+                    for part in self._shapes(geometry.children[0], link)
+                ]
         return tuple(parts)
 
     def _color(self, material: Element | None) -> meshes.Color | None:
@@ -168,7 +167,7 @@ class _Reader:
             return _rgba(color)
         return self.colors.get(material.attributes.get("name", ""))
 
-    def _shapes(self, shape: Element, link: Element) -> tuple[meshes.Mesh, ...]:
+    def _shapes(self, shape: Element, link: Element) -> tuple[Part, ...]:
         if shape.tag in {"box", "sphere", "cylinder", "capsule"}:
             made = (_primitive(shape),)
             self.files.count(made)
@@ -187,11 +186,8 @@ class _Reader:
                     raise meshes.UnreadMesh(what)
                 return self.files.meshes(path, scale)
             except meshes.UnreadMesh as error:
-                # Once per link; equal findings of several links are grouped later.
                 subject = f"link {link.need_name()}"
-                if (subject, error.what) not in self.missing:
-                    self.missing.add((subject, error.what))
-                    self.findings.suspect(subject, error.what, shape.where, error.hint)
+                self.findings.suspect(subject, error.what, shape.where, error.hint)
                 return ()
 
     def joint(self, element: Element) -> TreeJoint:
@@ -324,14 +320,14 @@ def _balls(link: Element) -> tuple[tuple[float, float, float, float], ...]:
     return tuple(balls)
 
 
-def _primitive(shape: Element) -> meshes.Mesh:
+def _primitive(shape: Element) -> Part:
     if shape.tag == "box":
-        return meshes.box(_sizes(shape, "size", 3))
+        return meshes.primitive("box", extents=_sizes(shape, "size", 3))
     (radius,) = _sizes(shape, "radius")
     if shape.tag == "sphere":
-        return meshes.sphere(radius)
+        return meshes.primitive("icosphere", radius=radius)
     (length,) = _sizes(shape, "length")
-    return (meshes.cylinder if shape.tag == "cylinder" else meshes.capsule)(radius, length)
+    return meshes.primitive(shape.tag, radius=radius, height=length)
 
 
 def _sizes(shape: Element, attribute: str, count: int = 1) -> list[float]:

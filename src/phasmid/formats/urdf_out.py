@@ -9,10 +9,9 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
 from phasmid.formats.meshes import Color, StlFiles
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
-from phasmid.formats.urdf_in import GREY, KINDS, OWN_SHAPE, UNLIMITED
+from phasmid.formats.urdf_in import GREY, OWN_SHAPE, UNLIMITED
 from phasmid.formats.xml import written
 
 FOOT_RADIUS = 0.005
@@ -41,8 +40,6 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
         Content by the name of the file relative to the folder: ``NAME.urdf`` and
         ``NAME_meshes/*.stl``, the latter in single precision.
 
-    Raises:
-        InvalidInput: A joint is of a kind that URDF does not have.
     """
     meshes, colors = StlFiles(name), dict[Color, str]()
     root = ET.Element("robot", name=tree.name)
@@ -137,8 +134,6 @@ def _add_origin(
 
 def _add_joint(root: ET.Element, joint: TreeJoint) -> None:
     kind, X = joint.kind, joint.X_parent_child
-    if kind not in KINDS:
-        raise InvalidInput(f"joint {joint.name} is {kind}; URDF has no such joint.")
     if kind == "revolute" and math.isinf(joint.lower) and math.isinf(joint.upper):
         kind = "continuous"
     element = ET.SubElement(root, "joint", name=joint.name, type=kind)
