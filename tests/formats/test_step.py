@@ -161,8 +161,8 @@ def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(
     ("old", "new", "said"),
     [
         ('parts = ["body/*"]', 'parts = ["boddy/*"]', r'no part of the drawing is called "boddy'),
-        ('"body/servo"', '"body/nothing"', r'no part .* is called "body/nothing"'),
-        ('"body/servo"', '"body/servo*"', r"6 parts of the drawing are called"),
+        ('"body/servo"', '"body/nothing"', r'axis_of names 0 parts of the drawing, "body/nothing"'),
+        ('"body/servo"', '"body/servo*"', r"axis_of names 6 parts"),
         ('"body/servo"', '"body/battery"', r"has no round face"),
         ('axis_of = "body/servo"\n', "", r"must have axis_of, or point"),
         ('parent = "base_link"', 'parent = "base"', r'names "base", which is no link'),
@@ -172,7 +172,6 @@ def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(
         ("servo =", "motor =", r'unknown key "motor"'),
         ('link = "right_front_tibia_link"', 'link = "tibia"', r'names "tibia", which is no link'),
         ("direction = [0.0", "direction = [1.0", r"lies across the axis|some length"),
-        ("limits_rad = [-1.3", "limits_rad = [1.4, -1.3] #", r"lower limit is above"),
     ],
 )
 def test_a_sidecar_that_does_not_fit_gets_one_sentence(

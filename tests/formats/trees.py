@@ -10,6 +10,7 @@ import numpy as np
 
 from general_robot import general_robot
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats.meshes import primitive
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.tree import neutral_angles
 from phasmid.formats.urdf_out import urdf_files
@@ -134,21 +135,5 @@ def joined(tree: Tree, *joints: TreeJoint, links: tuple[TreeLink, ...] = ()) -> 
 
 def block(low: tuple[float, ...], high: tuple[float, ...]) -> Part:
     """A closed box."""
-    corners = np.array(
-        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-    )
-    faces = [
-        [0, 1, 3],
-        [0, 3, 2],
-        [4, 6, 7],
-        [4, 7, 5],
-        [0, 4, 5],
-        [0, 5, 1],
-        [2, 3, 7],
-        [2, 7, 6],
-        [0, 2, 6],
-        [0, 6, 4],
-        [1, 5, 7],
-        [1, 7, 3],
-    ]
-    return Part(corners, np.array(faces))
+    shape = primitive("box", extents=np.subtract(high, low))
+    return shape.at(pose(p=np.add(low, high) / 2))

@@ -142,7 +142,7 @@ def found_leg(number: int, name: str, chain: Chain, foot: Foot, findings: Findin
         leg = _leg(number, name, chain, foot, 1.0)
         if float(np.mean(leg.limits[2])) > 0:
             leg = _leg(number, name, chain, foot, -1.0)
-    return _levelled(_in_plane(leg, number, findings), number, findings)
+    return _adjusted(leg, number, findings)
 
 
 def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLeg:
@@ -313,47 +313,29 @@ def _angles(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3"]:
     return np.array([math.atan2(R[1, 0], R[0, 0]), pitch, math.atan2(R[2, 1], R[2, 2])])
 
 
-def _in_plane(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
-    """Move a foot that is nearly in the leg's plane into it, and note axes that were turned."""
-    left, where = leg.lateral_offsets[0], leg.chain.joints[1].where
-    if abs(left) <= OFFSET * leg.lengths.sum():
-        if abs(left) > PRINTED:
-            findings.note(
-                f"leg {number}",
-                f"its foot is {plain_number(1000 * abs(left), 2)} mm off the leg's plane and was "
-                "moved into it.",
-                where,
-            )
-        links = leg.X_trunk_links.copy()
-        links[1:, :3, 3] -= left * links[0, :3, 1]
-        leg = replace(leg, lateral_offsets=np.zeros(3), X_trunk_links=links)
-    arms = (leg.lengths[1] + leg.lengths[2], leg.lengths[2])
-    square = leg.X_trunk_links[0, :3, 1]
-    for i, arm in zip((1, 2), arms, strict=True):
-        angle = _angle_between(leg.chain.axes[i], square)
-        if angle >= PRINTED:
-            findings.note(
-                f"leg {number}",
-                f"{JOINTS[i]} axis was turned by {plain_number(math.degrees(angle), 2)}° to fit "
-                f"the leg's plane, which moves the foot by {plain_number(1000 * arm * angle, 2)} "
-                "mm at most.",
-                leg.chain.joints[i].where,
-            )
-    return leg
-
-
-def _levelled(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
-    """Make a coxa axis vertical that nearly is."""
-    z = leg.X_trunk_links[0, :3, 2]
+def _adjusted(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
+    """Fit a leg that nearly fits: foot in its plane, coxa axis vertical; and note by how much."""
+    left, z = leg.lateral_offsets[0], leg.X_trunk_links[0, :3, 2]
+    square, length = leg.X_trunk_links[0, :3, 1], float(leg.lengths.sum())
     tilt = math.atan2(math.hypot(z[0], z[1]), z[2])
-    if tilt > LEVELLED:
-        return leg
-    if tilt > PRINTED:
-        moved = 1000 * float(leg.lengths.sum()) * tilt
-        findings.note(
-            f"leg {number}",
-            f"coxa axis was turned by {plain_number(math.degrees(tilt), 2)}° to be vertical, "
-            f"which moves the foot by {plain_number(moved, 2)} mm at most.",
-            leg.chain.joints[0].where,
+    turned = max(_angle_between(axis, square) for axis in leg.chain.axes[1:])
+    done = []
+    if abs(left) <= OFFSET * length:
+        links = leg.X_trunk_links.copy()
+        links[1:, :3, 3] -= left * square
+        leg = replace(leg, lateral_offsets=np.zeros(3), X_trunk_links=links)
+        if abs(left) > PRINTED:
+            moved = plain_number(1000 * abs(left), 2)
+            done.append(f"its foot is {moved} mm off the leg's plane and was moved into it")
+    if tilt <= LEVELLED:
+        leg = replace(leg, angles=leg.angles * [1, 0, 0])
+        turned = max(tilt, turned)
+    if turned > PRINTED:
+        done.append(
+            f"its axes were turned by up to {plain_number(math.degrees(turned), 2)}° to be "
+            f"vertical, square or parallel, which moves the foot by up to "
+            f"{plain_number(1000 * length * turned, 2)} mm"
         )
-    return replace(leg, angles=leg.angles * [1, 0, 0])
+    if done:
+        findings.note(f"leg {number}", f"{'; '.join(done)}.", leg.chain.joints[0].where)
+    return leg

@@ -105,7 +105,7 @@ class _Source:
                 hint="export the robot as URDF, MJCF or STEP",
             )
         self.texts = {"": raw}
-        self._scan(root, (path.absolute(),))
+        self._scan(root, (path.resolve(),))
 
     def _scan(self, root: Element, chain: tuple[Path, ...]) -> None:
         """Note the places of elements, and read the files that they include."""

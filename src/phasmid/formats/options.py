@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -25,9 +24,6 @@ class ImportOptions:
         packages: Folders by the name of the package that ``package://`` names.
         mesh_unit: Unit of mesh files: ``m`` or ``mm``; empty for that of the file.
         strict: Whether anything that was ignored is an error.
-
-    Raises:
-        InvalidInput: The unit or the mass is impossible.
     """
 
     foot: str = ""
@@ -37,20 +33,6 @@ class ImportOptions:
     packages: Mapping[str, str] = field(default_factory=dict)
     mesh_unit: str = ""
     strict: bool = False
-
-    def __post_init__(self) -> None:
-        if self.masses not in ("as-given", "geometry"):
-            raise InvalidInput(f'masses is "{self.masses}"; it must be as-given or geometry.')
-        if self.mesh_unit not in ("", "m", "mm"):
-            raise InvalidInput(
-                f'mesh_unit is "{self.mesh_unit}"; it must be "m" or "mm".',
-                hint="--mesh-unit mm",
-            )
-        if self.total_mass is not None and not 0 < self.total_mass < math.inf:
-            raise InvalidInput(
-                f"the total mass is {self.total_mass:g} kg; it must be finite and greater than 0.",
-                where="option --total-mass-g",
-            )
 
     @classmethod
     def of(cls, table: RobotImportTable, *, strict: bool = False) -> ImportOptions:

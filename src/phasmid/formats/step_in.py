@@ -276,11 +276,7 @@ class SidecarReader:
         """Return the pose of each link's frame in the drawing."""
         frame = self.sidecar.frame
         up, forward = np.array(frame.up, dtype=float), np.array(frame.forward, dtype=float)
-        if (
-            np.linalg.norm(up) < 1e-9
-            or np.linalg.norm(forward) < 1e-9
-            or np.linalg.norm(np.cross(up, forward)) < 1e-9 * np.linalg.norm(forward)
-        ):
+        if np.linalg.norm(np.cross(up, forward)) < 1e-9:
             what = "frame: forward and up must be two directions across each other."
             raise InvalidInput(what, where=self._where("frame"))
         poses = dict.fromkeys(self.sidecar.links, _frame(np.array(frame.origin), up, forward))
@@ -289,7 +285,7 @@ class SidecarReader:
             for end in ("parent", "child"):
                 self._check_link(f"joints.{name}.{end}", getattr(joint, end), where)
             with located(where):
-                point, direction = axis_of(name, joint, parts)
+                point, direction = _axis_of(name, joint, parts)
             level = np.cross([0.0, 0.0, 1.0], direction)
             if np.linalg.norm(level) < 1e-6:
                 level = np.array([1.0, 0.0, 0.0])
@@ -297,28 +293,19 @@ class SidecarReader:
         return poses
 
     def _joint(self, name: str, poses: dict[str, np.ndarray]) -> TreeJoint:
-        table, where, servo = self.sidecar.joints[name], self._where("joints", name), self.servo
+        table, where = self.sidecar.joints[name], self._where("joints", name)
         c, s = math.cos(table.drawn_at), math.sin(table.drawn_at)
         back = np.eye(4)
         back[:2, :2] = [[c, s], [-s, c]]
         lower, upper = table.limits
-        if not lower < upper:
-            what = f"joints.{name}: its lower limit is above its upper one."
-            raise InvalidInput(what, where=where)
-        limited = math.isfinite(lower) and math.isfinite(upper)
         return TreeJoint(
             name,
-            "revolute" if limited else "continuous",
+            "revolute" if math.isfinite(upper - lower) else "continuous",
             table.parent,
             table.child,
             inverse(poses[table.parent]) @ poses[table.child] @ back,
             lower=lower,
             upper=upper,
-            effort=servo.stall_torque if servo else None,
-            velocity=servo.no_load_speed if servo else None,
-            damping=servo.viscous_friction if servo else 0.0,
-            friction=servo.friction if servo else 0.0,
-            armature=servo.armature if servo else 0.0,
             where=where,
         )
 
@@ -332,7 +319,7 @@ def _nearest_path(pattern: str, parts: Iterable[DrawnPart]) -> str:
     return nearest(pattern, paths) or f"such as {paths[0]}"
 
 
-def axis_of(
+def _axis_of(
     name: str, joint: StepJointTable, parts: Iterable[DrawnPart]
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
     """Return a point of a joint's axis and its direction, in the drawing [m].
@@ -358,11 +345,9 @@ def axis_of(
         raise InvalidInput(f"joints.{name} has both axis_of and point; one must go.")
     found = [part for part in parts if _fits(part, joint.axis_of)]
     if len(found) != 1:
-        called = f'of the drawing are called "{joint.axis_of}"; its axis must be that of one.'
         raise InvalidInput(
-            f"joints.{name}: {len(found)} parts {called}"
-            if found
-            else f'joints.{name}: no part of the drawing is called "{joint.axis_of}".',
+            f'joints.{name}: axis_of names {len(found)} parts of the drawing, "{joint.axis_of}"; '
+            "it must name one.",
             hint=_nearest_path(joint.axis_of, parts),
         )
     part, faces = found[0], found[0].cylinders

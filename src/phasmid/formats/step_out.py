@@ -13,7 +13,6 @@ import numpy as np
 
 from phasmid.cad import Assembly, build, meshes
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
-from phasmid.cad.servo_case import CASES
 from phasmid.cad.step import group_paths, step_text, unique
 from phasmid.cad.weights import mass_table
 from phasmid.formats.meshes import stl
@@ -231,7 +230,6 @@ def first_guess(path: Path) -> str:
         '# servo = "AX-12A"',
         f"density_kg_m3 = {PLASTIC:g}  # a guess, for all parts without a density of their own",
         "",
-        *_servos(parts),
     ]
     for name, group in links.items():
         shown = ", ".join(part.path for part in group[:3]) + (", …" if len(group) > 3 else "")
@@ -270,20 +268,6 @@ def _link_of(path: str) -> tuple[str, str, str]:
             pattern = "/".join(_literal(n) for n in names[: depth + 1])
             return leg or "leg", joint, f"{pattern}/*" if held else pattern
     return "", "", ""
-
-
-def _servos(parts: Iterable[DrawnPart]) -> list[str]:
-    """Return weights of the servos that go by their maker's name."""
-    lines = []
-    for product in sorted({part.product for part in parts}):
-        bare = re.sub(r"[^a-z0-9]", "", product.lower())
-        for servo, case in CASES.items():
-            stem = re.sub(r"[^a-z0-9]", "", servo.lower())
-            if bare and (stem in bare or stem.rstrip("a") in bare):
-                mass = f"mass_g = {1000 * case.mass:g}  # {servo}"
-                lines += _table("parts", _literal(product), mass)
-                break
-    return lines
 
 
 Axis = tuple[DrawnPart, Cylinder]

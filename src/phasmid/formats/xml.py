@@ -116,28 +116,23 @@ class Element:
             if default is None:
                 raise InvalidInput(f"{self.shown} has no {attribute}.", where=self.where)
             return list(default)
-        problem = ""
         try:
-            # Python also reads 1_000 and digits of other scripts, which no other reader does.
-            if "_" in written or not written.isascii():
-                raise ValueError
-            values = [float(word) for word in written.split(None, count)]
-            if len(values) != count:
-                raise ValueError
+            values = [float(word) for word in written.split()]
         except ValueError:
+            values = []
+        if len(values) != count:
             problem = f"it must be {'a number' if count == 1 else f'{count} numbers'}"
+        elif not all(map(math.isfinite, values)):
+            problem = f"it must be {'a finite number' if count == 1 else 'finite numbers'}"
+        elif max(map(abs, values)) > largest:
+            problem = f"numbers above {largest:g} are refused"
         else:
-            if not all(map(math.isfinite, values)):
-                problem = f"it must be {'a finite number' if count == 1 else 'finite numbers'}"
-            elif max(map(abs, values)) > largest:
-                problem = f"numbers above {largest:g} are refused"
-        if problem:
-            raise InvalidInput(
-                f'{self.shown}: {attribute} is "{short(written, 60)}"; {problem}.',
-                where=self.where,
-                hint="expand the file with xacro first" if "$" in written else "",
-            )
-        return values
+            return values
+        raise InvalidInput(
+            f'{self.shown}: {attribute} is "{short(written, 60)}"; {problem}.',
+            where=self.where,
+            hint="expand the file with xacro first" if "$" in written else "",
+        )
 
     def number(
         self, attribute: str, default: float | None = None, *, largest: float = LARGEST_NUMBER
