@@ -55,13 +55,14 @@ def urdf(size: str) -> str:
         hip, upper, lower = f"{name}_hip", f"{name}_thigh", f"{name}_calf"
         out = left * offset
         parts += [
-            link(hip, 0.6, (-0.01 * front, 0.1 * out, 0.0), (0.08, 0.08, 0.08)),
+            link(hip, 0.6, (front * (2 * ahead - 0.01), 0.1 * out, 0.0), (0.08, 0.08, 0.08)),
             link(upper, 1.0, (0.0, -0.2 * out, -0.1 * thigh), (0.05, 0.05, thigh)),
             link(lower, 0.2, (0.005, 0.0, -0.5 * calf), (0.02, 0.02, calf)),
             f'<link name="{name}_foot"/>',
-            joint(f"{hip}_joint", "trunk", hip, (front * ahead, left * aside, 0.0), "1 0 0",
+            # A hip's frame may lie anywhere on its axis, here behind the middle.
+            joint(f"{hip}_joint", "trunk", hip, (-front * ahead, left * aside, 0.0), "1 0 0",
                   'lower="-0.8" upper="0.8"'),
-            joint(f"{upper}_joint", hip, upper, (0.0, out, 0.0), "0 1 0",
+            joint(f"{upper}_joint", hip, upper, (2 * front * ahead, out, 0.0), "0 1 0",
                   'lower="-1.0" upper="3.5"'),
             joint(f"{lower}_joint", upper, lower, (0.0, 0.0, -thigh), "0 1 0",
                   'lower="-2.7" upper="-0.9"'),
@@ -85,6 +86,7 @@ def test_inverse_dynamics_is_that_of_pinocchio_from_the_same_file(file: Path) ->
     found = import_robot(file)
     robot, legs = found.robot, found.legs
     assert robot is not None
+    assert [leg.joints[0][:2] for leg in legs] == ["FR", "RR", "RL", "FL"]
     model = pin.buildModelFromUrdf(str(file), pin.JointModelFreeFlyer())
     data = model.createData()
     model.gravity.linear = np.array([0.0, 0.0, -9.81])

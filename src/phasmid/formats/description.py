@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -32,14 +33,7 @@ def describe(imported: Imported) -> dict[str, Any]:
         "possible": imported.robot is not None and not imported.impossible,
         "robot": described,
         "findings": [
-            {
-                "severity": finding.severity.value,
-                "subject": finding.subject,
-                "what": finding.what,
-                "where": finding.where,
-                "hint": finding.hint,
-            }
-            for finding in imported.findings
+            {**asdict(finding), "severity": finding.severity.value} for finding in imported.findings
         ],
     }
 
