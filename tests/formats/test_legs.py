@@ -409,7 +409,7 @@ def test_masses_may_come_from_a_scale_and_from_boxes() -> None:
 
 
 def test_servos_come_from_a_name_or_from_the_file() -> None:
-    assert robot_of(TREE, servo="AX-12A").servo == load_robot("phantomx-paper").servo
+    assert robot_of(TREE, servo_model="AX-12A").servo == load_robot("phantomx-paper").servo
     own = robot_of(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=4.0))).servo
     assert (own.stall_torque, own.no_load_speed) == (3.0, 4.0)
     # In proportion to the AX-12A's 9.2 N·m/rad at 1.5 N·m.

@@ -16,8 +16,7 @@ from phasmid.cad import drawing as drawings
 from phasmid.cad.drawing import DrawnPart, read_drawing
 from phasmid.cad.step import step_text
 from phasmid.errors import InvalidInput
-from phasmid.formats import Tree, robot_from_tree
-from phasmid.formats.options import ImportOptions
+from phasmid.formats import ImportOptions, Tree, robot_from_tree
 from phasmid.formats.step_in import SidecarReader, read_step, sidecar_of
 from phasmid.formats.step_out import first_guess, sidecar_text, step_files
 from phasmid.robot import JOINTS, Robot, load_robot
@@ -135,7 +134,7 @@ def test_a_first_guess_finds_links_axes_and_feet(
 ) -> None:
     monkeypatch.setattr("phasmid.formats.step_out.read_drawing", lambda _: drawing)
     guess = first_guess(folder / "robot.step")
-    robot = robot_from_tree(tree(folder, drawing, guess), ImportOptions(servo="AX-12A")).robot
+    robot = robot_from_tree(tree(folder, drawing, guess), ImportOptions(servo_model="AX-12A")).robot
     assert robot is not None
     for leg, own in zip(robot.legs, ROBOT.legs, strict=True):
         # Axes are those of round faces; the foot is the mesh's tip, within its tolerance.

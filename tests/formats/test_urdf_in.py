@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
-from phasmid.errors import PhasmidError
-from phasmid.formats import ImportOptions, Severity, Tree
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.formats import ImportOptions, Severity, Tree, import_robot
 from phasmid.formats.urdf_in import read_urdf
 
 LEG = """<robot name="r">
@@ -110,7 +110,7 @@ def test_i3_nothing_outside_the_model_folder_is_read(name: str, tmp_path: Path) 
     error = refused(tmp_path, BOX, f'<mesh filename="{name}"/>')
     assert error.what == f'mesh "{name}" lies outside the model folder.'
     assert error.where == "robot.urdf, line 11"
-    inside = ImportOptions(packages={"x": str(tmp_path)})
+    inside = ImportOptions(package=f"x={tmp_path}")
     error = refused(tmp_path, BOX, '<mesh filename="package://x/../../etc/passwd"/>', inside)
     assert error.what == 'mesh "../../etc/passwd" lies outside the model folder.'
 
@@ -131,9 +131,9 @@ def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> N
     folder = tmp_path / "some" / "where"
     (folder / "meshes").mkdir(parents=True)
     (folder / "meshes" / "a.stl").write_bytes(binary_stl(CORNERS[FACES]))
-    tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(packages={"x": str(folder)}))
+    tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(package=f"x={folder}"))
     assert len(tree.links["tibia_3"].parts[0].faces) == 4
-    nowhere = ImportOptions(packages={"x": "nonexistent"})
+    nowhere = ImportOptions(package="x=nonexistent")
     error = refused(tmp_path, BOX, mesh, nowhere)
     assert error.what == "no such folder: nonexistent."
     assert error.where.endswith("option --package x")
@@ -212,9 +212,8 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
     (found,) = read(text, tmp_path).findings
     assert found.severity is Severity.NOTE
     assert found.what == "2 <mimic>, 1 <transmission> were ignored."
-    error = refused(tmp_path, "</joint>", more, ImportOptions(strict=True))
-    assert error.what == "2 <mimic>, 1 <transmission> were ignored."
-    assert error.exit_status == 2
+    with pytest.raises(InvalidInput, match=r"2 <mimic>, 1 <transmission> were ignored\."):
+        import_robot(tmp_path / "robot.urdf", strict=True)
     (found,) = read(LEG.replace("</robot>", "<a><b/></a></robot>"), tmp_path).findings
     assert found.what == "1 <a> was ignored."
 
@@ -232,7 +231,7 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
         (
             '"0.1 0 0"',
             '"0.1 0 1e300"',
-            '<origin>: xyz is "0.1 0 1e300"; numbers above 1e+06 are refused.',
+            '<origin>: xyz is "0.1 0 1e300"; numbers must be from -1e+06 to 1e+06.',
             5,
         ),
         ('"0.1 0 0"', '"0.1 0"', '<origin>: xyz is "0.1 0"; it must be 3 numbers.', 5),
@@ -275,8 +274,13 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
             "robot.urdf line 22: <xacro:leg> is not expanded. run xacro first: xacro ",
             0,
         ),
-        ('"0.1 0.2 0.3"', '"0.1 0 0.3"', "<box>: size must be greater than 0 and at most 5 m.", 11),
-        ('"1 0 0 1"', '"2 0 0 1"', "<color>: rgba must be four numbers from 0 to 1.", 12),
+        (
+            '"0.1 0.2 0.3"',
+            '"0.1 0 0.3"',
+            '<box>: size is "0.1 0 0.3"; numbers must be from 1e-09 to 5.',
+            11,
+        ),
+        ('"1 0 0 1"', '"2 0 0 1"', '<color>: rgba is "2 0 0 1"; numbers must be from 0 to 1.', 12),
         (
             BOX,
             '<mesh filename="a.stl" scale="1 0 1"/>',
@@ -309,7 +313,12 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
             "joint coxa_1: its lower limit 2 lies above the upper 1.5.",
             19,
         ),
-        ('effort="2"', 'effort="-2"', "joint coxa_1: effort is -2; it must be 0 or more.", 19),
+        (
+            'effort="2"',
+            'effort="-2"',
+            '<limit>: effort is "-2"; numbers must be from 0 to inf.',
+            19,
+        ),
         ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
     ],
 )

@@ -32,7 +32,7 @@ def unsound() -> Tree:
 @pytest.fixture(scope="module")
 def sound() -> Imported:
     """What comes of the other one, with the servo that its maker builds in."""
-    return robot_from_tree(read_urdf(SOUND), ImportOptions(servo="XL430-W250"))
+    return robot_from_tree(read_urdf(SOUND), ImportOptions(servo_model="XL430-W250"))
 
 
 def of(imported: Imported, severity: Severity) -> list[str]:
@@ -94,7 +94,7 @@ def test_the_unsound_description_is_refused_with_each_fault_by_name(unsound: Tre
 
 
 def test_with_other_masses_the_unsound_description_walks(unsound: Tree) -> None:
-    options = ImportOptions(masses="geometry", total_mass=2.1, servo="AX-12A")
+    options = ImportOptions(masses="geometry", total_mass=2.1, servo_model="AX-12A")
     imported = robot_from_tree(unsound, options)
     assert not of(imported, Severity.IMPOSSIBLE)
     assert imported.robot is not None

@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
         raw, _ = read_toml(Path(source))
         is_robot = bool({"legs", "leg", "body"} & set(raw))
     if is_robot:
-        imported = import_robot(source, import_options(options))
+        imported = import_robot(source, import_options(options), strict=options.strict)
         return _check_robot(imported, options.gait, as_json=options.json)
     if options.json:
         raise InvalidInput("--json is for robots; this is a scenario.")

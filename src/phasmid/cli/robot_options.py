@@ -43,7 +43,6 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
     """
     from phasmid.cli.scenario_options import number_or_text
     from phasmid.formats import ImportOptions
-    from phasmid.scenario.robot_import import RobotImportTable
     from phasmid.tables import validate
 
     given = {
@@ -59,4 +58,4 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
         key = next((key for key in OPTIONS if key.startswith(name)), name)
         return f"--{key.replace('_', '-')}", ""
 
-    return ImportOptions.of(validate(RobotImportTable, given, locate), strict=options.strict)
+    return validate(ImportOptions, given, locate)

@@ -5,7 +5,6 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.legs import FoundLeg
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.robots import (
     ROBOT_SUFFIXES,
     import_robot,
@@ -18,6 +17,7 @@ from phasmid.formats.robots import (
 )
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.robot.inertial import Inertial
+from phasmid.scenario.robot_import import ImportOptions
 
 __all__ = [
     "ROBOT_SUFFIXES",

@@ -12,13 +12,13 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot, located
 from phasmid.formats.findings import Findings
 from phasmid.formats.legs import UPRIGHT, FoundLeg
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import TreeJoint
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import Part, Servo, load_servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.leg import NEAREST_FOOT
 from phasmid.robot.link import solid_box
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.units import plain_number
 
 LIKE = "AX-12A"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -109,9 +109,10 @@ def skeleton(tree: Tree) -> Skeleton:
         names = ", ".join(joint.name for joint in held[:6]) + (", …" if len(held) > 6 else "")
         noun = "joint" if len(held) == 1 else "joints"
         findings.note(f"{noun} {names}", "held at angle 0, as part of no leg.", held[0].where)
-    held_names = [joint.name for joint in held]
-    trunk = rigid_link(tree, root, held_names)
-    chains = tuple(_chain(tree, trunk, leg, held_names) for leg in legs)
+    joints = (replace(joint, kind="fixed") if joint in held else joint for joint in tree.joints)
+    tree = replace(tree, joints=tuple(joints))
+    trunk = rigid_link(tree, root)
+    chains = tuple(_chain(tree, trunk, leg) for leg in legs)
     spans = np.ptp([chain.hip for chain in chains], axis=0)
     if min(spans[:2]) < FLAT * spans[2]:
         raise InvalidRobot(
@@ -171,11 +172,9 @@ def _not_three(stems: Sequence[Sequence[TreeJoint]]) -> InvalidRobot:
     )
 
 
-def _chain(
-    tree: Tree, trunk: RigidLink, joints: tuple[TreeJoint, ...], held: Collection[str]
-) -> Chain:
+def _chain(tree: Tree, trunk: RigidLink, joints: tuple[TreeJoint, ...]) -> Chain:
     links, poses = [trunk], [np.eye(4)]
     for joint in joints:
         poses.append(poses[-1] @ links[-1].pose_of(joint))
-        links.append(rigid_link(tree, joint.child, held))
+        links.append(rigid_link(tree, joint.child))
     return Chain(joints, tuple(links[1:]), np.array(poses[1:]))

@@ -23,10 +23,10 @@ from phasmid.formats.feet import feet_of
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.judge import judge_links, judge_robot
 from phasmid.formats.legs import PRINTED, FoundLeg, found_leg, names_in_order
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import RigidLink, Tree, inverse
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
 from phasmid.robot.table import LONGEST_NAME
+from phasmid.scenario.robot_import import ImportOptions
 
 THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""
@@ -169,7 +169,7 @@ def _robot(
     possible = [piece for piece, link in zip(pieces, made, strict=True) if link]
     findings += judge_links([leg.chain for leg in legs], possible)
     joints = [joint for leg in legs for joint in leg.chain.joints]
-    servo = servo_of(joints, options.servo, tree.servo, findings)
+    servo = servo_of(joints, options.servo_model, tree.servo, findings)
     feet = standing_feet(legs)
     level = legs[0].R_level_hip @ feet[0]
     findings.note(

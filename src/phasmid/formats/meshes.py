@@ -54,10 +54,10 @@ class MeshFiles:
 
     Args:
         unit: ``m`` or ``mm``: the unit of all files, which takes the place of a scale that is
-            the same along all axes; empty for the model's own scale.
+            the same along all axes; ``as-given`` for the model's own scale.
     """
 
-    def __init__(self, unit: str = "") -> None:
+    def __init__(self, unit: str = "as-given") -> None:
         self.unit = unit
         self._read: dict[Path, tuple[Part, ...]] = {}
         self._meshes = self._faces = 0
@@ -75,7 +75,7 @@ class MeshFiles:
         """
         if path not in self._read:
             self._read[path] = read_meshes(path)
-        if self.unit:
+        if self.unit in UNITS:
             even = len({abs(factor) for factor in scale}) == 1
             size = UNITS[self.unit]
             scale = [size * (np.sign(f) if even else f) for f in scale]

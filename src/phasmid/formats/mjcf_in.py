@@ -19,12 +19,12 @@ from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink, root_error
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.toml import read_bytes
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
 
     Args:
         path: The file.
-        options: Folders of packages, unit of meshes, and whether ignored elements are errors.
+        options: Folders of packages and unit of meshes.
 
     Raises:
         InvalidInput: The file cannot be read, or MuJoCo refuses it.
@@ -179,7 +179,7 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
     """Delete all but bodies, joints, geoms, sites, and actuators of joints.
 
     Raises:
-        InvalidInput: Too much is left, or something was ignored and options are strict.
+        InvalidInput: Too much is left.
     """
     import mujoco
 
@@ -196,7 +196,7 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
     }
     ignored = Counter({tag: len(elements) for tag, elements in noted.items()})
     ignored["spring"] = sum(bool(np.any(joint.stiffness)) for joint in spec.joints)
-    source.findings.note_ignored(+ignored, source.path.name, strict=source.options.strict)
+    source.findings.note_ignored(+ignored, source.path.name)
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     silent = [*scenery, *spec.keys, *spec.sensors, *spec.textures, *spec.cameras, *spec.lights]

@@ -11,7 +11,6 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.mjcf_in import read_mjcf
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.step_in import read_step
 from phasmid.formats.tree import Tree, neutral_angles, tree_of
 from phasmid.formats.urdf_in import read_urdf
@@ -25,6 +24,7 @@ from phasmid.robot.file import OTHER_FORMATS
 from phasmid.robot.glb import glb
 from phasmid.scenario import Scenario
 from phasmid.scenario import load_scenario as load_own_scenario
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.toml import read_bytes
 
 ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)
@@ -83,8 +83,7 @@ def with_robot(scenario: Scenario) -> Scenario:
     """
     if not isinstance(scenario.robot, str) or not is_foreign(scenario.robot):
         return scenario
-    options = ImportOptions.of(scenario.robot_import)
-    return scenario.replace(robot=load_robot(scenario.robot, options))
+    return scenario.replace(robot=load_robot(scenario.robot, scenario.robot_import))
 
 
 def possible(imported: Imported, source: str | Path) -> Robot:
@@ -104,19 +103,22 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     )
 
 
-def import_robot(source: str | Path, options: ImportOptions | None = None) -> Imported:
+def import_robot(
+    source: str | Path, options: ImportOptions | None = None, *, strict: bool = False
+) -> Imported:
     """Load a robot with all findings about its description.
 
     Args:
         source: As of `load_robot`.
         options: Data that the file lacks; presets and ``.toml`` files need none.
+        strict: Whether a file with anything that is ignored is refused.
 
     Returns:
         The robot, or the reason why there is none; and all findings.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed; or it holds what
-            is ignored, and the options are strict.
+            is ignored, and that is refused.
         InvalidRobot: Its links and joints form no tree, or a ``.toml`` robot is impossible.
     """
     if not is_foreign(source):
@@ -124,15 +126,15 @@ def import_robot(source: str | Path, options: ImportOptions | None = None) -> Im
         return Imported(robot, judge_robot(robot))
     options = options or ImportOptions()
     tree = _tree(Path(source), options)
-    if options.strict and tree.findings:
+    if strict and tree.findings:
         first = tree.findings[0]
-        raise InvalidInput(first.sentence, where=first.where or Path(source).name, hint=first.hint)
+        raise InvalidInput(first.sentence, where=first.where, hint="leave --strict out")
     return robot_from_tree(tree, options)
 
 
 def _own_robot(source: str | Path, options: ImportOptions | None) -> Robot:
     """Load a preset or a ``.toml`` file, which is read as it stands."""
-    if options is not None and replace(options, strict=False) != ImportOptions():
+    if options is not None and options != ImportOptions():
         raise InvalidInput(
             f"{source} describes its robot in full; options of reading are for URDF, MJCF and "
             "STEP files.",

@@ -19,11 +19,11 @@ from jaxtyping import Float
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Findings
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.table import Limits, Name, ServoTable, Tensor, Vector
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml
 
@@ -108,7 +108,7 @@ def sidecar_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.toml")
 
 
-def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
+def read_step(path: Path, _: ImportOptions | None = None) -> Tree:
     """Read the kinematic tree of a STEP file and the sidecar beside it.
 
     Masses, centres of mass and inertias are those of the solids, at the sidecar's densities or
@@ -116,15 +116,13 @@ def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
 
     Args:
         path: The STEP file; ``NAME.step.toml`` stands beside it.
-        options: Whether parts of no link are an error.
 
     Raises:
         InvalidInput: A file cannot be read, or the sidecar does not fit the drawing.
         InvalidRobot: The links and joints form no tree.
         PhasmidError: build123d is not installed.
     """
-    reader = SidecarReader(path)
-    return reader.tree(read_drawing(path), strict=options is not None and options.strict)
+    return SidecarReader(path).tree(read_drawing(path))
 
 
 class SidecarReader:
@@ -149,15 +147,15 @@ class SidecarReader:
         self.servo = Servo(**servo.model_dump()) if servo else None
         self.findings = Findings()
 
-    def tree(self, parts: Sequence[DrawnPart], *, strict: bool = False) -> Tree:
-        """Return the tree of a drawing's parts; strictly, parts of no link are an error.
+    def tree(self, parts: Sequence[DrawnPart]) -> Tree:
+        """Return the tree of a drawing's parts.
 
         Raises:
             InvalidInput: The sidecar does not fit the drawing.
             InvalidRobot: The links and joints form no tree.
         """
         sidecar = self.sidecar
-        groups = self._groups(parts, strict=strict)
+        groups = self._groups(parts)
         poses = self._frames(parts)
         links = {}
         for name in sidecar.links:
@@ -195,7 +193,7 @@ class SidecarReader:
                 hint=f'"{guess}"' if guess else f"links are {', '.join(list(links)[:6])}",
             )
 
-    def _groups(self, parts: Sequence[DrawnPart], *, strict: bool) -> dict[str, list[DrawnPart]]:
+    def _groups(self, parts: Sequence[DrawnPart]) -> dict[str, list[DrawnPart]]:
         """Return the parts by link; a part belongs to the first link with a pattern for it."""
         patterns = {name: table.parts for name, table in self.sidecar.links.items()}
         groups: dict[str, list[DrawnPart]] = {name: [] for name in patterns}
@@ -219,8 +217,6 @@ class SidecarReader:
             what = (
                 f"{len(lost)} of {len(parts)} parts belong to no link and were left out: {shown}."
             )
-            if strict:
-                raise InvalidInput(what, where=self._where("links"))
             self.findings.suspect("parts", what, hint='parts = ["*"] in a link')
         return groups
 
