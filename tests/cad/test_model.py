@@ -25,7 +25,7 @@ def paper() -> Assembly:
 def test_the_paper_s_robot_has_eighteen_servos_of_one_solid_of_real_size(paper: Assembly) -> None:
     servos = [p for parts in paper.links.values() for p in parts if p.name.endswith("servo")]
     assert len(servos) == 18
-    assert len({id(p.solid) for p in servos}) == 1
+    assert len({id(p.solid.shape) for p in servos}) == 1
     # Table 2 gives the femur 120 g: it holds two of them.
     assert sum(p.name.endswith("servo") for p in paper.links["right_front.femur"]) == 2
     # An AX-12: 32 x 50 x 38 mm and 54.6 g.

@@ -66,16 +66,10 @@ class Assembly:
 
 def mass_properties(assembly: Assembly) -> dict[str, Inertial]:
     """Compute mass, centre of mass and inertia of each link from its solids."""
-    weighed: dict[int, Inertial] = {}
     links = {}
     for link, parts in assembly.links.items():
-        masses = []
-        for part in parts:
-            solid = part.solid
-            if id(solid) not in weighed:
-                weighed[id(solid)] = solid_mass(solid.shape, solid.material.density, solid.mass)
-            masses.append(weighed[id(solid)].at(part.X_link_part))
-        whole = merged(masses)
+        solids = [(part.solid, part.X_link_part) for part in parts]
+        whole = merged([solid_mass(s.shape, s.material.density, s.mass).at(X) for s, X in solids])
         assert whole is not None
         links[link] = whole
     return links

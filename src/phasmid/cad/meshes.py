@@ -26,11 +26,12 @@ def meshes(assembly: Assembly) -> dict[str, tuple[Part, ...]]:
     for link, parts in assembly.links.items():
         pieces = []
         for placed in parts:
-            key = id(placed.solid)
+            key = id(placed.solid.shape)
             if key not in made:
                 made[key] = mesh(placed.solid)
             part = made[key].at(placed.X_link_part)
-            pieces.append(Part(part.vertices, part.faces, part.color, placed.name))
+            color = placed.solid.material.color
+            pieces.append(Part(part.vertices, part.faces, color, placed.name))
         found[link] = tuple(pieces)
     shared = {"body": found.pop("body")}
     for joint in JOINTS:
