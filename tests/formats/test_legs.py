@@ -339,42 +339,6 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball() -> None:
     assert note.hint.startswith("--foot 0.132,0,0, in metres")
 
 
-@pytest.mark.parametrize("seed", range(30))
-def test_whatever_numbers_a_tree_has_the_answer_is_a_robot_or_a_sentence(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    odd = [0.0, -1.0, 1e-300, 1e-9, 1e3, 1e150, -1e150, 1.5]
-
-    def spoilt(values: np.ndarray) -> np.ndarray:
-        values = np.array(values, dtype=float)
-        values.flat[rng.integers(values.size)] = rng.choice(odd)
-        return values
-
-    tree = TREE
-    for _ in range(int(rng.integers(1, 4))):
-        joint = tree.joints[int(rng.integers(len(tree.joints)))]
-        link = tree.links[joint.child]
-        match int(rng.integers(5)):
-            case 0:
-                X = joint.X_parent_child.copy()
-                X[:3, 3] = spoilt(X[:3, 3])
-                tree = with_joint(tree, joint.name, X_parent_child=X)
-            case 1:
-                tree = with_joint(tree, joint.name, lower=float(rng.choice(odd)))
-            case 2:
-                kind = str(rng.choice(["fixed", "prismatic", "floating", "continuous", "ball"]))
-                tree = with_joint(tree, joint.name, kind=kind)
-            case 3:
-                tree = with_joint(tree, joint.name, effort=float(rng.choice(odd)))
-            case _ if link.inertial is not None:
-                m = link.inertial
-                mass = float(spoilt(np.array([m.mass]))[0])
-                made = Inertial(mass, spoilt(m.com), spoilt(m.inertia))
-                tree = with_link(tree, link.name, inertial=made)
-    masses = str(rng.choice(["as-given", "geometry"]))
-    imported = robot_from_tree(tree, ImportOptions(masses=masses))
-    assert (imported.robot is None) == bool(imported.impossible)
-
-
 def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused() -> None:
     length = MK4.legs[0].tibia.length
     left = [name for name in TREE.links if "left" in name and name.endswith("tibia_link")]

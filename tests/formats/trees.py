@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from general_robot import general_robot
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
@@ -48,17 +49,13 @@ def pose(R: np.ndarray | None = None, p: tuple[float, float, float] | np.ndarray
 
 
 def turn(axis: np.ndarray | list[float], angle: float) -> np.ndarray:
-    """Rotation about a unit axis, by Rodrigues' formula."""
-    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    """Rotation about an axis."""
+    return Rotation.from_rotvec(angle * np.asarray(axis) / np.linalg.norm(axis)).as_matrix()
 
 
 def random_turn(rng: np.random.Generator) -> np.ndarray:
     """A rotation, any as likely as any."""
-    Q, R = np.linalg.qr(rng.normal(size=(3, 3)))
-    Q = Q * np.sign(np.diag(R))
-    return Q * np.sign(np.linalg.det(Q))
+    return Rotation.random(random_state=rng).as_matrix()
 
 
 def renamed(tree: Tree, rng: np.random.Generator) -> Tree:

@@ -25,8 +25,8 @@ from phasmid.toml import toml_key, toml_string
 
 WORDS = {
     "coxa": ("coxa", "hip", "shoulder"),
-    "femur": ("femur", "thigh", "upper_leg", "upper leg"),
-    "tibia": ("tibia", "shin", "calf", "shank", "lower_leg", "lower leg"),
+    "femur": ("femur", "thigh", "upper_leg"),
+    "tibia": ("tibia", "shin", "calf", "shank", "lower_leg"),
 }
 """Common names of the links of a leg."""
 
