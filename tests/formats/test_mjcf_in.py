@@ -197,6 +197,7 @@ for name, new in (("base", "spare"), ("arm", "arm2"), ("j", "k")):
             "joint j: its lower limit 60 lies above the upper -60. swap them",
         ),
         (two(joint=' pos="0 nan 0"'), "MuJoCo finds numbers in robot.xml that are not finite."),
+        (two(joint=' range="nan 1"'), "MuJoCo finds numbers in robot.xml that are not finite."),
         (
             two(inside='<replicate count="1000000000"><body/></replicate>'),
             "<replicate> is not read."

@@ -311,7 +311,8 @@ class _Reader:
     def tree(self, name: str) -> Tree:
         model = self.model
         bodies = (model.body_mass, model.body_inertia, model.body_pos, model.body_quat)
-        numbers = (*bodies, model.body_ipos, model.jnt_pos, model.geom_pos, model.site_pos)
+        joints = (model.jnt_pos, model.jnt_range)
+        numbers = (*bodies, *joints, model.body_ipos, model.geom_pos, model.site_pos)
         if not all(np.isfinite(array).all() for array in numbers):
             raise InvalidInput(f"MuJoCo finds numbers in {self.file} that are not finite.")
         root = self._root()

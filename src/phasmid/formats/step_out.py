@@ -37,7 +37,7 @@ NEAR = 5e-5
 FARTHEST = 0.1
 """Faces of one hinge lie no farther apart along its axis than this [m]."""
 
-TIP = 2e-4
+TIP = 5e-5
 """Corners within this of the farthest one are a link's tip [m]."""
 
 PLASTIC = 1200.0
