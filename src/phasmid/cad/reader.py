@@ -22,9 +22,6 @@ from phasmid.cad.meshes import ANGULAR_TOLERANCE, TOLERANCE
 from phasmid.cad.step import unique
 from phasmid.robot import Part
 
-GREY = (0.5, 0.5, 0.5, 1.0)
-"""Colour of parts without one."""
-
 MOST_PARTS = 4000
 """Files of more placed parts than this are refused."""
 
@@ -135,7 +132,7 @@ def _measured(shape: Any, name: str, color: Any) -> DrawnPart:
         solid = None
     look = None
     if len(faces):
-        look = Part(vertices, np.array(faces), tuple(color) if color else GREY, name)
+        look = Part(vertices, np.array(faces), tuple(color) if color else Part.color, name)
     return DrawnPart("", name, solid, look, cylinders)
 
 

@@ -13,7 +13,7 @@ _UPWARDS = 8
 """Number of folders above a file that are searched for its package."""
 
 
-def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> Path:
+def _inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> Path:
     """Resolve a name inside a folder; the file need not exist.
 
     Nothing but a relative path that stays in the folder is accepted: no absolute path, no drive,
@@ -47,7 +47,7 @@ def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> 
     return path
 
 
-def model_folder(file: Path) -> Path:
+def _model_folder(file: Path) -> Path:
     """Find the folder that holds all files of a model: its package, or that of the file itself.
 
     Args:
@@ -74,8 +74,8 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     """
     found = re.match(r"(?:package|model)://([^/\\]+)[/\\]+", name)
     if not found:
-        folder = model_folder(file)
-        return inside(folder, name, noun, start=file.resolve().parent)
+        folder = _model_folder(file)
+        return _inside(folder, name, noun, start=file.resolve().parent)
     package = found.group(1)
     rest = name[found.end() :]
     if package in packages:
@@ -84,10 +84,10 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
                 f"no such folder: {plain(packages[package][:200])}.",
                 where=f"option --package {plain(package[:100])}",
             )
-        return inside(Path(packages[package]).resolve(), rest, noun)
-    own = model_folder(file)
+        return _inside(Path(packages[package]).resolve(), rest, noun)
+    own = _model_folder(file)
     if package in (own.name, _package_name(own)):
-        return inside(own, rest, noun)
+        return _inside(own, rest, noun)
     shown = plain(package[:100])
     raise InvalidInput(f'package "{shown}" is unknown.', hint=f"--package {shown}=PATH")
 

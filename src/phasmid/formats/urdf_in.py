@@ -27,9 +27,6 @@ from phasmid.units import plain_number
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 """Joints of URDF."""
 
-GREY = (0.5, 0.5, 0.5, 1.0)
-"""Colour of shapes without one."""
-
 _KNOWN = {
     "robot": {"link", "joint", "material", "mujoco"},
     "link": {"inertial", "visual", "collision"},

@@ -11,8 +11,9 @@ from jaxtyping import Float
 
 from phasmid.formats.meshes import Color, StlFiles
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
-from phasmid.formats.urdf_in import GREY, OWN_SHAPE, UNLIMITED
+from phasmid.formats.urdf_in import OWN_SHAPE, UNLIMITED
 from phasmid.formats.xml import written
+from phasmid.robot import Part
 
 FOOT_RADIUS = 0.005
 """Radius of the ball at a foot, on which simulators let the robot stand [m]."""
@@ -113,7 +114,7 @@ def _add_link(
         if sticks and length >= 1e-3:
             x, y, z = end / length
             sizes = {"radius": written([_STICK_RADIUS]), "length": written([length])}
-            look = add_shape("visual", f"{OWN_SHAPE}{joint.name}", "cylinder", GREY, **sizes)
+            look = add_shape("visual", f"{OWN_SHAPE}{joint.name}", "cylinder", Part.color, **sizes)
             # Ry(pitch) and Rz(yaw) turn the cylinder's z to the end.
             _add_origin(look, end / 2, (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
     for joint in tree.joints_from(link.name):
