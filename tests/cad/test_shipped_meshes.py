@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
 
@@ -20,7 +18,6 @@ def box(parts: tuple[Part, ...]) -> np.ndarray:
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
-@cache
 def look(preset: str) -> Appearance:
     found = load_robot(preset).appearance
     assert found is not None
@@ -28,50 +25,36 @@ def look(preset: str) -> Appearance:
 
 
 @pytest.mark.parametrize("preset", preset_names())
-def test_a_preset_comes_with_a_look_below_400_kB(preset: str) -> None:
+def test_a_preset_s_meshes_fit_its_frames(preset: str) -> None:
     from importlib import resources
 
-    file = resources.files("phasmid.robot") / "presets" / look(preset).name
+    robot, own = load_robot(preset), look(preset)
+    file = resources.files("phasmid.robot") / "presets" / own.name
     assert len(file.read_bytes()) < 400_000
-    assert set(look(preset).parts) == {"body", *JOINTS}
-
-
-@pytest.mark.parametrize("preset", preset_names())
-def test_links_reach_from_axis_to_axis(preset: str) -> None:
+    assert set(own.parts) == {"body", *JOINTS}
     # A link of length L spans 0 to L along its x, and at each axis its bracket or servo goes past
     # it by less than WIDEST.
-    leg = load_robot(preset).legs[0]
+    leg = robot.legs[0]
     for joint, length in zip(JOINTS, leg.lengths, strict=True):
-        (low, *_), (high, *_) = box(look(preset).link(leg.name, joint))
+        (low, *_), (high, *_) = box(own.link(leg.name, joint))
         assert -WIDEST < low < -0.005
         if joint == "tibia":
             # Its end is the foot, which touches the ground there: to half the mesh's tolerance.
             assert high == pytest.approx(length, abs=0.2e-3)
         else:
             assert length + 0.005 < high < length + WIDEST
-
-
-@pytest.mark.parametrize("preset", preset_names())
-def test_the_body_holds_every_hip_between_its_plates(preset: str) -> None:
-    robot = load_robot(preset)
-    low, high = box(look(preset).body)
+    # The body holds every hip between its plates, and the hip's axis goes through a servo.
+    low, high = box(own.body)
     hips = robot.arrays.p_body_hip
     assert np.all(hips > low)
     assert np.all(hips < high)
-    plates = [part for part in look(preset).body if part.name.endswith("plate")]
-    assert {part.name for part in plates} == {"lower_plate", "upper_plate"}
-    servos = [box((part,)) for part in look(preset).body if part.name.endswith("servo")]
+    servos = [box((part,)) for part in own.body if part.name.endswith("servo")]
     assert len(servos) == len(robot.legs)
     for hip in hips:
-        # The axis of each hip goes through a servo of the body.
         assert any(np.all(a[:2] < hip[:2]) and np.all(hip[:2] < b[:2]) for a, b in servos)
-
-
-@pytest.mark.parametrize("preset", preset_names())
-def test_faces_look_outwards(preset: str) -> None:
-    # The divergence theorem: one sixth of the sum of a · (b × c) is the volume, positive where
-    # corners run counter-clockwise seen from outside.
-    for parts in look(preset).parts.values():
+    # Faces look outwards. The divergence theorem: one sixth of the sum of a · (b × c) is the
+    # volume, positive where corners run counter-clockwise seen from outside.
+    for parts in own.parts.values():
         for part in parts:
             a, b, c = np.moveaxis(part.vertices[part.faces], 1, 0)
             assert np.sum(a * np.cross(b, c)) / 6 > 1e-9

@@ -49,7 +49,7 @@ def test_it_writes_solids_meshes_and_masses(
     assert corners[..., 0].max() == pytest.approx(length, abs=0.3e-3)
     before = (out / "phantomx-paper.step").read_bytes()
     assert main(["cad", "phantomx-paper", "--out", str(out)]) == 2
-    assert "phantomx-paper.step is there already." in capsys.readouterr().err
+    assert "exists; nothing was written." in capsys.readouterr().err
     assert (out / "phantomx-paper.step").read_bytes() == before
     # The STEP file with its sidecar is a robot.
     assert main(["check", str(out / "phantomx-paper.step")]) == 0

@@ -12,7 +12,7 @@ import pytest
 from formats.tetrahedron import CORNERS, FACES
 from formats.trees import ROBOTS, files_of, write
 from phasmid import dynamics, kinematics
-from phasmid.formats import read_urdf
+from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.kinematics import leg_frames
 from phasmid.robot import JOINTS, Appearance, Part, Robot, load_robot

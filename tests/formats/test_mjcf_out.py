@@ -7,29 +7,14 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-import trimesh
 
-from formats.trees import ROBOTS, files_of
+from formats.trees import ROBOTS, block, files_of
 from general_robot import general_robot
-from phasmid.errors import InvalidRobot
-from phasmid.formats import Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats import tree_of
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.tree import neutral_angles
-from phasmid.kinematics import quaternion_rotation
-from phasmid.robot import Appearance, Part, Robot, preset_names
-
-
-def a_box(size: float, name: str = "", color: tuple[float, ...] = (1.0, 0.5, 0.25, 1.0)) -> Part:
-    mesh = trimesh.creation.box((size, 2 * size, 3 * size))
-    return Part(np.asarray(mesh.vertices), np.asarray(mesh.faces), color, name)
-
-
-def dressed(robot: Robot) -> Robot:
-    """The robot with boxes: one on the trunk, the same on all coxae, each tibia's its own."""
-    parts = {"body": (a_box(0.1, "trunk"),), "coxa": (a_box(0.02, "servo"), a_box(0.03))}
-    for i, leg in enumerate(robot.legs):
-        parts[f"{leg.name}.tibia"] = (a_box(0.011 * (i + 1), "servo", (0.0, 0.0, 1.0, 0.5)),)
-    return replace(robot, appearance=Appearance(lambda: parts))
+from phasmid.kinematics import leg_frames, quaternion_rotation
+from phasmid.robot import Appearance, Robot, preset_names
 
 
 def compiled(robot: Robot) -> mujoco.MjModel:
@@ -48,9 +33,8 @@ def test_an_inertia_far_below_the_engines_own_threshold_keeps_its_axes() -> None
         else link
         for name, link in tree.links.items()
     }
-    model = mujoco.MjModel.from_xml_string(
-        mjcf_files(replace(tree, links=links), "r")["r.xml"].decode()
-    )
+    files = mjcf_files(replace(tree, links=links), "r", neutral_angles(robot), robot.servo)
+    model = mujoco.MjModel.from_xml_string(files["r.xml"].decode())
     for name, link in links.items():
         if link.inertial:
             body = model.body(name)
@@ -61,16 +45,12 @@ def test_an_inertia_far_below_the_engines_own_threshold_keeps_its_axes() -> None
 
 
 @pytest.mark.parametrize("name", preset_names())
-@pytest.mark.parametrize("known", [True, False])
-def test_the_robot_stands_still_at_home_under_its_actuators(name: str, known: bool) -> None:
+def test_the_robot_stands_still_at_home_under_its_actuators(name: str) -> None:
     robot = ROBOTS[name]
-    home = neutral_angles(robot)
-    files = mjcf_files(tree_of(robot), "robot", home=home, servo=robot.servo if known else None)
-    text = files.pop("robot.xml").decode()
-    model = mujoco.MjModel.from_xml_string(text, files)
+    model = compiled(robot)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
-    np.testing.assert_array_equal(data.ctrl, list(home.values()))
+    np.testing.assert_array_equal(data.ctrl, list(neutral_angles(robot).values()))
     mujoco.mj_forward(model, data)
     feet = np.array([model.site(f"{leg.name}_foot").id for leg in robot.legs])
     start, places = data.qpos.copy(), data.site_xpos[feet].copy()
@@ -96,8 +76,6 @@ def test_the_robot_stands_still_at_home_under_its_actuators(name: str, known: bo
 
 def test_the_ends_of_the_feet_are_the_robots_feet() -> None:
     """X_world_foot of the compiled sites at random angles is the robot's own chain."""
-    from phasmid.kinematics import leg_frames
-
     robot = general_robot()
     model = compiled(robot)
     data = mujoco.MjData(model)
@@ -111,37 +89,22 @@ def test_the_ends_of_the_feet_are_the_robots_feet() -> None:
 
 
 def test_meshes_are_seen_and_felt_by_nobody_and_written_once() -> None:
-    robot = dressed(ROBOTS["phantomx-ax"])
-    files = mjcf_files(tree_of(robot), "robot")
-    # One of the trunk, two that all coxae share, one of each tibia.
-    assert sorted(files) == sorted(
-        [
-            "robot.xml",
-            "robot_meshes/trunk.stl",
-            "robot_meshes/servo.stl",
-            "robot_meshes/right_front_coxa_link.stl",
-        ]
-        + [f"robot_meshes/servo_{i}.stl" for i in range(2, 8)]
-    )
-    model = mujoco.MjModel.from_xml_string(files.pop("robot.xml").decode(), files)
+    """One mesh of the trunk, one that all coxae share, one of each tibia."""
+    robot = ROBOTS["phantomx-ax"]
+    parts = {"body": (block((0, 0, 0), (0.1, 0.1, 0.1)),), "coxa": (block((0, 0, 0), (1, 2, 3)),)}
+    for i, leg in enumerate(robot.legs, 1):
+        shape = block((0, 0, 0), (0.01 * i, 0.02, 0.03))
+        parts[f"{leg.name}.tibia"] = (replace(shape, name="servo", color=(0.0, 0.0, 1.0, 0.5)),)
+    robot = replace(robot, appearance=Appearance.of(parts))
+    names = ["base_link", "right_front_coxa_link", "servo", *(f"servo_{i}" for i in range(2, 7))]
+    files = files_of(robot, ".xml")
+    assert set(files) == {"robot.xml", *(f"robot_meshes/{name}.stl" for name in names)}
+    model = compiled(robot)
     seen = model.geom_group == 2
-    assert np.count_nonzero(seen) == 1 + 6 * 3
+    assert np.count_nonzero(seen) == 1 + 6 * 2
     assert not model.geom_contype[seen].any()
     assert not model.geom_conaffinity[seen].any()
     body = model.body("right_front_tibia_link").id
     (geom,) = np.flatnonzero(seen & (model.geom_bodyid == body))
     np.testing.assert_allclose(model.geom_rgba[geom], [0, 0, 1, 0.5])
     assert model.body_mass.sum() == pytest.approx(robot.mass, rel=1e-12)
-
-
-def test_what_mjcf_cannot_hold_is_refused() -> None:
-    links = {"base_link": tree_of(ROBOTS["phantomx-ax"]).root, "arm": TreeLink("arm")}
-    hinge = TreeJoint("j", "revolute", "base_link", "arm", np.eye(4))
-    with pytest.raises(InvalidRobot) as refused:
-        mjcf_files(Tree("r", links, (hinge,)), "r")
-    assert refused.value.what == "link arm moves but has no mass."
-    with pytest.raises(InvalidRobot) as refused:
-        mjcf_files(Tree("r", links, (replace(hinge, kind="prismatic"),)), "r")
-    assert refused.value.what == (
-        "joint j is of kind prismatic; only hinges and fixed joints are written."
-    )

@@ -8,21 +8,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from formats.trees import ROBOTS, block, files_of, write
+from formats.trees import ROBOTS, files_of, write
 from general_robot import general_robot
 from phasmid.formats import (
-    ImportOptions,
-    Severity,
-    import_robot,
-    read_urdf,
     robot_from_tree,
-    save_robot,
     tree_of,
 )
 from phasmid.formats.mjcf_in import read_mjcf
+from phasmid.formats.urdf_in import read_urdf
 from phasmid.kinematics import foot_position
-from phasmid.robot import Appearance, Leg, Part, Robot, load_robot, preset_names
+from phasmid.robot import Appearance, Leg, Part, Robot
 
 ROUND_OFF = 1e-12
 """A dozen products and sums of numbers up to 4, each rounded to 2e-16 of its size."""
@@ -65,7 +62,7 @@ def test_every_number_of_a_tree_survives_the_file(name: str, suffix: str, tmp_pa
     robot = replace(ROBOTS[name], appearance=Appearance.of(LOOK))
     ours = tree_of(robot)
     read = read_urdf if suffix == ".urdf" else read_mjcf
-    theirs = read(write(files_of(robot, suffix), tmp_path), ImportOptions(strict=True))
+    theirs = read(write(files_of(robot, suffix), tmp_path))
     assert (theirs.name, list(theirs.links)) == (robot.name, list(ours.links))
     assert theirs.findings == ()
     # Rotations pass through angles or quaternions: some roundings of entries of order one.
@@ -96,31 +93,6 @@ def test_every_number_of_a_tree_survives_the_file(name: str, suffix: str, tmp_pa
         np.testing.assert_array_equal(other.axis, joint.axis)
 
 
-@pytest.mark.parametrize("suffix", [".urdf", ".xml"])
-@pytest.mark.parametrize("name", preset_names())
-def test_a_preset_comes_back_from_a_file(name: str, suffix: str, tmp_path: Path) -> None:
-    """Geometry, masses, limits, effort, speed and friction; not the stance and the servo's law."""
-    robot = load_robot(name)
-    (lost,) = save_robot(robot, tmp_path / f"robot{suffix}")
-    assert "neutral feet, names of legs and the servos' own laws are lost" in lost.what
-    imported = import_robot(tmp_path / f"robot{suffix}")
-    assert imported.robot is not None, imported.error
-    assert not [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]
-    made, arrays = imported.robot, robot.arrays
-    assert len(made.legs) == len(robot.legs)
-    order = [_nearest(hip, arrays.p_body_hip) for hip in made.arrays.p_body_hip]
-    for field in ("lengths", "mass", "com", "inertia", "p_body_hip", "joint_limits"):
-        own = getattr(arrays, field)[order]
-        np.testing.assert_allclose(getattr(made.arrays, field), own, rtol=0, atol=ROUND_OFF)
-    np.testing.assert_allclose(made.body.inertia, robot.body.inertia, rtol=0, atol=ROUND_OFF)
-    assert made.servo.stall_torque == robot.servo.stall_torque
-    assert made.servo.armature == robot.servo.armature or not robot.servo.armature
-
-
-def _nearest(point: np.ndarray, points: np.ndarray) -> int:
-    return int(np.argmin(np.linalg.norm(points - point, axis=1)))
-
-
 def random_robot(seed: int) -> Robot:
     """Four to eight unlike legs on hips at random places, tilted by up to half a radian."""
     rng = np.random.default_rng(seed)
@@ -149,17 +121,15 @@ def random_robot(seed: int) -> Robot:
     return replace(base, legs=tuple(legs))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(10))
 def test_any_robot_s_feet_move_as_before(seed: int) -> None:
     """p_body_foot at random angles φ of the file: FK(q) = FK'(signs φ + offsets) + shift."""
     robot = random_robot(seed)
-    facts = robot_from_tree(tree_of(robot)).facts
-    assert facts is not None
     shift = robot.arrays.p_body_hip.mean(axis=0)
     q = np.random.default_rng(seed).uniform(-1, 1, (5, 3))
-    for leg in facts.legs:
+    for leg in robot_from_tree(tree_of(robot)).legs:
         own = robot.leg(leg.joints[0].removesuffix("_coxa"))
-        R = _rotation(leg.angles)
+        R = Rotation.from_euler("ZYX", leg.angles).as_matrix()
         theirs = foot_position(
             replace(own, coxa=_link(own.coxa, leg, 0), femur=_link(own.femur, leg, 1),
                     tibia=_link(own.tibia, leg, 2)),
@@ -169,28 +139,6 @@ def test_any_robot_s_feet_move_as_before(seed: int) -> None:
         np.testing.assert_allclose(theirs + shift, ours, rtol=0, atol=ROUND_OFF)
 
 
-def _rotation(angles: np.ndarray) -> np.ndarray:
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_euler("ZYX", angles).as_matrix()
-
-
 def _link(link: Any, leg: Any, i: int) -> Any:
     left = float(leg.lateral_offsets[i])
     return replace(link, length=float(leg.lengths[i]), lateral_offset=left)
-
-
-def test_a_look_comes_back_with_its_links() -> None:
-    shape = block((0.0, -0.01, -0.01), (0.05, 0.01, 0.01))
-    robot = load_robot("phantomx-paper")
-    parts = {"body": (shape,), "left_rear.femur": (shape, shape)}
-    imported = robot_from_tree(tree_of(replace(robot, appearance=Appearance.of(parts))))
-    assert imported.robot is not None
-    look = imported.robot.appearance
-    assert look is not None
-    assert {name: len(found) for name, found in look.parts.items()} == {
-        "body": 1,
-        "left_rear.femur": 2,
-    }
-    for found in look.parts["left_rear.femur"]:
-        np.testing.assert_allclose(found.vertices, shape.vertices, atol=1e-15)

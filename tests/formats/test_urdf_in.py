@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
-from phasmid.errors import PhasmidError
-from phasmid.formats import ImportOptions, Severity, Tree, read_urdf
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.formats import ImportOptions, Severity, Tree, import_robot
+from phasmid.formats.urdf_in import read_urdf
 
 LEG = """<robot name="r">
   <link name="base"/>
@@ -39,8 +40,7 @@ LEG = """<robot name="r">
 
 MORE = """<joint name="{name}" type="fixed"><parent link="base"/><child link="tibia_3"/></joint>
 </robot>"""
-LONG = f'link name="{"a" * 201}"'
-LIMITS, RADIANS = "joint coxa_1: limits", "rad; URDF angles are radians."
+RADIANS = "rad; URDF angles are radians."
 BOX, RANGE = '<box size="0.1 0.2 0.3"/>', 'lower="-1" upper="1.5"'
 
 
@@ -89,15 +89,12 @@ def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
     blue = '<material name="blue"><color rgba="0 0 1 0.5"/></material></robot>'
     tree = read(text.replace("</robot>", blue), tmp_path)
     assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
-    shown = f'<link name="base"><visual><geometry><sphere radius="0.1"/></geometry>{blue}'
-    shown = shown.replace("</robot>", "</visual></link>")
-    tree = read(text.replace('<link name="base"/>', shown), tmp_path)
-    assert tree.links["tibia_3"].parts[0].color == (0, 0, 1, 0.5)
     assert read(text, tmp_path).links["tibia_3"].parts[0].color == (0.5, 0.5, 0.5, 1)
 
 
-def test_i3_nothing_outside_the_model_folder_is_read(tmp_path: Path) -> None:
-    for name in (
+@pytest.mark.parametrize(
+    "name",
+    [
         "../../etc/passwd",
         "/etc/passwd",
         "file:///etc/passwd",
@@ -106,17 +103,16 @@ def test_i3_nothing_outside_the_model_folder_is_read(tmp_path: Path) -> None:
         "\\\\server\\a.stl",
         "meshes/../../a.stl",
         "~/a.stl",
-        "a" * 5000,
-    ):
-        error = refused(tmp_path, BOX, f'<mesh filename="{name}"/>')
-        shown = name if len(name) < 200 else f"{'a' * 200}…"
-        assert error.what == f'mesh "{shown}" lies outside the model folder.'
-        assert error.where == "robot.urdf, line 11"
-    inside = ImportOptions(packages={"x": str(tmp_path)})
+        "package:///etc/passwd",
+    ],
+)
+def test_i3_nothing_outside_the_model_folder_is_read(name: str, tmp_path: Path) -> None:
+    error = refused(tmp_path, BOX, f'<mesh filename="{name}"/>')
+    assert error.what == f'mesh "{name}" lies outside the model folder.'
+    assert error.where == "robot.urdf, line 11"
+    inside = ImportOptions(package=f"x={tmp_path}")
     error = refused(tmp_path, BOX, '<mesh filename="package://x/../../etc/passwd"/>', inside)
     assert error.what == 'mesh "../../etc/passwd" lies outside the model folder.'
-    error = refused(tmp_path, BOX, '<mesh filename="package:///etc/passwd"/>')
-    assert error.what == 'mesh "package:///etc/passwd" lies outside the model folder.'
 
 
 @pytest.mark.skipif(os.name == "nt", reason="making a link needs rights there")
@@ -135,9 +131,9 @@ def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> N
     folder = tmp_path / "some" / "where"
     (folder / "meshes").mkdir(parents=True)
     (folder / "meshes" / "a.stl").write_bytes(binary_stl(CORNERS[FACES]))
-    tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(packages={"x": str(folder)}))
+    tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(package=f"x={folder}"))
     assert len(tree.links["tibia_3"].parts[0].faces) == 4
-    nowhere = ImportOptions(packages={"x": "nonexistent"})
+    nowhere = ImportOptions(package="x=nonexistent")
     error = refused(tmp_path, BOX, mesh, nowhere)
     assert error.what == "no such folder: nonexistent."
     assert error.where.endswith("option --package x")
@@ -184,7 +180,6 @@ def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
     [
         ("-6.2832 6.2832", -6.2832, 6.2832),
         ("-1e16 1e16", -np.inf, np.inf),
-        ("-2000 0.5", -np.inf, 0.5),
         ("-0.25 1e9", -0.25, np.inf),
     ],
 )
@@ -196,14 +191,6 @@ def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(
     assert (tree.joints[0].lower, tree.joints[0].upper) == (lower, upper)
     told = ["joint coxa_1: limits beyond 1000 rad were taken for none."]
     assert [f.what for f in tree.findings] == told * bool(np.isinf([lower, upper]).any())
-
-
-def test_a_revolute_joint_without_limits_may_move_without_end(tmp_path: Path) -> None:
-    tree = read(LEG.replace(f"<limit {RANGE}", "<mimic"), tmp_path)
-    assert tree.joints[0].lower == -np.inf
-    assert tree.findings[0].what == (
-        "no <limit>, which revolute joints must have; it may move without end."
-    )
 
 
 def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
@@ -225,9 +212,8 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
     (found,) = read(text, tmp_path).findings
     assert found.severity is Severity.NOTE
     assert found.what == "2 <mimic>, 1 <transmission> were ignored."
-    error = refused(tmp_path, "</joint>", more, ImportOptions(strict=True))
-    assert error.what == "2 <mimic>, 1 <transmission> were ignored."
-    assert error.exit_status == 2
+    with pytest.raises(InvalidInput, match=r"2 <mimic>, 1 <transmission> were ignored\."):
+        import_robot(tmp_path / "robot.urdf", strict=True)
     (found,) = read(LEG.replace("</robot>", "<a><b/></a></robot>"), tmp_path).findings
     assert found.what == "1 <a> was ignored."
 
@@ -236,27 +222,38 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
     ("old", "new", "what", "line"),
     [
         ('value="0.5"', 'value="nan"', '<mass>: value is "nan"; it must be a finite number.', 6),
-        ('value="0.5"', 'value="${m}"', '<mass>: value is "${m}"; it must be a number.', 6),
-        ('"0.1 0 0"', '"0.1 0 1_0"', '<origin>: xyz is "0.1 0 1_0"; it must be 3 numbers.', 5),
+        (
+            'value="0.5"',
+            'value="${m}"',
+            '<mass>: value is "${m}"; it must be a number. expand the file with xacro first',
+            6,
+        ),
         (
             '"0.1 0 0"',
             '"0.1 0 1e300"',
-            '<origin>: xyz is "0.1 0 1e300"; numbers above 1e+06 are refused.',
+            '<origin>: xyz is "0.1 0 1e300"; numbers must be from -1e+06 to 1e+06.',
             5,
         ),
-        (RANGE, 'lower="-90" upper="90"', f"{LIMITS} -90 to 90 {RADIANS}", 19),
-        (RANGE, 'lower="-30" upper="120"', f"{LIMITS} -30 to 120 {RADIANS}", 19),
+        ('"0.1 0 0"', '"0.1 0"', '<origin>: xyz is "0.1 0"; it must be 3 numbers.', 5),
+        ('ixx="1e-3" ', "", "<inertia> has no ixx.", 7),
+        ('link name="base"', "link", "<link> has no name.", 2),
+        (
+            RANGE,
+            'lower="-30" upper="120"',
+            f"joint coxa_1: limits -30 to 120 {RADIANS} -0.5236 and 2.0944",
+            19,
+        ),
         (
             'rpy="0 0 1.5707963267948966"',
-            'rpy="0 0 -45"',
-            "<origin>: rpy 0 0 -45 rad is more than a turn; URDF angles are radians.",
+            'rpy="90 0 45"',
+            f'<origin>: rpy 90 0 45 rad is more than a turn; {RADIANS[5:]} rpy="1.5708 0 0.7854"',
             5,
         ),
         (
             'child link="tibia_3"',
             'child link="base"',
             "link base hangs on a ring of joints that is not tied to the root link.",
-            0,
+            2,
         ),
         (
             "</robot>",
@@ -268,21 +265,22 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
             "</robot>",
             MORE.format(name="j5"),
             "link tibia_3 has two parents (joints coxa_1, j5).",
-            0,
+            22,
         ),
-        ("</robot>", MORE.format(name="coxa_1"), "two joints are called coxa_1.", 0),
+        ("</robot>", MORE.format(name="coxa_1"), "two joints are called coxa_1.", 15),
         (
             "</robot>",
             '<xacro:leg name="a"/></robot>',
-            "robot.urdf line 22: <xacro:leg> is not expanded.",
+            "robot.urdf line 22: <xacro:leg> is not expanded. run xacro first: xacro ",
             0,
         ),
-        ('value="0.5"', "", "<mass> has no value.", 6),
-        ('ixx="1e-3"', 'ixx="1e400"', '<inertia>: ixx is "1e400"; it must be a finite number.', 7),
-        ('ixx="1e-3" ', "", "<inertia> has no ixx.", 7),
-        ('"0.1 0 0"', '"0.1 0"', '<origin>: xyz is "0.1 0"; it must be 3 numbers.', 5),
-        ('"0.1 0.2 0.3"', '"0.1 0 0.3"', "<box>: size must be greater than 0 and at most 5 m.", 11),
-        ('"1 0 0 1"', '"2 0 0 1"', "<color>: rgba must be four numbers from 0 to 1.", 12),
+        (
+            '"0.1 0.2 0.3"',
+            '"0.1 0 0.3"',
+            '<box>: size is "0.1 0 0.3"; numbers must be from 1e-09 to 5.',
+            11,
+        ),
+        ('"1 0 0 1"', '"2 0 0 1"', '<color>: rgba is "2 0 0 1"; numbers must be from 0 to 1.', 12),
         (
             BOX,
             '<mesh filename="a.stl" scale="1 0 1"/>',
@@ -304,8 +302,8 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
             15,
         ),
         (
-            '<axis xyz="0 0 1"/>',
-            '<axis xyz="0 0 0"/>',
+            'xyz="0 0 1"/>\n    <l',
+            'xyz="0 0 0"/><l',
             "joint coxa_1: its axis has no direction.",
             18,
         ),
@@ -315,38 +313,18 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
             "joint coxa_1: its lower limit 2 lies above the upper 1.5.",
             19,
         ),
-        ('effort="2"', 'effort="-2"', "joint coxa_1: effort is -2; it must be 0 or more.", 19),
-        ('damping="0.1"', 'damping="-1"', "joint coxa_1: damping is -1; it must be 0 or more.", 20),
-        ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
-        ('link name="base"', "link", "<link> has no name.", 2),
         (
-            'link name="base"',
-            LONG,
-            f'name "{"a" * 200}…" must be 200 printable characters or less.',
-            2,
+            'effort="2"',
+            'effort="-2"',
+            '<limit>: effort is "-2"; numbers must be from 0 to inf.',
+            19,
         ),
+        ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
     ],
 )
-def test_what_cannot_be_used_is_told_with_its_line(
+def test_what_cannot_be_used_is_told_with_its_line_and_what_to_try(
     old: str, new: str, what: str, line: int, tmp_path: Path
 ) -> None:
     error = refused(tmp_path, old, new)
-    assert error.what == what
+    assert f"{error.what} {error.hint}".startswith(what)
     assert not line or error.where == f"robot.urdf, line {line}"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "hint"),
-    [
-        (RANGE, 'lower="-30" upper="120"', "-0.5236 and 2.0944"),
-        (
-            'rpy="0 0 1.5707963267948966"',
-            'rpy="90 0 45"',
-            'rpy="1.5708 0 0.7854", if these are degrees',
-        ),
-        ("</robot>", "<xacro:leg/></robot>", "run xacro first: xacro robot.urdf.xacro > robot"),
-        ('value="0.5"', 'value="${m}"', "expand the file with xacro first"),
-    ],
-)
-def test_what_to_do_about_it_is_told(old: str, new: str, hint: str, tmp_path: Path) -> None:
-    assert refused(tmp_path, old, new).hint.startswith(hint)

@@ -7,10 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from general_robot import general_robot
-from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, mjcf_files, tree_of, urdf_files
+from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats.meshes import primitive
+from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.tree import neutral_angles
+from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot import Part, Robot, load_robot, preset_names
 
 ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}
@@ -30,7 +34,7 @@ def files_of(robot: Robot, suffix: str) -> dict[str, bytes]:
         files = urdf_files(tree_of(robot), "robot")
     else:
         home = neutral_angles(robot)
-        files = mjcf_files(tree_of(robot), "robot", home=home, servo=robot.servo)
+        files = mjcf_files(tree_of(robot), "robot", home, robot.servo)
     main = f"robot{suffix}"
     return {main: files.pop(main), **files}
 
@@ -45,17 +49,13 @@ def pose(R: np.ndarray | None = None, p: tuple[float, float, float] | np.ndarray
 
 
 def turn(axis: np.ndarray | list[float], angle: float) -> np.ndarray:
-    """Rotation about a unit axis, by Rodrigues' formula."""
-    x, y, z = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    """Rotation about an axis."""
+    return Rotation.from_rotvec(angle * np.asarray(axis) / np.linalg.norm(axis)).as_matrix()
 
 
 def random_turn(rng: np.random.Generator) -> np.ndarray:
     """A rotation, any as likely as any."""
-    Q, R = np.linalg.qr(rng.normal(size=(3, 3)))
-    Q = Q * np.sign(np.diag(R))
-    return Q * np.sign(np.linalg.det(Q))
+    return Rotation.random(random_state=rng).as_matrix()
 
 
 def renamed(tree: Tree, rng: np.random.Generator) -> Tree:
@@ -132,21 +132,5 @@ def joined(tree: Tree, *joints: TreeJoint, links: tuple[TreeLink, ...] = ()) -> 
 
 def block(low: tuple[float, ...], high: tuple[float, ...]) -> Part:
     """A closed box."""
-    corners = np.array(
-        [[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-    )
-    faces = [
-        [0, 1, 3],
-        [0, 3, 2],
-        [4, 6, 7],
-        [4, 7, 5],
-        [0, 4, 5],
-        [0, 5, 1],
-        [2, 3, 7],
-        [2, 7, 6],
-        [0, 2, 6],
-        [0, 6, 4],
-        [1, 5, 7],
-        [1, 7, 3],
-    ]
-    return Part(corners, np.array(faces))
+    shape = primitive("box", extents=np.subtract(high, low))
+    return shape.at(pose(p=np.add(low, high) / 2))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.cad.library import build123d, occt
+from phasmid.cad.library import build123d
 from phasmid.cad.material import Material
 from phasmid.robot.inertial import Inertial, merged
 
@@ -66,16 +66,10 @@ class Assembly:
 
 def mass_properties(assembly: Assembly) -> dict[str, Inertial]:
     """Compute mass, centre of mass and inertia of each link from its solids."""
-    weighed: dict[int, Inertial] = {}
     links = {}
     for link, parts in assembly.links.items():
-        masses = []
-        for part in parts:
-            solid = part.solid
-            if id(solid) not in weighed:
-                weighed[id(solid)] = solid_mass(solid.shape, solid.material.density, solid.mass)
-            masses.append(weighed[id(solid)].at(part.X_link_part))
-        whole = merged(masses)
+        solids = [(part.solid, part.X_link_part) for part in parts]
+        whole = merged([solid_mass(s.shape, s.material.density, s.mass).at(X) for s, X in solids])
         assert whole is not None
         links[link] = whole
     return links
@@ -89,22 +83,16 @@ def solid_mass(shape: Any, density: float, mass: float | None = None) -> Inertia
         density: Mass by volume [kg/m³].
         mass: As weighed [kg], in place of the density.
     """
-    found = occt("GProp").GProp_GProps()
-    occt("BRepGProp").BRepGProp.VolumeProperties_s(shape.wrapped, found)
-    volume, centre, tensor = found.Mass(), found.CentreOfMass(), found.MatrixOfInertia()
-    per_volume = density / MM**3 if mass is None else mass / volume
-    inertia = np.array([[tensor.Value(row, column) for column in (1, 2, 3)] for row in (1, 2, 3)])
+    per_volume = density / MM**3 if mass is None else mass / shape.volume
     return Inertial(
-        per_volume * volume,
-        np.array([centre.X(), centre.Y(), centre.Z()]) / MM,
-        per_volume * inertia / MM**2,
+        per_volume * shape.volume,
+        np.array(tuple(shape.center(build123d().CenterOf.MASS))) / MM,
+        per_volume * np.array(shape.matrix_of_inertia) / MM**2,
     )
 
 
 def location(X: Float[np.ndarray, "4 4"]) -> Any:
     """Convert a pose to the library's location."""
-    gp = occt("gp")
-    turn = gp.gp_Trsf()
-    rows = [[float(c) for c in (*X[row, :3], MM * X[row, 3])] for row in range(3)]
-    turn.SetValues(*(c for row in rows for c in row))
-    return build123d().Location(turn)
+    b = build123d()
+    origin, x, z = ([float(c) for c in row] for row in (MM * X[:3, 3], X[:3, 0], X[:3, 2]))
+    return b.Location(b.Plane(origin=origin, x_dir=x, z_dir=z))

@@ -34,7 +34,7 @@ class Cylinder:
     """A cylindrical face of a part.
 
     Attributes:
-        point: A point of its axis in the part's frame [m], shape (3,).
+        point: A point of its axis [m], shape (3,).
         direction: Of its axis, a unit vector, shape (3,).
         radius: [m].
         area: [m²].
@@ -48,38 +48,35 @@ class Cylinder:
 
 @dataclass(frozen=True, eq=False)
 class DrawnPart:
-    """A part in its place.
+    """A part in its place, in the drawing's frame.
 
     Attributes:
         path: Names of the assemblies that hold it and its own, with slashes between.
         product: Name of the part wherever it is placed.
-        X_drawing_part: Its pose in the drawing's frame [m], shape (4, 4).
-        solid: Mass and inertia at a density of 1 kg/m³, in the part's frame; None for a surface
-            that encloses nothing.
-        look: Its triangles, in the part's frame; None where it has none.
+        solid: Mass and inertia at a density of 1 kg/m³; None for a surface that encloses nothing.
+        look: Its triangles; None where it has none.
         cylinders: Its cylindrical faces.
     """
 
     path: str
     product: str
-    X_drawing_part: Float[np.ndarray, "4 4"]
     solid: Inertial | None
     look: Part | None
     cylinders: tuple[Cylinder, ...]
 
-    @property
-    def drawn_cylinders(self) -> list[Cylinder]:
-        """Its cylindrical faces in the drawing's frame."""
-        R, p = self.X_drawing_part[:3, :3], self.X_drawing_part[:3, 3]
-        return [
-            replace(face, point=R @ face.point + p, direction=R @ face.direction)
-            for face in self.cylinders
-        ]
-
-    @property
-    def volume(self) -> float:
-        """The volume that it encloses [m³]."""
-        return self.solid.mass if self.solid else 0.0
+    def at(self, X: Float[np.ndarray, "4 4"], path: str) -> DrawnPart:
+        """Return the part in another place, at a path."""
+        R, p = X[:3, :3], X[:3, 3]
+        return DrawnPart(
+            path,
+            self.product,
+            self.solid and self.solid.at(X),
+            self.look and self.look.at(X),
+            tuple(
+                replace(face, point=R @ face.point + p, direction=R @ face.direction)
+                for face in self.cylinders
+            ),
+        )
 
 
 def read_drawing(path: Path) -> tuple[DrawnPart, ...]:

@@ -17,17 +17,13 @@ def build123d() -> Any:
     Raises:
         PhasmidError: It is not installed, or cannot be loaded.
     """
-    return _library("build123d")
-
-
-@cache
-def occt(name: str) -> Any:
-    """Import and return a module of the geometry kernel beneath build123d, such as ``XCAFDoc``.
-
-    Raises:
-        PhasmidError: It is not installed, or cannot be loaded.
-    """
-    return _library(f"OCP.{name}")
+    check_installed()
+    try:
+        return import_module("build123d")
+    except ImportError as error:
+        # The cause shows an import that Ctrl-C interrupted.
+        reason = " ".join(str(error).split())[:160]
+        raise PhasmidError(f"build123d is installed and cannot be loaded: {reason}.") from error
 
 
 def check_installed() -> None:
@@ -41,13 +37,3 @@ def check_installed() -> None:
             "solids and STEP files need build123d, which is not installed.",
             hint='pip install "phasmid[cad]"',
         )
-
-
-def _library(name: str) -> Any:
-    check_installed()
-    try:
-        return import_module(name)
-    except ImportError as error:
-        # The cause shows an import that Ctrl-C interrupted.
-        reason = " ".join(str(error).split())[:160]
-        raise PhasmidError(f"build123d is installed and cannot be loaded: {reason}.") from error

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.cad.assembly import MM, Assembly, Solid
+from phasmid.cad.assembly import MM, Assembly, Placed
 from phasmid.robot import JOINTS, Part
 
 TOLERANCE = 0.15
@@ -21,42 +21,32 @@ def meshes(assembly: Assembly) -> dict[str, tuple[Part, ...]]:
         ``body``, and ``coxa``, ``femur`` and ``tibia`` where all legs are alike, ``LEG.coxa`` and
         so on where they are not.
     """
-    made: dict[int, Part] = {}
     found: dict[str, tuple[Part, ...]] = {}
-    for link, parts in assembly.links.items():
-        pieces = []
-        for placed in parts:
-            key = id(placed.solid)
-            if key not in made:
-                made[key] = mesh(placed.solid)
-            part = made[key].at(placed.X_link_part)
-            pieces.append(Part(part.vertices, part.faces, part.color, placed.name))
-        found[link] = tuple(pieces)
-    shared = {"body": found.pop("body")}
-    for joint in JOINTS:
-        same = [pieces for link, pieces in found.items() if link.endswith(f".{joint}")]
-        if all(_alike(pieces, same[0]) for pieces in same):
-            shared[joint] = same[0]
-        else:
-            shared |= {k: v for k, v in found.items() if k.endswith(f".{joint}")}
-    return shared
+    for joint in ("body", *JOINTS):
+        links = {
+            link: parts
+            for link, parts in assembly.links.items()
+            if link.rpartition(".")[2] == joint
+        }
+        first, *others = links.values()
+        if all(_alike(parts, first) for parts in others):
+            links = {joint: first}
+        found |= {link: tuple(map(_mesh, parts)) for link, parts in links.items()}
+    return found
 
 
-def mesh(solid: Solid) -> Part:
-    """Return a part's triangles, in its own frame."""
-    vertices, faces = solid.shape.tessellate(TOLERANCE, ANGULAR_TOLERANCE)
-    corners = np.array([(vertex.X, vertex.Y, vertex.Z) for vertex in vertices]) / MM
-    return Part(corners, np.array(faces), solid.material.color, solid.name)
+def _mesh(part: Placed) -> Part:
+    """Return a part's triangles, in its link's frame."""
+    vertices, faces = part.solid.shape.tessellate(TOLERANCE, ANGULAR_TOLERANCE)
+    corners = np.array([tuple(vertex) for vertex in vertices]) / MM
+    color = part.solid.material.color
+    return Part(corners, np.array(faces), color, part.name).at(part.X_link_part)
 
 
-def _alike(one: tuple[Part, ...], other: tuple[Part, ...]) -> bool:
-    if one is other:
-        return True
+def _alike(one: tuple[Placed, ...], other: tuple[Placed, ...]) -> bool:
     return len(one) == len(other) and all(
         a.name == b.name
-        and a.color == b.color
-        and a.vertices.shape == b.vertices.shape
-        and np.array_equal(a.faces, b.faces)
-        and np.allclose(a.vertices, b.vertices, rtol=0, atol=1e-9)
+        and a.solid.shape is b.solid.shape
+        and np.allclose(a.X_link_part, b.X_link_part, rtol=0, atol=1e-9)
         for a, b in zip(one, other, strict=True)
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from phasmid import kinematics
 from phasmid.cad.assembly import Assembly
-from phasmid.cad.legs import Workshop, leg_parts, room
+from phasmid.cad.legs import leg_parts, room
 from phasmid.cad.servo_case import case_of
 from phasmid.cad.trunk import trunk_parts
 from phasmid.robot import JOINTS, Robot
@@ -22,11 +22,10 @@ def build(robot: Robot) -> Assembly:
         PhasmidError: build123d is not installed.
     """
     case = case_of(robot.servo, min(room(leg) for leg in robot.legs))
-    shop = Workshop(case)
-    links = {"body": trunk_parts(robot, shop)}
+    links = {"body": trunk_parts(robot, case)}
     poses = {"body": np.eye(4)}
     for leg in robot.legs:
-        parts = leg_parts(leg, shop)
+        parts = leg_parts(leg, case)
         q = kinematics.joint_angles(leg, leg.neutral_foot)
         frames = leg.X_body_hip @ kinematics.leg_frames(leg, q)
         for number, joint in enumerate(JOINTS):

@@ -1,14 +1,16 @@
-"""The distinct parts of a robot, each in its own frame; measures in millimetres."""
+"""The distinct parts of a robot, each in its own frame and made once; measures in millimetres."""
 
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 from phasmid.cad.library import build123d
 from phasmid.cad.servo_case import ServoCase
 
 
+@cache
 def servo(case: ServoCase) -> Any:
     """Return a servo: its case with flanges and their screw holes, the horn and the idler's boss.
 
@@ -36,7 +38,8 @@ def servo(case: ServoCase) -> Any:
     return (block + b.Cylinder(0.34 * w, depth)).solid()
 
 
-def bracket(case: ServoCase, reach: float, sheet: float, *, start: float = 0.0) -> Any:
+@cache
+def bracket(case: ServoCase, reach: float, *, start: float = 0.0) -> Any:
     """Return a bent sheet around a servo: two arms on its axis, and the web between them.
 
     Arms leave the axis z along x to the web, whose far face stands at ``reach``.
@@ -44,11 +47,10 @@ def bracket(case: ServoCase, reach: float, sheet: float, *, start: float = 0.0) 
     Args:
         case: The servo that it holds.
         reach: From the axis to the web's far face [mm].
-        sheet: Thickness of the sheet [mm].
         start: Where the arms begin; 0 has them turn about the axis and carry its screws.
     """
     b = build123d()
-    w, depth = 1000 * case.width, 1000 * case.depth
+    w, depth, sheet = case.w, 1000 * case.depth, case.sheet
     half = 0.36 * w
     if start:
         outline = b.Pos((start + reach) / 2, 0) * b.Rectangle(reach - start, 2 * half)
@@ -76,6 +78,7 @@ def bracket(case: ServoCase, reach: float, sheet: float, *, start: float = 0.0) 
     return solid.solid()
 
 
+@cache
 def strap(length: float, width: float, sheet: float) -> Any:
     """Return a plate along x from 0, with a window and screw holes at its ends, above z = 0."""
     b = build123d()
@@ -94,6 +97,7 @@ def _slot(length: float, height: float) -> Any:
     return build123d().SlotOverall(length, min(height, 0.8 * length))
 
 
+@cache
 def blade(length: float, width: float, sheet: float) -> Any:
     """One cheek of a tibia: a leaf along x from 0 to its narrow end, in the plane z = 0 up."""
     b = build123d()
@@ -120,6 +124,7 @@ def blade(length: float, width: float, sheet: float) -> Any:
     return b.extrude(leaf - slots, sheet).solid()
 
 
+@cache
 def foot(length: float, radius: float) -> Any:
     """Return a rubber foot along x, from 0 to its contact point at ``length``."""
     b = build123d()
@@ -132,12 +137,14 @@ def foot(length: float, radius: float) -> Any:
     return (shank + b.Pos(length - radius, 0, 0) * b.Sphere(radius)).solid()
 
 
+@cache
 def beam(length: float, width: float, depth: float) -> Any:
     """Return a beam along x from 0."""
     b = build123d()
     return (b.Pos(length / 2, 0, 0) * b.Box(length, width, depth)).solid()
 
 
+@cache
 def plate(
     outline: tuple[tuple[float, float], ...],
     margin: float,
@@ -163,6 +170,7 @@ def plate(
     return b.extrude(face - holes, sheet).solid()
 
 
+@cache
 def box(size: tuple[float, float, float], bevel: float) -> Any:
     """Return a box on z = 0 with bevelled upright edges and upper rim."""
     b = build123d()
@@ -171,6 +179,7 @@ def box(size: tuple[float, float, float], bevel: float) -> Any:
     return b.chamfer(edges, bevel).solid()
 
 
+@cache
 def pillar(radius: float, height: float) -> Any:
     """Return a round pillar on z = 0."""
     b = build123d()

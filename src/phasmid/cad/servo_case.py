@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 
 from phasmid.robot import Servo
 
+SHEET = 0.055
+"""Thickness of bent brackets, in widths of a servo."""
+
 
 @dataclass(frozen=True)
 class ServoCase:
@@ -34,6 +37,16 @@ class ServoCase:
     def clearance(self) -> float:
         """Radius within which the case's near end turns [m]."""
         return float((self.behind**2 + (self.width / 2) ** 2) ** 0.5)
+
+    @property
+    def w(self) -> float:
+        """Width, by which parts are sized [mm]."""
+        return 1000 * self.width
+
+    @property
+    def sheet(self) -> float:
+        """Thickness of bent brackets [mm]."""
+        return SHEET * self.w
 
     def scaled(self, scale: float) -> ServoCase:
         """Return a servo of the same shape and density, larger or smaller."""

@@ -8,18 +8,19 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from phasmid.cad import parts
-from phasmid.cad.assembly import MM, Placed
-from phasmid.cad.legs import Workshop, pose
+from phasmid.cad.assembly import MM, Placed, Solid
+from phasmid.cad.legs import pose, servo
 from phasmid.cad.material import ACRYLIC, BATTERY, BOARD, NYLON, PAINTED
+from phasmid.cad.servo_case import ServoCase
 from phasmid.robot import Robot
 
 THIN = 1.0
 """Hips that stray less than this from one line are taken as standing in it [mm]."""
 
 
-def trunk_parts(robot: Robot, shop: Workshop) -> tuple[Placed, ...]:
+def trunk_parts(robot: Robot, case: ServoCase) -> tuple[Placed, ...]:
     """Parts of the body in its frame: a servo for each hip, two plates, a deck, a battery."""
-    case, w, sheet = shop.case, shop.w, shop.sheet
+    w, sheet = case.w, case.sheet
     hips = MM * robot.arrays.p_body_hip
     length, breadth, height = (MM * float(c) for c in robot.body.size)
     found = []
@@ -27,7 +28,7 @@ def trunk_parts(robot: Robot, shop: Workshop) -> tuple[Placed, ...]:
     for leg in robot.legs:
         # The case points inwards.
         X = leg.X_body_hip @ pose(turn=math.pi)
-        found.append(Placed(f"{leg.name}_servo", shop.servo(), X))
+        found.append(Placed(f"{leg.name}_servo", servo(case), X))
         corners.append(_corners(X, case.before, case.width, case.depth))
     places = MM * np.concatenate(corners)
     middle = float(hips[:, 2].mean())
@@ -42,27 +43,21 @@ def trunk_parts(robot: Robot, shop: Workshop) -> tuple[Placed, ...]:
     screws = [tuple(map(float, p)) for p in _screws(robot, w)]
     window = (0.0, 0.0, 0.5 * inner, 0.32 * across)
     windows = [window] if min(window[2:]) > 0.2 * w else []
-    plate = shop.part(
+    plate = Solid(
         "plate",
-        parts.plate,
-        tuple(outline),
-        margin,
-        thick,
-        tuple(screws),
-        0.05 * w,
-        tuple(windows),
-        of=ACRYLIC,
+        parts.plate(tuple(outline), margin, thick, tuple(screws), 0.05 * w, tuple(windows)),
+        ACRYLIC,
     )
     found += [
         Placed("lower_plate", plate, pose(z=middle - half)),
         Placed("upper_plate", plate, pose(z=middle + half - thick)),
     ]
     gap = 2 * (half - thick)
-    found += _posts(robot, shop, middle - half + thick, gap)
+    found += _posts(robot, case, middle - half + thick, gap)
     battery = (0.95 * inner, 0.42 * across, 0.55 * gap)
-    cell = shop.part("battery", parts.box, battery, 0.06 * min(battery), of=BATTERY)
+    cell = Solid("battery", parts.box(battery, 0.06 * min(battery)), BATTERY)
     found.append(Placed("battery", cell, pose(z=middle - half + thick)))
-    found += _deck(shop, outline, middle + half, thick, (inner, across))
+    found += _deck(case, outline, middle + half, thick, (inner, across))
     return tuple(found)
 
 
@@ -95,43 +90,43 @@ def _screws(robot: Robot, w: float) -> np.ndarray:
     return np.concatenate(rows)[:, :2]
 
 
-def _posts(robot: Robot, shop: Workshop, floor: float, gap: float) -> list[Placed]:
+def _posts(robot: Robot, case: ServoCase, floor: float, gap: float) -> list[Placed]:
     """Pillars from plate to plate, behind each hip's servo."""
-    post = shop.part("post", parts.pillar, 0.11 * shop.w, round(gap, 6), of=NYLON)
+    post = Solid("post", parts.pillar(0.11 * case.w, round(gap, 6)), NYLON)
     found = []
     for leg in robot.legs:
         inwards = -leg.X_body_hip[:2, 0]
-        x, y = MM * leg.mount_position[:2] + inwards * (MM * shop.case.before + 0.22 * shop.w)
+        x, y = MM * leg.mount_position[:2] + inwards * (MM * case.before + 0.22 * case.w)
         found.append(Placed(f"{leg.name}_post", post, pose(float(x), float(y), floor)))
     return found
 
 
 def _deck(
-    shop: Workshop,
+    case: ServoCase,
     outline: list[tuple[float, float]],
     top: float,
     thick: float,
     room: tuple[float, float],
 ) -> list[Placed]:
     """Return the upper deck: a plate on posts with the controller, and a sensor at the front."""
-    w = shop.w
+    w = case.w
     rise = 0.34 * w
     small = [(0.52 * x, 0.52 * y) for x, y in outline]
     spots = [(0.92 * x, 0.92 * y) for x, y in small]
-    deck = shop.part(
-        "deck", parts.plate, tuple(small), 0.25 * w, thick, tuple(spots), 0.05 * w, (), of=PAINTED
+    deck = Solid(
+        "deck", parts.plate(tuple(small), 0.25 * w, thick, tuple(spots), 0.05 * w, ()), PAINTED
     )
-    post = shop.part("deck_post", parts.pillar, 0.09 * w, round(rise, 6), of=NYLON)
+    post = Solid("deck_post", parts.pillar(0.09 * w, round(rise, 6)), NYLON)
     found = [Placed("deck", deck, pose(z=top + rise))]
     found += [
         Placed(f"deck_post_{number}", post, pose(x, y, top))
         for number, (x, y) in enumerate(spots, 1)
     ]
     board = (0.55 * room[0], 0.52 * room[1], 0.10 * w)
-    card = shop.part("controller", parts.box, board, 0.2 * board[2], of=BOARD)
+    card = Solid("controller", parts.box(board, 0.2 * board[2]), BOARD)
     found.append(Placed("controller", card, pose(-0.06 * room[0], 0, top + rise + thick)))
     # A bright sensor marks the front.
     ahead = max(x for x, _ in outline)
-    eye = shop.part("sensor", parts.box, (0.35 * w, 1.3 * w, 0.36 * w), 0.05 * w, of=NYLON)
+    eye = Solid("sensor", parts.box((0.35 * w, 1.3 * w, 0.36 * w), 0.05 * w), NYLON)
     found.append(Placed("sensor", eye, pose(ahead - 0.1 * w, 0, top)))
     return found

@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         raw, _ = read_toml(Path(source))
         is_robot = bool({"legs", "leg", "body"} & set(raw))
     if is_robot:
-        imported = import_robot(source, import_options(options))
+        imported = import_robot(source, import_options(options), strict=options.strict)
         return _check_robot(imported, options.gait, as_json=options.json)
     if options.json:
         raise InvalidInput("--json is for robots; this is a scenario.")
@@ -99,9 +99,11 @@ def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
         return 0
     count = sum(finding["severity"] == "impossible" for finding in found["findings"])
     counted = "1 finding is" if count == 1 else f"{count} findings are"
-    what = found["why_not"] or f"it cannot walk as it is: {counted} impossible."
-    error = imported.error
-    print(f"phasmid: {InvalidInput(what, hint=error.hint if error else '')}", file=sys.stderr)
+    what = f"it cannot walk as it is: {counted} impossible."
+    if imported.robot is None:
+        what = imported.impossible[0].sentence
+    hint = imported.impossible[0].hint if imported.impossible else ""
+    print(f"phasmid: {InvalidInput(what, hint=hint)}", file=sys.stderr)
     return 2
 
 
@@ -160,20 +162,16 @@ def _print_verdict(verdict: ServoVerdict | None) -> None:
 
 
 def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
-    moved = ""
-    if servo := robot.get("servo"):
-        moved = (
-            f", servo {plain(servo['name'])} ({plain_number(servo['stall_torque_nm'], 3)} N·m, "
-            f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
-        )
+    servo, body = robot["servo"], robot["body"]
     print(
         f"robot {plain(robot['name'])}: {len(robot['legs'])} legs, {robot['mass_g'] / 1000:.3f} kg "
-        f"({robot['weight_n']:.2f} N){moved}"
+        f"({robot['weight_n']:.2f} N), servo {plain(servo['name'])} "
+        f"({plain_number(servo['stall_torque_nm'], 3)} N·m, "
+        f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
     )
     _print_verdict(verdict)
-    if "body" in robot:
-        size = " × ".join(plain_number(side) for side in robot["body"]["size_mm"])
-        print(f"  body {robot['body']['mass_g']:.1f} g, {size} mm")
+    size = " × ".join(plain_number(side) for side in body["size_mm"])
+    print(f"  body {body['mass_g']:.1f} g, {size} mm")
     rows = [
         ["leg", "lengths mm", "left mm", "hip mm", "yaw, pitch, roll °", "neutral °", "masses g"]
     ]
@@ -182,11 +180,11 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
             [
                 f"{number} {plain(leg['name'])}",
                 " / ".join(plain_number(length) for length in leg["lengths_mm"]),
-                plain_number(sum(leg.get("lateral_offsets_mm", ()))),
+                plain_number(sum(leg["lateral_offsets_mm"])),
                 ", ".join(plain_number(round(x, 6) + 0.0) for x in leg["hip_mm"]),
                 ", ".join(plain_number(leg[f"{angle}_deg"]) for angle in ("yaw", "pitch", "roll")),
                 ", ".join(f"{angle:.1f}" for angle in leg["neutral_deg"] or ()),
-                " / ".join("no mass" if m is None else f"{m:.1f}" for m in leg["masses_g"]),
+                " / ".join(f"{mass:.1f}" for mass in leg["masses_g"]),
             ]
         )
     print_table(rows)
@@ -200,9 +198,9 @@ def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
             for joint, (low, high) in limits.items()
         )
         print(f"  joint limits: {', '.join(found)}")
-    if "longest_stride_mm" in robot:
-        ahead, side = robot["longest_stride_mm"]["ahead"], robot["longest_stride_mm"]["sideways"]
-        print(f"  longest stride: {ahead:.0f} mm ahead, {side:.0f} mm sideways")
+    stride = robot["longest_stride_mm"]
+    ahead, side = stride["ahead"], stride["sideways"]
+    print(f"  longest stride: {ahead:.0f} mm ahead, {side:.0f} mm sideways")
 
 
 def _origin(file: dict[str, Any]) -> str:

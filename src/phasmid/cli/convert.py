@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     """Convert a robot, and return the exit status."""
     from phasmid.formats import import_robot, possible, save_robot
 
-    imported = import_robot(options.source, import_options(options))
+    imported = import_robot(options.source, import_options(options), strict=options.strict)
     robot = possible(imported, options.source)
     lost = save_robot(robot, options.target, force=options.force)
     for finding in (*imported.findings, *lost):

@@ -28,7 +28,6 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
     Raises:
         InvalidInput: A value is refused.
     """
-    from phasmid.formats import ImportOptions
     from phasmid.scenario import Scenario
 
-    return ImportOptions.of(with_fields(Scenario(), options).robot_import, strict=options.strict)
+    return with_fields(Scenario(), options).robot_import

@@ -136,12 +136,12 @@ def given_fields(options: argparse.Namespace) -> dict[str, str]:
 
 def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
     """Return the scenario with its robot read, and print the findings about a foreign file."""
-    from phasmid.formats import ImportOptions, Severity, import_robot, is_foreign, possible
+    from phasmid.formats import Severity, import_robot, is_foreign, possible
 
     source = scenario.robot
     if not isinstance(source, str) or not is_foreign(source):
         return scenario
-    imported = import_robot(source, ImportOptions.of(scenario.robot_import))
+    imported = import_robot(source, scenario.robot_import)
     robot = possible(imported, source)
     if not quiet:
         notes = [f for f in imported.findings if f.severity is Severity.NOTE]

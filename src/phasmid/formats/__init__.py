@@ -2,11 +2,9 @@
 
 from phasmid.formats.description import describe
 from phasmid.formats.findings import Finding, Severity
-from phasmid.formats.importing import Imported, ImportFacts, robot_from_tree
-from phasmid.formats.judge import judge, judge_robot
+from phasmid.formats.importing import Imported, robot_from_tree
+from phasmid.formats.judge import judge_robot
 from phasmid.formats.legs import FoundLeg
-from phasmid.formats.mjcf_out import mjcf_files
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.robots import (
     ROBOT_SUFFIXES,
     import_robot,
@@ -18,15 +16,13 @@ from phasmid.formats.robots import (
     with_robot,
 )
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, tree_of
-from phasmid.formats.urdf_in import read_urdf
-from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot.inertial import Inertial
+from phasmid.scenario.robot_import import ImportOptions
 
 __all__ = [
     "ROBOT_SUFFIXES",
     "Finding",
     "FoundLeg",
-    "ImportFacts",
     "ImportOptions",
     "Imported",
     "Inertial",
@@ -37,16 +33,12 @@ __all__ = [
     "describe",
     "import_robot",
     "is_foreign",
-    "judge",
     "judge_robot",
     "load_robot",
     "load_scenario",
-    "mjcf_files",
     "possible",
-    "read_urdf",
     "robot_from_tree",
     "save_robot",
     "tree_of",
-    "urdf_files",
     "with_robot",
 ]

@@ -10,15 +10,15 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot, located
-from phasmid.formats.chains import Chain
 from phasmid.formats.findings import Findings
 from phasmid.formats.legs import UPRIGHT, FoundLeg
-from phasmid.formats.options import ImportOptions
+from phasmid.formats.tree import TreeJoint
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import Part, Servo, load_servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.leg import NEAREST_FOOT
 from phasmid.robot.link import solid_box
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.units import plain_number
 
 LIKE = "AX-12A"
@@ -30,26 +30,26 @@ DATA_SHEET = "--servo-model AX-12A, to take all from a data sheet"
 
 
 def servo_of(
-    chains: Sequence[Chain], option: str, own: Servo | None, findings: Findings
-) -> Servo | None:
-    """Return the servo of every joint; None where it is not known.
-
-    It is that of the option, the file's own, or one of the file's numbers.
+    joints: Sequence[TreeJoint], option: str, own: Servo | None, findings: Findings
+) -> Servo:
+    """Return the servo of every joint: that of the option, the file's own, or of its numbers.
 
     Raises:
         InvalidInput: There is no servo of this name.
-        InvalidRobot: The file's numbers are no servo's.
+        InvalidRobot: The file has no numbers of a servo, or impossible ones.
     """
     if option:
         with located("option --servo-model"):
             return load_servo(option)
     if own is not None:
         return own
-    joints = [joint for chain in chains for joint in chain.joints]
     efforts = [j.effort for j in joints if j.effort and math.isfinite(j.effort)]
     speeds = [j.velocity for j in joints if j.velocity and math.isfinite(j.velocity)]
     if not efforts:
-        return None
+        raise InvalidRobot(
+            "the joints have no effort, so their servos are not known.",
+            hint="--servo-model AX-12A",
+        )
     like = load_servo(LIKE)
     for what, unit, values in (("efforts", "N·m", efforts), ("speeds", "rad/s", speeds)):
         if values and max(values) > min(values):
@@ -149,6 +149,26 @@ class Piece:
         return replace(self, inertial=Inertial(mass, (low + high) / 2, inertia))
 
 
+ROUNDED, ROUND_OFF = 1e-3, 1e-10
+"""Part by which the largest moment of a plate may exceed the sum of the others when it was written
+with four digits, and when it was only computed."""
+
+
+def possible_inertia(inertial: Inertial) -> Inertial:
+    """Return a body's mass and a realisable inertia, with a thin plate's digits rounded up.
+
+    In a plate the largest moment is the sum of the others, and rounded numbers may exceed it, which
+    no body's do; then a little is added to each moment.
+    """
+    if not np.isfinite(inertial.inertia).all():
+        return inertial
+    moments = np.linalg.eigvalsh(inertial.inertia)
+    excess = float(moments[2] - moments[0] - moments[1])
+    if not ROUND_OFF * moments[2] < excess <= ROUNDED * moments[2]:
+        return inertial
+    return replace(inertial, inertia=inertial.inertia + excess * np.eye(3))
+
+
 def weighed(links: Sequence[Piece], options: ImportOptions, findings: Findings) -> list[Piece]:
     """Apply the options ``masses`` and ``total_mass`` to all links of a robot.
 
@@ -197,8 +217,8 @@ SPARE = math.radians(5.0)
 """Angle that a standing leg keeps from its limits, where it can."""
 
 
-def standing_feet(legs: Sequence[FoundLeg]) -> Float[np.ndarray, "legs 3"] | None:
-    """Feet on one level ground, straight out from the hips and knees up, within the limits.
+def standing_feet(legs: Sequence[FoundLeg]) -> Float[np.ndarray, "legs 3"]:
+    """Return feet on one level ground, straight out from the hips, within the joint limits.
 
     All legs stand equally far out; of all stances that every leg can take, the one nearest to
     `OUT` and `DOWN`; beneath the hips, nearest to `BENEATH`, where all coxa axes lie.
@@ -207,7 +227,10 @@ def standing_feet(legs: Sequence[FoundLeg]) -> Float[np.ndarray, "legs 3"] | Non
         legs: The legs, their hips in the body frame.
 
     Returns:
-        Feet in the hip frames [m], shape (L, 3); None where no stance is within the limits.
+        Feet in the hip frames [m], shape (L, 3).
+
+    Raises:
+        InvalidRobot: No stance is within the limits.
     """
     length = float(np.mean([leg.lengths.sum() for leg in legs]))
     step = _round_step(length)
@@ -230,7 +253,10 @@ def standing_feet(legs: Sequence[FoundLeg]) -> Float[np.ndarray, "legs 3"] | Non
         if fits.any():
             best = int(np.argmax(fits))
             return np.array([_in_hip(leg, r[best], h[best]) for leg in legs])
-    return None
+    raise InvalidRobot(
+        "no stance with knees up is within the joint limits.",
+        hint="widen the limits, or check their signs",
+    )
 
 
 def _round_step(length: float) -> float:

@@ -1,4 +1,4 @@
-"""Legs of a kinematic tree: chains of three hinges that leave the trunk."""
+"""Trunk and legs of a kinematic tree: chains of three hinges that leave the trunk."""
 
 from __future__ import annotations
 
@@ -18,12 +18,8 @@ FREE = frozenset({"floating", "free"})
 """Kinds of joints by which some files let the trunk move against the world."""
 
 FLAT = 0.25
-"""Hips that spread along one axis by less than this part of their spread along z lie in a level
-square to that axis, and z is not up."""
-
-MIRRORED = 0.02
-"""Hips within this of each other's mirror image are a pair [m]; more than builders' slips and
-less than the width of any servo."""
+"""Hips that spread along x or y by less than this part of their spread along z lie in an upright
+plane: z is not up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +39,8 @@ class Chain:
     @property
     def axes(self) -> Float[np.ndarray, "3 3"]:
         """The hinges' axes in the trunk at joint angles 0, shape (3, 3)."""
-        return np.array(
-            [
-                X[:3, :3] @ (joint.axis / np.linalg.norm(joint.axis))
-                for X, joint in zip(self.poses, self.joints, strict=True)
-            ]
-        )
+        axes = [joint.axis / np.linalg.norm(joint.axis) for joint in self.joints]
+        return np.einsum("lij,lj->li", self.poses[:, :3, :3], axes)
 
     @property
     def hip(self) -> Float[np.ndarray, "3"]:
@@ -69,20 +61,13 @@ class Skeleton:
 
     Attributes:
         trunk: The trunk with all that does not move, or is held, against it.
-        chains: The legs, as the file lists them; in a trunk that has z up.
-        X_up_trunk: Pose of the trunk's own frame in that trunk, shape (4, 4).
+        chains: The legs, as the file lists them.
         findings: Branches that were held or left out.
     """
 
     trunk: RigidLink
     chains: tuple[Chain, ...]
-    X_up_trunk: Float[np.ndarray, "4 4"]
     findings: tuple[Finding, ...]
-
-    @property
-    def bodies(self) -> tuple[RigidLink, ...]:
-        """The trunk and all links of the legs."""
-        return (self.trunk, *(link for chain in self.chains for link in chain.links))
 
 
 def skeleton(tree: Tree) -> Skeleton:
@@ -91,172 +76,105 @@ def skeleton(tree: Tree) -> Skeleton:
     Links that joints fix to each other are one. A branch that is no leg, such as a head or a
     gripper, is held at angle 0 and belongs to the link that carries it.
 
-    Args:
-        tree: The tree.
-
     Raises:
-        InvalidRobot: There are fewer than four chains of three hinges, or one leg of a pair has
-            another number of them; or there are more than `MOST_LEGS`.
+        InvalidRobot: There are fewer than four chains of three hinges, more than `MOST_LEGS`, or
+            an odd number of them beside others; or the trunk has another axis than z up.
     """
     root, findings = _trunk(tree)
-    trunk = rigid_link(tree, root)
+    _, first_joints = fixed_to(tree, root)
     # Legs are compared with each other, so that time grows with the square of their number.
-    if len(trunk.joints) > MOST_LEGS:
+    if len(first_joints) > MOST_LEGS:
         raise InvalidRobot(
-            f"{tree.file or tree.name} has {len(trunk.joints)} moving joints that leave {root}; "
+            f"{tree.file or tree.name} has {len(first_joints)} moving joints that leave {root}; "
             f"a robot here has at most {MOST_LEGS} legs."
         )
-    legs: list[tuple[TreeJoint, ...]] = []
-    odd: list[tuple[TreeJoint, list[TreeJoint]]] = []
-    extra: list[TreeJoint] = []
-    for first in trunk.joints:
-        paths = _paths(tree, first)
-        leg = _leg_among(paths)
-        if leg is None:
-            odd.append((first, max(paths, key=len)))
-        else:
-            legs.append(leg)
-            extra += [j for path in paths for j in path if j not in leg]
-    hips = [trunk.pose_of(joints[0])[:3, 3] for joints in legs]
-    wrong = [
-        (first, path)
-        for first, path in odd
-        if len(legs) < 4 or _belongs_to_a_pair(trunk.pose_of(first)[:3, 3], hips)
-    ]
-    if wrong:
-        raise _not_three(wrong, len(legs))
-    extra += [j for first, _ in odd for path in _paths(tree, first) for j in path]
+    stems = [_stem(tree, joint) for joint in first_joints]
+    legs = [stem[:3] for stem in stems if _is_leg(stem)]
+    others = [stem for stem in stems if not _is_leg(stem)]
+    # Legs come in pairs: of an odd number one was not recognised.
+    if others and (len(legs) < 4 or len(legs) % 2):
+        raise _not_three(others)
     if len(legs) < 4:
         raise InvalidRobot(
             f"{tree.file or tree.name} has {len(legs)} chains of three hinges that leave "
             f"{root}; a walking robot here has 4 legs or more."
         )
-    held = {joint.name: joint for joint in extra}
+    moving = {joint.name for leg in legs for joint in leg}
+    held = [
+        joint
+        for joint in tree.joints
+        if joint.kind != "fixed" and joint.name not in moving and joint.child != root
+    ]
     if held:
-        names = ", ".join(list(held)[:6]) + (", …" if len(held) > 6 else "")
+        names = ", ".join(joint.name for joint in held[:6]) + (", …" if len(held) > 6 else "")
         noun = "joint" if len(held) == 1 else "joints"
-        findings.note(f"{noun} {names}", "held at angle 0, as part of no leg.", extra[0].where)
-    trunk = rigid_link(tree, root, held)
-    chains = tuple(_chain(tree, trunk, leg, held) for leg in legs)
-    X_up_trunk = _upright(chains, findings)
-    chains = tuple(replace(chain, poses=X_up_trunk @ chain.poses) for chain in chains)
-    return Skeleton(trunk, chains, X_up_trunk, tuple(findings))
-
-
-def _upright(chains: Sequence[Chain], findings: Findings) -> Float[np.ndarray, "4 4"]:
-    """Return the trunk's frame in one with z up: its own, unless its hips show another.
-
-    Hips lie in one level, or nearly so. Files of drawings in which y is up have theirs in x and z.
-    """
+        findings.note(f"{noun} {names}", "held at angle 0, as part of no leg.", held[0].where)
+    joints = (replace(joint, kind="fixed") if joint in held else joint for joint in tree.joints)
+    tree = replace(tree, joints=tuple(joints))
+    trunk = rigid_link(tree, root)
+    chains = tuple(_chain(tree, trunk, leg) for leg in legs)
     spans = np.ptp([chain.hip for chain in chains], axis=0)
-    up = int(np.argmin(spans))
-    if up == 2 or spans[up] > FLAT * spans[2]:
-        return np.eye(4)
-    feet = np.sum([_end(chain) - chain.hip for chain in chains], axis=0)
-    forward = 0 if up == 1 else 1
-    X = np.eye(4)
-    X[0, :3], X[2, :3] = np.eye(3)[forward], np.eye(3)[up] * (-1.0 if feet[up] > 0 else 1.0)
-    X[1, :3] = np.cross(X[2, :3], X[0, :3])
-    sign = "-" if feet[up] > 0 else ""
-    findings.suspect(
-        "trunk",
-        f"its hips spread {1000 * spans[2]:.0f} mm along z and {1000 * spans[up]:.0f} mm along "
-        f"{'xyz'[up]}; {sign}{'xyz'[up]} was taken as up and {'xyz'[forward]} as forward.",
-        hint="give the root link x forward, y left and z up",
-    )
-    return X
-
-
-def _end(chain: Chain) -> Float[np.ndarray, "3"]:
-    """Return a point near the end of a leg, in the trunk."""
-    tibia, X = chain.links[2], chain.poses[2]
-    points = [tibia.poses[link.name][:3, 3] for link in tibia.ends]
-    points += [part.vertices.mean(axis=0) for part in tibia.parts]
-    point = np.mean(points or [np.zeros(3)], axis=0)
-    return np.asarray(X[:3, :3] @ point + X[:3, 3])
+    if min(spans[:2]) < FLAT * spans[2]:
+        raise InvalidRobot(
+            f"the hips spread {1000 * spans[2]:.0f} mm along z and {1000 * min(spans[:2]):.0f} mm "
+            f"along {'xy'[np.argmin(spans[:2])]}; z must be up.",
+            where=tree.links[root].where,
+            hint="give the root link x forward, y left and z up",
+        )
+    return Skeleton(trunk, chains, tuple(findings))
 
 
 def _trunk(tree: Tree) -> tuple[str, Findings]:
     """Return the root, or the link that moves freely in it."""
-    root, findings = rigid_link(tree, tree.root.name), Findings()
-    if len(root.joints) != 1 or root.joints[0].kind not in FREE:
-        return root.name, findings
-    joint = root.joints[0]
-    what = f"was left out: joint {joint.name} lets {joint.child}, the trunk, move freely in it."
-    findings.note(f"link {root.name}", what, joint.where)
-    return joint.child, findings
+    root, findings = tree.root.name, Findings()
+    _, joints = fixed_to(tree, root)
+    if len(joints) != 1 or joints[0].kind not in FREE:
+        return root, findings
+    what = f"was left out: joint {joints[0].name} lets {joints[0].child}, the trunk, move freely."
+    findings.note(f"link {root}", what, joints[0].where)
+    return joints[0].child, findings
 
 
-def _paths(tree: Tree, first: TreeJoint) -> list[list[TreeJoint]]:
-    """Return every path along moving joints from one of them to an end."""
-    finished: list[list[TreeJoint]] = []
-    open_paths = [[first]]
-    while open_paths:
-        path = open_paths.pop(0)
-        _, onward = fixed_to(tree, path[-1].child)
-        if not onward:
-            finished.append(path)
-        open_paths += [[*path, joint] for joint in onward]
-    return finished
+def _stem(tree: Tree, first: TreeJoint) -> tuple[TreeJoint, ...]:
+    """Return the joints in a row from one of them outwards, up to an end or a branch."""
+    stem, onward = [first], fixed_to(tree, first.child)[1]
+    while len(onward) == 1:
+        stem.append(onward[0])
+        onward = fixed_to(tree, onward[0].child)[1]
+    return tuple(stem)
 
 
-def _leg_among(paths: list[list[TreeJoint]]) -> tuple[TreeJoint, ...] | None:
-    """Return the three hinges of a leg; a branch may have further moving parts."""
-    whole = [path for path in paths if len(path) == 3]
-    if len(whole) != 1:
-        # A gripper of several fingers at the end of the third link, or no leg.
-        stem = [j for steps in zip(*paths, strict=False) for j in steps[:1] if len(set(steps)) == 1]
-        whole = [stem] if len(paths) > 1 and len(stem) == 3 else []
-    if len(paths) == 1 and all(joint.kind not in HINGES for joint in paths[0][3:]):
-        # A foot on a spring, or a gripper of one slide.
-        whole = [paths[0][:3]] if len(paths[0]) >= 3 else []
-    if not whole or any(joint.kind not in HINGES for joint in whole[0]):
-        return None
-    return tuple(whole[0])
+def _is_leg(stem: Sequence[TreeJoint]) -> bool:
+    """Return whether a stem is three hinges, with at most slides, or a gripper, behind them."""
+    hinges = [joint.kind in HINGES for joint in stem]
+    return sum(hinges) == 3 and all(hinges[:3])
 
 
-def _belongs_to_a_pair(hip: np.ndarray, hips: list[np.ndarray]) -> bool:
-    """Return whether a hip mirrors, left to right, that of a leg without another partner."""
-
-    def distance(a: np.ndarray, b: np.ndarray) -> float:
-        return float(np.linalg.norm(a * [1, -1, 1] - b))
-
-    alone = [
-        h
-        for i, h in enumerate(hips)
-        if not any(distance(h, other) < MIRRORED for j, other in enumerate(hips) if j != i)
-        and abs(h[1]) > MIRRORED
-    ]
-    return any(distance(hip, h) < MIRRORED for h in alone)
-
-
-def _not_three(wrong: list[tuple[TreeJoint, list[TreeJoint]]], legs: int) -> InvalidRobot:
+def _not_three(stems: Sequence[Sequence[TreeJoint]]) -> InvalidRobot:
     """Return the error for chains that are no legs; it names one of the most frequent length."""
     # Legs come in numbers: a head or an arm beside them is a chain of a length of its own.
-    counts = Counter(len(path) for _, path in wrong)
+    counts = Counter(map(len, stems))
     length = max(counts, key=lambda length: (counts[length], length))
-    first, path = next((first, path) for first, path in wrong if len(path) == length)
-    names = ", ".join(joint.name for joint in path[:6]) + (", …" if len(path) > 6 else "")
-    other = next((joint for joint in path if joint.kind not in HINGES), None)
+    stem = next(stem for stem in stems if len(stem) == length)
+    names = ", ".join(joint.name for joint in stem[:6]) + (", …" if len(stem) > 6 else "")
+    other = next((joint for joint in stem if joint.kind not in HINGES), None)
     if other is not None:
         what = f"joint {other.name} is {other.kind}"
     else:
-        what = f"it has {len(path)} hinge{'s' if len(path) > 1 else ''} ({names})"
+        what = f"it has {len(stem)} hinge{'s' if len(stem) > 1 else ''} ({names})"
         if counts[length] > 1:
             what += f", as {counts[length] - 1} more of its chains have"
     return InvalidRobot(
-        f"leg at joint {first.name}: {what}; this model needs 3 hinges in a row, "
+        f"leg at joint {stem[0].name}: {what}; this model needs 3 hinges in a row, "
         "for coxa, femur and tibia.",
-        where=first.where,
-        hint="" if legs >= 4 else "make joints that do not move in walking fixed ones",
+        where=stem[0].where,
+        hint="make joints that do not move in walking fixed ones",
     )
 
 
-def _chain(
-    tree: Tree, trunk: RigidLink, joints: tuple[TreeJoint, ...], held: dict[str, TreeJoint]
-) -> Chain:
+def _chain(tree: Tree, trunk: RigidLink, joints: tuple[TreeJoint, ...]) -> Chain:
     links, poses = [trunk], [np.eye(4)]
     for joint in joints:
         poses.append(poses[-1] @ links[-1].pose_of(joint))
-        links.append(rigid_link(tree, joint.child, held))
+        links.append(rigid_link(tree, joint.child))
     return Chain(joints, tuple(links[1:]), np.array(poses[1:]))

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.formats.chains import Chain
 from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.tree import RigidLink
 from phasmid.units import plain_number
 
 NAMES = ("foot", "feet", "tip", "toe", "end", "ee")
@@ -22,9 +23,6 @@ AT_THE_END = 0.9
 
 TIP = 1e-3
 """Corners of a mesh within this of the farthest one are its tip [m]."""
-
-UNLIKE = 0.25
-"""Part of a tibia's length by which one point for all legs may move one foot more than another."""
 
 EXAMPLE = '--foot "1-3=0,0,-0.13; 4-6=0,0,0.13"'
 
@@ -55,15 +53,15 @@ def feet_of(chains: Sequence[Chain], option: str) -> list[Foot | PhasmidError]:
         The foot of each leg, or the reason why there is none.
 
     Raises:
-        InvalidInput: The option names no leg, or one point for all legs fits only some of them.
+        InvalidInput: The option names no leg.
     """
+    feet: list[Foot | PhasmidError] = []
     places = _places(option, len(chains))
-    feet = [
-        _foot_or_error(number, chain, place)
-        for number, (chain, place) in enumerate(zip(chains, places, strict=True), 1)
-    ]
-    if option and "=" not in option and "," in option:
-        _check_one_point(chains, feet, option)
+    for number, (chain, place) in enumerate(zip(chains, places, strict=True), 1):
+        try:
+            feet.append(_named(number, chain, place) if place else _found(number, chain))
+        except PhasmidError as error:
+            feet.append(error)
     return feet
 
 
@@ -92,43 +90,6 @@ def _places(option: str, count: int) -> list[str]:
         for number in range(int(first), int(last) + 1):
             places[number - 1] = place.strip()
     return places
-
-
-def _foot_or_error(number: int, chain: Chain, place: str = "") -> Foot | PhasmidError:
-    try:
-        return _named(number, chain, place) if place else _found(number, chain)
-    except PhasmidError as error:
-        return error
-
-
-def _check_one_point(
-    chains: Sequence[Chain], feet: Sequence[Foot | PhasmidError], option: str
-) -> None:
-    """Refuse a point that moves some feet much farther than others from their place in the file."""
-    own = [_foot_or_error(number, chain) for number, chain in enumerate(chains, 1)]
-    pairs = [
-        (foot.point, other.point)
-        for foot, other in zip(feet, own, strict=True)
-        if isinstance(foot, Foot) and isinstance(other, Foot)
-    ]
-    if len(pairs) < len(chains):
-        return
-    moved = [float(np.linalg.norm(a - b)) for a, b in pairs]
-    length = max(float(np.linalg.norm(b)) for _, b in pairs)
-    near, far = int(np.argmin(moved)), int(np.argmax(moved))
-    if moved[far] - moved[near] > UNLIKE * length:
-        points = "; ".join(f"{i}={_text(b)}" for i, (_, b) in enumerate(pairs, 1))
-        raise InvalidInput(
-            f"one foot for all legs, {option}, is {plain_number(1000 * moved[near], 3)} mm from "
-            f"the file's on leg {near + 1} and {plain_number(1000 * moved[far], 3)} mm on leg "
-            f"{far + 1}; the frames of their last links differ.",
-            where="option --foot",
-            hint=f'--foot "{points}"',
-        )
-
-
-def _text(point: Float[np.ndarray, "3"]) -> str:
-    return ",".join(plain_number(length) for length in np.round(point, 4) + 0.0)
 
 
 def names_a_foot(name: str) -> bool:
@@ -179,15 +140,17 @@ def _found(number: int, chain: Chain) -> Foot:
         if len(links) == 1:
             return Foot(tibia.poses[links[0].name][:3, 3], f"link {links[0].name}")
     where = tibia.links[0].where
+    axis = chain.joints[2].axis / np.linalg.norm(chain.joints[2].axis)
     corners = np.concatenate([np.empty((0, 3)), *(part.vertices for part in tibia.parts)])
-    away = _radii(chain, corners)
-    ball = _ball(chain)
-    if ball is not None and _radii(chain, ball)[0] >= AT_THE_END * away.max(initial=0.0):
-        severity, point, source = Severity.NOTE, ball[0], "collision sphere"
+    balls = _ball_ends(tibia, axis)
+    away, balls_away = _radii(axis, corners), _radii(axis, balls)
+    if len(balls) and balls_away.max() >= AT_THE_END * away.max(initial=0.0):
+        severity, source = Severity.NOTE, "collision sphere"
+        point = balls[np.argmax(balls_away)]
     elif len(corners):
+        severity, source = Severity.SUSPECT, "tip of the shape"
         tip = corners[away >= away.max() - TIP]
         point = (tip.min(axis=0) + tip.max(axis=0)) / 2
-        severity, source = Severity.SUSPECT, "tip of the shape"
     else:
         raise InvalidRobot(
             f"leg {number}: its foot is not given; {tibia.name} has neither a fixed link "
@@ -197,37 +160,29 @@ def _found(number: int, chain: Chain) -> Foot:
         )
     what = (
         f"no foot in the file; the {source} of its last link was taken, "
-        f"{1000 * _radii(chain, point[None])[0]:.1f} mm from the tibia's axis."
+        f"{1000 * _radii(axis, point[None])[0]:.1f} mm from the tibia's axis."
     )
-    hint = f"--foot {_text(point)}, in metres in each leg's last link, changed to where it touches"
-    return Foot(
-        point,
-        f"{source} of {tibia.name}",
-        Finding(severity, f"leg {number}", what, where, hint),
-    )
+    shown = ",".join(plain_number(length) for length in np.round(point, 4) + 0.0)
+    hint = f"--foot {shown}, in metres in each leg's last link, changed to where it touches"
+    finding = Finding(severity, f"leg {number}", what, where, hint)
+    return Foot(point, f"{source} of {tibia.name}", finding)
 
 
-def _ball(chain: Chain) -> Float[np.ndarray, "1 3"] | None:
-    """Return the outermost point of the tibia's collision spheres; None without one."""
-    tibia, axis = chain.links[2], _axis(chain)
-    ends = []
-    for link in tibia.links:
-        X = tibia.poses[link.name]
-        for *centre, radius in link.balls:
-            point = X[:3, :3] @ np.array(centre) + X[:3, 3]
-            outward = point - (point @ axis) * axis
-            distance = float(np.linalg.norm(outward))
-            if distance > 0:
-                ends.append((distance + radius, point + radius * outward / distance))
-    return max(ends, key=lambda end: end[0])[1][None] if ends else None
+def _ball_ends(tibia: RigidLink, axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "balls 3"]:
+    """Return the point of each collision sphere farthest from the tibia's axis."""
+    balls = [
+        (tibia.poses[link.name] @ [*ball[:3], 1.0], ball[3])
+        for link in tibia.links
+        for ball in link.balls
+    ]
+    centres = np.reshape([X[:3] for X, _ in balls], (-1, 3))
+    outward = centres - np.outer(centres @ axis, axis)
+    length = np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
+    return centres + np.reshape([radius for _, radius in balls], (-1, 1)) * outward / length
 
 
-def _axis(chain: Chain) -> Float[np.ndarray, "3"]:
-    axis = chain.joints[2].axis
-    return np.asarray(axis / np.linalg.norm(axis))
-
-
-def _radii(chain: Chain, points: Float[np.ndarray, "points 3"]) -> Float[np.ndarray, " points"]:
+def _radii(
+    axis: Float[np.ndarray, "3"], points: Float[np.ndarray, "points 3"]
+) -> Float[np.ndarray, " points"]:
     """Return distances of points of the tibia's frame from the tibia's axis."""
-    axis = _axis(chain)
     return np.asarray(np.linalg.norm(points - np.outer(points @ axis, axis), axis=1))

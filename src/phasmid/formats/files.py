@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,14 +13,14 @@ _UPWARDS = 8
 """Number of folders above a file that are searched for its package."""
 
 
-def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> Path:
+def _inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> Path:
     """Resolve a name inside a folder; the file need not exist.
 
     Nothing but a relative path that stays in the folder is accepted: no absolute path, no drive,
     no address, no link.
 
     Args:
-        folder: The model's folder, outside which nothing is read.
+        folder: The model's folder, absolute, outside which nothing is read.
         name: As written in the model's file.
         noun: Kind of the file, for messages, such as ``mesh``.
         start: Folder inside `folder` from which the name counts; `folder` itself without one.
@@ -28,39 +29,31 @@ def inside(folder: Path, name: str, noun: str, *, start: Path | None = None) -> 
         InvalidInput: The name leads outside the folder, or over a link.
     """
     shown = plain(name if len(name) <= 200 else f"{name[:200]}…")
-    outside = InvalidInput(f'{noun} "{shown}" lies outside the model folder.')
     parts = name.replace("\\", "/").split("/")
-    if not name.isprintable() or ":" in name or len(name) > 4000 or parts[0] in {"", "~"}:
-        raise outside
-    steps = list((start or folder).relative_to(folder).parts)
-    for part in parts:
-        if part == "..":
-            if not steps:
-                raise outside
-            steps.pop()
-        elif part not in {"", "."}:
-            steps.append(part)
-    path = folder
-    for step in steps:
-        path /= step
-        try:
-            if path.is_symlink():
-                raise InvalidInput(
-                    f'{noun} "{shown}" leads over a link, which is not followed.',
-                    hint="put the file itself there",
-                )
-        except (OSError, ValueError):
-            raise outside from None
+    odd = not name.isprintable() or ":" in name or len(name) > 4000 or parts[0] in {"", "~"}
+    path = Path(os.path.normpath((start or folder).joinpath(*parts)))
+    try:
+        if odd or not path.is_relative_to(folder):
+            raise OSError
+        inner = [path, *path.parents][: len(path.parts) - len(folder.parts)]
+        linked = any(step.is_symlink() for step in inner)
+    except (OSError, ValueError):
+        raise InvalidInput(f'{noun} "{shown}" lies outside the model folder.') from None
+    if linked:
+        raise InvalidInput(
+            f'{noun} "{shown}" leads over a link, which is not followed.',
+            hint="put the file itself there",
+        )
     return path
 
 
-def model_folder(file: Path) -> Path:
+def _model_folder(file: Path) -> Path:
     """Find the folder that holds all files of a model: its package, or that of the file itself.
 
     Args:
         file: The model's file, such as ``PACKAGE/urdf/robot.urdf``.
     """
-    folder = file.absolute().parent
+    folder = file.resolve().parent
     for parent in [folder, *folder.parents][:_UPWARDS]:
         if (parent / "package.xml").is_file():
             return parent
@@ -81,8 +74,8 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     """
     found = re.match(r"(?:package|model)://([^/\\]+)[/\\]+", name)
     if not found:
-        folder = model_folder(file)
-        return inside(folder, name, noun, start=file.absolute().parent)
+        folder = _model_folder(file)
+        return _inside(folder, name, noun, start=file.resolve().parent)
     package = found.group(1)
     rest = name[found.end() :]
     if package in packages:
@@ -91,10 +84,10 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
                 f"no such folder: {plain(packages[package][:200])}.",
                 where=f"option --package {plain(package[:100])}",
             )
-        return inside(Path(packages[package]).absolute(), rest, noun)
-    own = model_folder(file)
+        return _inside(Path(packages[package]).resolve(), rest, noun)
+    own = _model_folder(file)
     if package in (own.name, _package_name(own)):
-        return inside(own, rest, noun)
+        return _inside(own, rest, noun)
     shown = plain(package[:100])
     raise InvalidInput(f'package "{shown}" is unknown.', hint=f"--package {shown}=PATH")
 

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from phasmid.errors import InvalidInput
-
 NAMED = 3
 """Number of subjects that are named before the rest is counted."""
 
@@ -63,14 +61,17 @@ class Findings(list[Finding]):
         """Add an impossible number."""
         self.append(Finding(Severity.IMPOSSIBLE, subject, what, where, hint))
 
-    def note_ignored(self, ignored: Counter[str], file: str, *, strict: bool) -> None:
-        """Note how many elements of each tag were not read; refuse them if strict."""
+    @property
+    def any_impossible(self) -> bool:
+        """There is a finding for which the robot cannot walk."""
+        return any(finding.severity is Severity.IMPOSSIBLE for finding in self)
+
+    def note_ignored(self, ignored: Counter[str], file: str) -> None:
+        """Note how many elements of each tag were not read."""
         if not ignored:
             return
         listed = ", ".join(f"{n} <{tag}>" for tag, n in sorted(ignored.items())[:20])
         what = f"{listed} {'was' if ignored.total() == 1 else 'were'} ignored."
-        if strict:
-            raise InvalidInput(what, where=file, hint="leave --strict out")
         self.note(f"file {file}", what, file)
 
 

@@ -12,6 +12,7 @@ from phasmid.errors import InvalidRobot
 from phasmid.formats.chains import Chain
 from phasmid.formats.feet import Foot
 from phasmid.formats.findings import Findings
+from phasmid.formats.tree import WHOLE_TURN
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import HEXAPOD_LEGS, JOINTS
 from phasmid.robot.link import LONGEST_LENGTH
@@ -141,7 +142,7 @@ def found_leg(number: int, name: str, chain: Chain, foot: Foot, findings: Findin
         leg = _leg(number, name, chain, foot, 1.0)
         if float(np.mean(leg.limits[2])) > 0:
             leg = _leg(number, name, chain, foot, -1.0)
-    return _levelled(_in_plane(leg, number, findings), number, findings)
+    return _adjusted(leg, number, findings)
 
 
 def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLeg:
@@ -152,6 +153,7 @@ def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLe
     p1, p2, p3 = chain.poses[:, :3, 3]
     z1 = up * a1
     _refuse_skew(chain, number)
+    _refuse_limits(chain, number)
 
     # The femur's axis square to the coxa's, and the tibia's like it.
     across = a2 - (a2 @ z1) * z1
@@ -229,6 +231,20 @@ def _refuse_skew(chain: Chain, number: int) -> None:
         )
 
 
+def _refuse_limits(chain: Chain, number: int) -> None:
+    for joint in chain.joints:
+        shown = f"leg {number}: limits of joint {joint.name} are {joint.lower:g} to {joint.upper:g}"
+        largest = max((abs(e) for e in (joint.lower, joint.upper) if math.isfinite(e)), default=0.0)
+        if joint.kind == "revolute" and joint.lower >= joint.upper:
+            raise InvalidRobot(f"{shown} rad; the upper must be larger.", where=joint.where)
+        if largest > WHOLE_TURN:
+            raise InvalidRobot(
+                f"{shown} rad; a leg's joint turns by one turn at most.",
+                where=joint.where,
+                hint=f"{plain_number(math.radians(largest), 5)}, if these are degrees",
+            )
+
+
 def _angle_between(a: np.ndarray, b: np.ndarray) -> float:
     """Angle between two lines [rad]."""
     return math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b)))
@@ -297,47 +313,29 @@ def _angles(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3"]:
     return np.array([math.atan2(R[1, 0], R[0, 0]), pitch, math.atan2(R[2, 1], R[2, 2])])
 
 
-def _in_plane(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
-    """Move a foot that is nearly in the leg's plane into it, and note axes that were turned."""
-    left, where = leg.lateral_offsets[0], leg.chain.joints[1].where
-    if abs(left) <= OFFSET * leg.lengths.sum():
-        if abs(left) > PRINTED:
-            findings.note(
-                f"leg {number}",
-                f"its foot is {plain_number(1000 * abs(left), 2)} mm off the leg's plane and was "
-                "moved into it.",
-                where,
-            )
-        links = leg.X_trunk_links.copy()
-        links[1:, :3, 3] -= left * links[0, :3, 1]
-        leg = replace(leg, lateral_offsets=np.zeros(3), X_trunk_links=links)
-    arms = (leg.lengths[1] + leg.lengths[2], leg.lengths[2])
-    square = leg.X_trunk_links[0, :3, 1]
-    for i, arm in zip((1, 2), arms, strict=True):
-        angle = _angle_between(leg.chain.axes[i], square)
-        if angle >= PRINTED:
-            findings.note(
-                f"leg {number}",
-                f"{JOINTS[i]} axis was turned by {plain_number(math.degrees(angle), 2)}° to fit "
-                f"the leg's plane, which moves the foot by {plain_number(1000 * arm * angle, 2)} "
-                "mm at most.",
-                leg.chain.joints[i].where,
-            )
-    return leg
-
-
-def _levelled(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
-    """Make a coxa axis vertical that nearly is."""
-    z = leg.X_trunk_links[0, :3, 2]
+def _adjusted(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:
+    """Fit a leg that nearly fits: foot in its plane, coxa axis vertical; and note by how much."""
+    left, z = leg.lateral_offsets[0], leg.X_trunk_links[0, :3, 2]
+    square, length = leg.X_trunk_links[0, :3, 1], float(leg.lengths.sum())
     tilt = math.atan2(math.hypot(z[0], z[1]), z[2])
-    if tilt > LEVELLED:
-        return leg
-    if tilt > PRINTED:
-        moved = 1000 * float(leg.lengths.sum()) * tilt
-        findings.note(
-            f"leg {number}",
-            f"coxa axis was turned by {plain_number(math.degrees(tilt), 2)}° to be vertical, "
-            f"which moves the foot by {plain_number(moved, 2)} mm at most.",
-            leg.chain.joints[0].where,
+    turned = max(_angle_between(axis, square) for axis in leg.chain.axes[1:])
+    done = []
+    if abs(left) <= OFFSET * length:
+        links = leg.X_trunk_links.copy()
+        links[1:, :3, 3] -= left * square
+        leg = replace(leg, lateral_offsets=np.zeros(3), X_trunk_links=links)
+        if abs(left) > PRINTED:
+            moved = plain_number(1000 * abs(left), 2)
+            done.append(f"its foot is {moved} mm off the leg's plane and was moved into it")
+    if tilt <= LEVELLED:
+        leg = replace(leg, angles=leg.angles * [1, 0, 0])
+        turned = max(tilt, turned)
+    if turned > PRINTED:
+        done.append(
+            f"its axes were turned by up to {plain_number(math.degrees(turned), 2)}° to be "
+            f"vertical, square or parallel, which moves the foot by up to "
+            f"{plain_number(1000 * length * turned, 2)} mm"
         )
-    return replace(leg, angles=leg.angles * [1, 0, 0])
+    if done:
+        findings.note(f"leg {number}", f"{'; '.join(done)}.", leg.chain.joints[0].where)
+    return leg

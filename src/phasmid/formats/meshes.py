@@ -6,12 +6,12 @@ import io
 import re
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Integer
+from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
 from phasmid.formats.xml import short
@@ -40,41 +40,13 @@ class UnreadMesh(InvalidInput):
     """A mesh of a kind that is not read here; a robot walks without it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Mesh:
-    """Triangles as a file gives them.
-
-    Attributes:
-        vertices: Corners, no two of them alike, shape (V, 3).
-        faces: Indices of each triangle's corners, counter-clockwise from outside, shape (F, 3).
-        color: Red, green, blue and opacity, 0 to 1; None where the file gives none.
-    """
-
-    vertices: Float[np.ndarray, "vertices 3"]
-    faces: Integer[np.ndarray, "faces 3"]
-    color: Color | None = None
-
-    @property
-    def span(self) -> float:
-        """Longest side of the box around it."""
-        return float(np.ptp(self.vertices, axis=0).max())
-
-    def scaled(self, scale: Sequence[float]) -> Mesh:
-        """Return the mesh scaled along its axes; if mirrored, its faces are turned."""
-        factors = np.asarray(scale, dtype=float)
-        if (factors == 1).all():
-            return self
-        faces = self.faces[:, ::-1] if np.prod(np.sign(factors)) < 0 else self.faces
-        return Mesh(self.vertices * factors, faces, self.color)
-
-
-def joined(
-    pieces: Sequence[Mesh | Part],
-) -> tuple[Float[np.ndarray, "vertices 3"], Integer[np.ndarray, "faces 3"]]:
-    """Return vertices and faces of meshes as those of one."""
-    starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
-    faces = [piece.faces + start for piece, start in zip(pieces, starts, strict=False)]
-    return np.concatenate([piece.vertices for piece in pieces]), np.concatenate(faces)
+def scaled(part: Part, scale: Sequence[float]) -> Part:
+    """Return a mesh scaled along its axes; if mirrored, its faces are turned."""
+    factors = np.asarray(scale, dtype=float)
+    if (factors == 1).all():
+        return part
+    faces = part.faces[:, ::-1] if np.prod(np.sign(factors)) < 0 else part.faces
+    return replace(part, vertices=part.vertices * factors, faces=faces)
 
 
 class MeshFiles:
@@ -82,15 +54,15 @@ class MeshFiles:
 
     Args:
         unit: ``m`` or ``mm``: the unit of all files, which takes the place of a scale that is
-            the same along all axes; empty for the model's own scale.
+            the same along all axes; ``as-given`` for the model's own scale.
     """
 
-    def __init__(self, unit: str = "") -> None:
+    def __init__(self, unit: str = "as-given") -> None:
         self.unit = unit
-        self._read: dict[Path, tuple[Mesh, ...]] = {}
+        self._read: dict[Path, tuple[Part, ...]] = {}
         self._meshes = self._faces = 0
 
-    def meshes(self, path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Mesh, ...]:
+    def meshes(self, path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Part, ...]:
         """Return the meshes of a file, in metres.
 
         Args:
@@ -103,13 +75,13 @@ class MeshFiles:
         """
         if path not in self._read:
             self._read[path] = read_meshes(path)
-        if self.unit:
+        if self.unit in UNITS:
             even = len({abs(factor) for factor in scale}) == 1
             size = UNITS[self.unit]
             scale = [size * (np.sign(f) if even else f) for f in scale]
-        found = tuple(mesh.scaled(scale) for mesh in self._read[path])
+        found = tuple(scaled(part, scale) for part in self._read[path])
         self.count(found)
-        span = max(mesh.span for mesh in found)
+        span = max(float(np.ptp(part.vertices, axis=0).max()) for part in found)
         if span > LARGEST_SPAN:
             raise InvalidInput(
                 f"mesh {path.name} spans {plain_number(span)} m.",
@@ -117,14 +89,14 @@ class MeshFiles:
             )
         return found
 
-    def count(self, shown: tuple[Mesh, ...]) -> None:
+    def count(self, shown: tuple[Part, ...]) -> None:
         """Count what the model shows.
 
         Raises:
             InvalidInput: It has too many meshes or faces in all.
         """
         self._meshes += len(shown)
-        self._faces += sum(len(mesh.faces) for mesh in shown)
+        self._faces += sum(len(part.faces) for part in shown)
         for number, most, noun in (
             (self._meshes, MOST_MESHES, "meshes"),
             (self._faces, MOST_FACES, "faces"),
@@ -135,7 +107,7 @@ class MeshFiles:
                 )
 
 
-def read_meshes(path: Path) -> tuple[Mesh, ...]:
+def read_meshes(path: Path) -> tuple[Part, ...]:
     """Return the meshes in an ``.stl``, ``.obj``, ``.ply`` or ``.glb`` file, in the file's unit.
 
     Raises:
@@ -147,7 +119,7 @@ def read_meshes(path: Path) -> tuple[Mesh, ...]:
         parts = [part for found in read_glb(path).values() for part in found]
         if not parts:
             raise InvalidInput(f"mesh {name} is empty.")
-        return tuple(Mesh(part.vertices, part.faces, part.color) for part in parts)
+        return tuple(replace(part, name="") for part in parts)
     if kind not in (".stl", ".obj", ".ply"):
         what = "COLLADA files" if kind == ".dae" else f'files of the kind "{kind}"'
         raise UnreadMesh(
@@ -168,7 +140,7 @@ def read_meshes(path: Path) -> tuple[Mesh, ...]:
         raise InvalidInput(f"mesh {name} has {_grouped(bad)} corners that are not finite.")
     # Adding zero makes zeros of either sign one place.
     vertices, index = np.unique(corners[:, ::-1] + 0.0, axis=0, return_inverse=True)
-    return (Mesh(vertices[:, ::-1].copy(), index.reshape(-1, 3)),)
+    return (Part(vertices[:, ::-1], index.reshape(-1, 3)),)
 
 
 def _corners(raw: bytes, name: str) -> Float[np.ndarray, "corners 3"]:
@@ -196,40 +168,34 @@ def _grouped(number: int) -> str:
     return f"{number:,}".replace(",", " ")
 
 
-def box(size: Sequence[float]) -> Mesh:
-    """Return a box about its centre, of a length along each axis [m]."""
-    return _made("box", extents=list(size))
+def primitive(shape: str, **measures: Any) -> Part:
+    """Return a shape of `trimesh.creation` about its centre, its axis along z.
 
-
-def sphere(radius: float) -> Mesh:
-    """Return a sphere about its centre."""
-    return _made("icosphere", radius=radius, subdivisions=2)
-
-
-def cylinder(radius: float, length: float) -> Mesh:
-    """Return a cylinder about its centre, along z."""
-    return _made("cylinder", radius=radius, height=length, sections=24)
-
-
-def capsule(radius: float, length: float) -> Mesh:
-    """Return a cylinder along z of a length between two half spheres, about its centre."""
-    made = _made("capsule", radius=radius, height=length, count=[16, 16])
-    middle = (made.vertices.max(axis=0) + made.vertices.min(axis=0)) / 2
-    return Mesh(made.vertices - middle, made.faces)
-
-
-def _made(shape: str, **measures: Any) -> Mesh:
+    Args:
+        shape: ``box`` with ``extents``; ``icosphere`` with ``radius``; ``cylinder`` or ``capsule``,
+            a cylinder between two half spheres, with ``radius`` and ``height`` [m].
+        measures: Arguments of that name.
+    """
     import trimesh.creation
 
-    made: Any = getattr(trimesh.creation, shape)(**measures)
-    return Mesh(np.array(made.vertices, dtype=float), np.array(made.faces, dtype=np.int64))
+    fineness: dict[str, dict[str, Any]] = {
+        "icosphere": {"subdivisions": 2},
+        "cylinder": {"sections": 24},
+        "capsule": {"count": [16, 16]},
+    }
+    made: Any = getattr(trimesh.creation, shape)(**measures, **fineness.get(shape, {}))
+    vertices = np.asarray(made.vertices, dtype=float)
+    middle = (vertices.max(axis=0) + vertices.min(axis=0)) / 2
+    return Part(vertices - middle, made.faces)
 
 
-def stl(piece: Mesh | Part) -> bytes:
+def stl(*parts: Part) -> bytes:
     """Return triangles as a binary STL file, in single precision."""
     import trimesh
 
-    mesh: Any = trimesh.Trimesh(piece.vertices, piece.faces, process=False)
+    corners = np.concatenate([part.vertices[part.faces] for part in parts]).reshape(-1, 3)
+    faces = np.arange(len(corners)).reshape(-1, 3)
+    mesh: Any = trimesh.Trimesh(corners, faces, process=False)
     return bytes(mesh.export(file_type="stl"))
 
 

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,13 +19,12 @@ from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink, root_error
-from phasmid.formats.urdf_in import GREY
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.toml import read_bytes
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
 
     Args:
         path: The file.
-        options: Folders of packages, unit of meshes, and whether ignored elements are errors.
+        options: Folders of packages and unit of meshes.
 
     Raises:
         InvalidInput: The file cannot be read, or MuJoCo refuses it.
@@ -70,13 +70,15 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
     with source.engine_errors():
         import mujoco
 
-        main = source.texts.pop("")
-        spec = mujoco.MjSpec.from_string(main.decode("utf-8", "replace"), include=source.texts)
+        main = source.texts.pop("").decode("utf-8", "replace")
+        spec = mujoco.MjSpec.from_string(main, include=source.texts)
         _strip(spec, source)
         _name_elements(spec, source)
-        incomplete = _load_meshes(spec, source)
+        _load_meshes(spec, source)
         model = _compiled(spec)
-    return _Reader(model, spec, source, incomplete).tree()
+    # The engine's name for models without one.
+    unnamed = spec.modelname == "MuJoCo Model"
+    return _Reader(model, source).tree(path.stem if unnamed else spec.modelname)
 
 
 class _Source:
@@ -87,7 +89,6 @@ class _Source:
         findings: Receives omissions.
         texts: Contents of the includes by the name as written; of the file itself at ``""``.
         places: File and line by tag and name of an element.
-        has_includes: Whether lines that the engine names may be those of an include.
     """
 
     def __init__(self, path: Path, options: ImportOptions) -> None:
@@ -104,8 +105,7 @@ class _Source:
                 hint="export the robot as URDF, MJCF or STEP",
             )
         self.texts = {"": raw}
-        self._scan(root, (path.absolute(),))
-        self.has_includes = len(self.texts) > 1
+        self._scan(root, (path.resolve(),))
 
     def _scan(self, root: Element, chain: tuple[Path, ...]) -> None:
         """Note the places of elements, and read the files that they include."""
@@ -166,24 +166,12 @@ class _Source:
             mujoco.set_mju_user_warning(before)
 
     def _one_sentence(self, message: str) -> InvalidInput:
-        where = self.path.name
-        line = re.search(r"\bline (\d+)", message)
-        name = re.search(r"Element name '(.+?)'", message)
-        if line and int(line.group(1)) > 0 and not self.has_includes:
-            where = f"{where}, line {line.group(1)}"
-        elif name:
-            places = (place for (_, own), place in self.places.items() if own == name.group(1))
-            where = next(places, where)
-        for pattern, kept in (
-            (r"^(XML Error|Error|XML parse error):?\s*", ""),
-            (r"\n?Element name '', id -?\d+", ""),
-            (r"(Element name '[^']*'), id -?\d+", r"\1"),
-            (r",? *(column )?-?\d*,? *\(?\bline -?\d+\)?(, column -?\d+)?", ""),
-        ):
-            message = re.sub(pattern, kept, message)
-        sentence = short("; ".join(filter(None, map(str.strip, message.splitlines()))))
+        line = re.search(r"\bline ([1-9]\d*)", message)
+        where = f"{self.path.name}, line {line.group(1)}" if line and not self.texts else ""
+        first = message.strip().partition("\n")[0]
+        sentence = short(re.sub(r"^(XML |XML parse )?[Ee]rror:\s*", "", first)).rstrip(".;, ")
         return InvalidInput(
-            f"MuJoCo cannot use {self.path.name}: {sentence.rstrip('.;, ')}.", where=where
+            f"MuJoCo cannot use {self.path.name}: {sentence}.", where=where or self.path.name
         )
 
 
@@ -191,7 +179,7 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
     """Delete all but bodies, joints, geoms, sites, and actuators of joints.
 
     Raises:
-        InvalidInput: Too much is left, or something was ignored and options are strict.
+        InvalidInput: Too much is left.
     """
     import mujoco
 
@@ -207,7 +195,8 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
         "tendon": list(spec.tendons),
     }
     ignored = Counter({tag: len(elements) for tag, elements in noted.items()})
-    source.findings.note_ignored(+ignored, source.path.name, strict=source.options.strict)
+    ignored["spring"] = sum(bool(np.any(joint.stiffness)) for joint in spec.joints)
+    source.findings.note_ignored(+ignored, source.path.name)
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     silent = [*scenery, *spec.keys, *spec.sensors, *spec.textures, *spec.cameras, *spec.lights]
@@ -231,11 +220,7 @@ def _name_elements(spec: mujoco.MjSpec, source: _Source) -> None:
         taken = {element.name for element in elements}
         names = (f"{noun}_{n}" for n in count(1) if f"{noun}_{n}" not in taken)
         for element in elements:
-            if not element.name:
-                element.name = next(names)
-                if not source.has_includes:
-                    place = f"{source.path.name}, {element.info.strip()}"
-                    source.places[noun, element.name] = place
+            element.name = element.name or next(names)
     for joint in spec.joints:
         lower, upper = joint.range
         if lower > upper:
@@ -247,31 +232,25 @@ def _name_elements(spec: mujoco.MjSpec, source: _Source) -> None:
             )
 
 
-def _load_meshes(spec: mujoco.MjSpec, source: _Source) -> set[str]:
-    """Read the meshes that are shown; delete those that are not there, and their geoms.
-
-    Returns:
-        Names of bodies without one of their meshes.
-    """
-    reader, incomplete = meshes.MeshFiles(source.options.mesh_unit), set()
+def _load_meshes(spec: mujoco.MjSpec, source: _Source) -> None:
+    """Read the meshes that are shown; delete those that are not there, and their geoms."""
+    files = meshes.MeshFiles(source.options.mesh_unit)
     shown = {geom.meshname for geom in spec.geoms if geom.meshname}
     for mesh in list(spec.meshes):
         where = source.where("mesh", mesh.name)
         try:
             if mesh.name in shown:
                 with located(where):
-                    _load_mesh(spec, mesh, source, reader)
+                    _load_mesh(spec, mesh, source, files)
                 continue
         except meshes.UnreadMesh as error:
             source.findings.suspect(f"mesh {short(mesh.name)}", error.what, where, error.hint)
         for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
-            incomplete.add(geom.parent.name)
             spec.delete(geom)
         spec.delete(mesh)
-    return incomplete
 
 
-def _load_mesh(spec: mujoco.MjSpec, mesh: Any, source: _Source, reader: meshes.MeshFiles) -> None:
+def _load_mesh(spec: mujoco.MjSpec, mesh: Any, source: _Source, files: meshes.MeshFiles) -> None:
     """Read a mesh's file into the specification."""
     # The engine makes one slash of two.
     written = re.sub(r"^(\w+):/+", r"\1://", mesh.file)
@@ -284,9 +263,12 @@ def _load_mesh(spec: mujoco.MjSpec, mesh: Any, source: _Source, reader: meshes.M
     path = named_file(source.path, named, "mesh", source.options.packages)
     if not path.is_file():
         raise meshes.UnreadMesh(f'mesh "{short(written)}" is not there; it was left out.')
-    vertices, faces = meshes.joined(reader.meshes(path, mesh.scale))
+    parts = files.meshes(path, mesh.scale)
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
+    faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
     mesh.file, mesh.scale, mesh.content_type = "", [1.0, 1.0, 1.0], ""
-    mesh.uservert, mesh.userface = vertices.ravel(), faces.ravel()
+    mesh.uservert = np.concatenate([part.vertices for part in parts]).ravel()
+    mesh.userface = np.concatenate(faces).ravel()
 
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
@@ -308,57 +290,39 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 class _Reader:
     """Conversion of a compiled model to a tree."""
 
-    def __init__(
-        self, model: mujoco.MjModel, spec: mujoco.MjSpec, source: _Source, incomplete: set[str]
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, source: _Source) -> None:
         import mujoco
 
-        self.model, self.spec, self.incomplete = model, spec, incomplete
-        self.file, self.where, self.findings = source.path.name, source.where, source.findings
+        self.model, self.file, self.where = model, source.path.name, source.where
+        self.findings = source.findings
         self.links: dict[str, TreeLink] = {}
         self.joints: list[TreeJoint] = []
         self.shifts: dict[int, np.ndarray] = {}
         self.names = [model.body(body).name for body in range(model.nbody)]
         self.parents = model.body_parentid.tolist()
-        hinge = int(mujoco.mjtJoint.mjJNT_HINGE)
-        self.hinged = set(model.jnt_bodyid[model.jnt_type == hinge].tolist())
-        # Bodies come after those that carry them.
+        hinges = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
         self.carrying: set[int] = set()
-        for body in range(model.nbody - 1, 0, -1):
-            if body in self.hinged or body in self.carrying:
-                self.carrying.add(self.parents[body])
+        for hinged in model.jnt_bodyid[hinges].tolist():
+            body = self.parents[hinged]
+            while body and body not in self.carrying:
+                self.carrying.add(body)
+                body = self.parents[body]
 
-    def tree(self) -> Tree:
+    def tree(self, name: str) -> Tree:
         model = self.model
         bodies = (model.body_mass, model.body_inertia, model.body_pos, model.body_quat)
-        numbers = (*bodies, model.body_ipos, model.jnt_pos, model.geom_pos, model.site_pos)
+        joints = (model.jnt_pos, model.jnt_range)
+        numbers = (*bodies, *joints, model.body_ipos, model.geom_pos, model.site_pos)
         if not all(np.isfinite(array).all() for array in numbers):
             raise InvalidInput(f"MuJoCo finds numbers in {self.file} that are not finite.")
         root = self._root()
-        below, moved = {root}, {root} & self.hinged
-        for body in range(root + 1, model.nbody):
-            if self.parents[body] in below:
-                below.add(body)
-                if body in self.hinged or self.parents[body] in moved:
-                    moved.add(body)
-        self._note_inferred(sorted(below))
-        for body in sorted(below):
+        # Bodies come after those that carry them.
+        for body in np.flatnonzero(model.body_rootid == root).tolist():
             self._read_body(body, root)
-            if body in moved and body not in self.carrying:
+            if body not in self.carrying:
                 self._add_feet(body)
-        # The engine's name for models without one.
-        unnamed = self.spec.modelname == "MuJoCo Model"
-        return Tree(
-            Path(self.file).stem if unnamed else self.spec.modelname,
-            self.links,
-            tuple(self.joints),
-            file=self.file,
-            findings=tuple(self.findings),
-        )
-
-    def _note(self, noun: str, name: str, what: str) -> None:
-        where = self.where("body" if noun == "link" else noun, name)
-        self.findings.note(f"{noun} {name}", what, where)
+        findings = tuple(self.findings)
+        return Tree(name, self.links, tuple(self.joints), file=self.file, findings=findings)
 
     def _root(self) -> int:
         """Return the one body under the world that carries hinges."""
@@ -370,42 +334,21 @@ class _Reader:
         if others:
             verb = "was" if len(others) == 1 else "were"
             what = f"{', '.join(others[:6])} beside the robot {verb} ignored."
-            self._note("link", others[0], what)
+            self.findings.note(f"link {others[0]}", what, self.where("body", others[0]))
         return carrying[0]
-
-    def _note_inferred(self, bodies: list[int]) -> None:
-        import mujoco
-
-        always = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
-        inferred = self.spec.compiler.inertiafromgeom == always
-        shaped = [
-            self.names[body]
-            for body in bodies
-            if self.model.body_mass[body] > 2 * MASSLESS
-            and (inferred or not self.spec.body(self.names[body]).explicitinertial)
-        ]
-        if shaped:
-            what = f"links without <inertial>: {len(shaped)}; masses were computed from shapes."
-            self._note("link", shaped[0], what)
 
     def _read_body(self, body: int, root: int) -> None:
         model, name = self.model, self.names[body]
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-        joints = range(first, first + count)
         if body != root:
-            self._add_joints(body, joints)
-        elif count > 1 or body in self.hinged:
-            what = f"joints between the world and {name} were ignored; the robot floats."
-            self._note("link", name, what)
+            self._add_joints(body, range(first, first + count))
         shift = self.shifts.setdefault(body, np.zeros(3))
         inertial, mass = None, float(model.body_mass[body])
         if mass > 2 * MASSLESS:
-            R = quaternion_rotation(model.body_iquat[body])
-            tensor = R @ np.diag(model.body_inertia[body]) @ R.T
-            inertial = Inertial(mass, model.body_ipos[body] - shift, (tensor + tensor.T) / 2)
+            X = _pose(model.body_iquat[body], model.body_ipos[body] - shift)
+            inertial = Inertial(mass, np.zeros(3), np.diag(model.body_inertia[body])).at(X)
         parts, balls = self._shapes(body, shift)
-        complete = name not in self.incomplete
-        self._add_link(TreeLink(name, inertial, parts, self.where("body", name), balls, complete))
+        self._add_link(TreeLink(name, inertial, parts, self.where("body", name), balls))
 
     def _add_link(self, link: TreeLink) -> None:
         if link.name in self.links:
@@ -447,8 +390,6 @@ class _Reader:
         turn = _pose(np.array([np.cos(half), *(np.sin(half) * axis)]), np.zeros(3))
         limited = bool(model.jnt_limited[joint])
         lower, upper = map(float, model.jnt_range[joint] if limited else (-np.inf, np.inf))
-        if float(np.ravel(model.jnt_stiffness)[joint]):
-            self._note("joint", name, f"joint {name} has a spring, which was ignored.")
         dof = int(model.jnt_dofadr[joint])
         return TreeJoint(
             name,
@@ -511,7 +452,7 @@ class _Reader:
             X = _pose(model.geom_quat[geom], model.geom_pos[geom] - shift)
             name = re.sub(r"^[^/]*/\d+/", "", model.geom(geom).name)
             name = name if name.isprintable() else ""
-            parts.append(Part(mesh.vertices, mesh.faces, rgba, name).at(X))
+            parts.append(replace(mesh, color=rgba, name=name).at(X))
         return tuple(parts), tuple(balls)
 
     def _color(self, geom: int) -> meshes.Color:
@@ -519,13 +460,11 @@ class _Reader:
         rgba, material = model.geom_rgba[geom], int(model.geom_matid[geom])
         if material >= 0 and np.array_equal(rgba, _GREY):
             rgba = model.mat_rgba[material]
-        if not np.isfinite(rgba).all():
-            return GREY
         # Single precision: 0.3 is to be 0.3 again.
-        r, g, b, a = (round(float(min(max(c, 0.0), 1.0)), 7) for c in rgba)
+        r, g, b, a = (round(float(c), 7) for c in np.nan_to_num(np.clip(rgba, 0.0, 1.0)))
         return r, g, b, a
 
-    def _mesh(self, geom: int) -> meshes.Mesh | None:
+    def _mesh(self, geom: int) -> Part | None:
         """Return a geom's triangles in its own frame; None for other shapes and huge ones."""
         import mujoco
 
@@ -535,23 +474,23 @@ class _Reader:
         if kind == kinds.mjGEOM_MESH:
             mesh = int(model.geom_dataid[geom])
             vertex, face = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
-            return meshes.Mesh(
-                model.mesh_vert[vertex : vertex + int(model.mesh_vertnum[mesh])].astype(float),
-                model.mesh_face[face : face + int(model.mesh_facenum[mesh])].astype(np.int64),
+            return Part(
+                model.mesh_vert[vertex : vertex + int(model.mesh_vertnum[mesh])],
+                model.mesh_face[face : face + int(model.mesh_facenum[mesh])],
             )
         if not 0 < a <= meshes.LARGEST_SPAN or max(b, c) > meshes.LARGEST_SPAN:
             return None
         match kind:
             case kinds.mjGEOM_SPHERE:
-                return meshes.sphere(a)
+                return meshes.primitive("icosphere", radius=a)
             case kinds.mjGEOM_CAPSULE:
-                return meshes.capsule(a, 2 * b)
+                return meshes.primitive("capsule", radius=a, height=2 * b)
             case kinds.mjGEOM_CYLINDER:
-                return meshes.cylinder(a, 2 * b)
+                return meshes.primitive("cylinder", radius=a, height=2 * b)
             case kinds.mjGEOM_BOX:
-                return meshes.box((2 * a, 2 * b, 2 * c))
+                return meshes.primitive("box", extents=(2 * a, 2 * b, 2 * c))
             case kinds.mjGEOM_ELLIPSOID:
-                return meshes.sphere(1.0).scaled((a, b, c))
+                return meshes.scaled(meshes.primitive("icosphere", radius=1.0), (a, b, c))
         return None
 
     def _add_feet(self, body: int) -> None:

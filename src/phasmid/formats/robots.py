@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from phasmid.arguments import described
 from phasmid.errors import AlreadyExists, InvalidInput, InvalidRobot
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
-from phasmid.formats.options import ImportOptions
+from phasmid.formats.mjcf_in import read_mjcf
+from phasmid.formats.step_in import read_step
 from phasmid.formats.tree import Tree, neutral_angles, tree_of
+from phasmid.formats.urdf_in import read_urdf
+from phasmid.formats.urdf_out import urdf_files
+from phasmid.formats.xml import LARGEST_FILE, read_xml
 from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
@@ -22,6 +24,8 @@ from phasmid.robot.file import OTHER_FORMATS
 from phasmid.robot.glb import glb
 from phasmid.scenario import Scenario
 from phasmid.scenario import load_scenario as load_own_scenario
+from phasmid.scenario.robot_import import ImportOptions
+from phasmid.toml import read_bytes
 
 ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)
 """Endings of robot files; an ``.xml`` is MJCF or URDF by its root element."""
@@ -51,10 +55,10 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
         InvalidInput: There is no such preset or file, or it is not well formed.
         InvalidRobot: No machine could have these numbers, or the model does not cover it.
     """
-    if _reader(source) is None:
-        # Judging takes a moment, and such a robot is possible by construction.
-        return _own_robot(source, options)
-    return possible(import_robot(source, options), source)
+    if is_foreign(source):
+        return possible(import_robot(source, options), source)
+    # Judging takes a moment, and such a robot is possible by construction.
+    return _own_robot(source, options)
 
 
 def load_scenario(source: str | Path = "paper") -> Scenario:
@@ -79,8 +83,7 @@ def with_robot(scenario: Scenario) -> Scenario:
     """
     if not isinstance(scenario.robot, str) or not is_foreign(scenario.robot):
         return scenario
-    options = ImportOptions.of(scenario.robot_import)
-    return scenario.replace(robot=load_robot(scenario.robot, options))
+    return scenario.replace(robot=load_robot(scenario.robot, scenario.robot_import))
 
 
 def possible(imported: Imported, source: str | Path) -> Robot:
@@ -91,47 +94,47 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     """
     if imported.robot is not None:
         return imported.robot
-    bad = [f for f in imported.findings if f.severity is Severity.IMPOSSIBLE]
-    if imported.error is not None and not bad:
-        raise imported.error
-    more = f" (and {len(bad) - 1} more like it)" if len(bad) > 1 else ""
+    first, *others = imported.impossible
+    more = f" (and {len(others)} more like it)" if others else ""
     raise InvalidRobot(
-        f"{bad[0].sentence}{more}",
-        where=bad[0].where or Path(source).name,
+        f"{first.sentence}{more}",
+        where=first.where or Path(source).name,
         hint=f"phasmid check {source}, which lists all findings",
     )
 
 
-def import_robot(source: str | Path, options: ImportOptions | None = None) -> Imported:
+def import_robot(
+    source: str | Path, options: ImportOptions | None = None, *, strict: bool = False
+) -> Imported:
     """Load a robot with all findings about its description.
 
     Args:
         source: As of `load_robot`.
         options: Data that the file lacks; presets and ``.toml`` files need none.
+        strict: Whether a file with anything that is ignored is refused.
 
     Returns:
         The robot, or the reason why there is none; and all findings.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed; or it holds what
-            is ignored, and the options are strict.
+            is ignored, and that is refused.
         InvalidRobot: Its links and joints form no tree, or a ``.toml`` robot is impossible.
     """
-    reader = _reader(source)
-    if reader is None:
+    if not is_foreign(source):
         robot = _own_robot(source, options)
         return Imported(robot, judge_robot(robot))
     options = options or ImportOptions()
-    tree = reader(Path(source), options)
-    if options.strict and tree.findings:
+    tree = _tree(Path(source), options)
+    if strict and tree.findings:
         first = tree.findings[0]
-        raise InvalidInput(first.sentence, where=first.where or Path(source).name, hint=first.hint)
+        raise InvalidInput(first.sentence, where=first.where, hint="leave --strict out")
     return robot_from_tree(tree, options)
 
 
 def _own_robot(source: str | Path, options: ImportOptions | None) -> Robot:
     """Load a preset or a ``.toml`` file, which is read as it stands."""
-    if options is not None and replace(options, strict=False) != ImportOptions():
+    if options is not None and options != ImportOptions():
         raise InvalidInput(
             f"{source} describes its robot in full; options of reading are for URDF, MJCF and "
             "STEP files.",
@@ -140,50 +143,27 @@ def _own_robot(source: str | Path, options: ImportOptions | None) -> Robot:
     return load_own_robot(source)
 
 
-_Reader = Callable[[Path, ImportOptions], Tree]
+_READERS: dict[str, Callable[[Path, ImportOptions], Tree]] = {
+    ".urdf": read_urdf,
+    ".mjcf": read_mjcf,
+    ".step": read_step,
+    ".stp": read_step,
+}
 
 
-def _reader(source: str | Path) -> _Reader | None:
-    """Return the reader of a file; None for presets, ``.toml`` files and others."""
-    if not isinstance(source, str | Path):
-        raise InvalidInput(
-            f"a robot is the name of a preset or the path of a file, not {described(source)}.",
-            hint='phasmid.load_robot("phantomx-paper")',
-        )
-    suffix = Path(source).suffix.lower()
-    if not is_foreign(source):
-        return None
+def _tree(path: Path, options: ImportOptions) -> Tree:
+    """Read a file of another program with the reader of its format."""
+    suffix = path.suffix.lower()
     if suffix in UNREAD:
         # robot.xacro and robot.urdf.xacro both become robot.urdf.
-        expanded = f"{Path(source).stem.removesuffix('.urdf')}.urdf"
-        raise InvalidInput(
-            f"{source} {UNREAD[suffix]}",
-            hint=f"xacro {Path(source).name} > {expanded}"
-            if suffix == ".xacro"
-            else "convert it to URDF or MJCF",
-        )
-    if suffix in (".step", ".stp"):
-        from phasmid.formats.step_in import read_step
-
-        return read_step
-    if suffix == ".urdf" or (suffix == ".xml" and _root(Path(source)) == "robot"):
-        from phasmid.formats.urdf_in import read_urdf
-
-        return read_urdf
-    from phasmid.formats.mjcf_in import read_mjcf
-
-    return read_mjcf
-
-
-def _root(path: Path) -> str:
-    """Return the name of an XML file's root element; empty where it has none."""
-    try:
-        with path.open("rb") as file:
-            text = file.read(65536).decode("utf-8", errors="replace")
-    except (OSError, ValueError):
-        return ""
-    found = re.search(r"<([^?!\s/>]+)", re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL))
-    return found.group(1) if found else ""
+        expanded = f"{path.stem.removesuffix('.urdf')}.urdf"
+        xacro = f"xacro {path.name} > {expanded}"
+        hint = xacro if suffix == ".xacro" else "convert it to URDF or MJCF"
+        raise InvalidInput(f"{path} {UNREAD[suffix]}", hint=hint)
+    if suffix == ".xml":
+        root = read_xml(read_bytes(path, LARGEST_FILE), path.name)
+        return (read_urdf if root.tag == "robot" else read_mjcf)(path, options)
+    return _READERS[suffix](path, options)
 
 
 def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[Finding, ...]:
@@ -208,24 +188,36 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
             f"{path.name} does not end as a robot file does.",
             hint=f"one of {', '.join(ROBOT_SUFFIXES)}",
         )
-    if not force and path.exists():
-        raise AlreadyExists(path, option="file")
     files = {path.parent / name: data for name, data in _files(robot, path).items()}
-    try:
-        for target, data in files.items():
-            # The same mesh may serve two robots.
-            if not force and target.exists() and not _holds(target, data):
-                raise AlreadyExists(target, option="file")
-        for folder in {target.parent for target in files}:
-            folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(Path(error.filename or path), error) from None
     # The robot's own file last: when it appears, what it names is there.
-    for target in sorted(files, key=lambda target: target.name == path.name):
-        write_whole(target, files[target])
+    files[path] = files.pop(path)
+    write_files(files, force=force)
     what = LOST.get(path.suffix.lower())
     hint = "a .toml file keeps everything"
     return (Finding(Severity.NOTE, path.name, what, hint=hint),) if what else ()
+
+
+def write_files(files: Mapping[Path, bytes], *, force: bool = False) -> None:
+    """Write the files of a robot and their folders, in this order.
+
+    Args:
+        files: Their contents.
+        force: Whether files of these names are replaced; those of the same content may be there.
+
+    Raises:
+        AlreadyExists: A file is there already.
+        OutputError: A file cannot be written.
+    """
+    try:
+        for path, data in files.items():
+            if not force and path.exists() and not (path.is_file() and path.read_bytes() == data):
+                raise AlreadyExists(path, option="file")
+        for folder in {path.parent for path in files}:
+            folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(Path(error.filename or path), error) from None
+    for path, data in files.items():
+        write_whole(path, data)
 
 
 def _files(robot: Robot, path: Path) -> dict[str, bytes]:
@@ -239,23 +231,19 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
         text = robot_to_toml(replace(robot, appearance=look))
         return {**files, path.name: text.encode("utf-8")}
     if suffix in (".step", ".stp"):
+        # Lazy import: the solids' modules are needed here alone.
         from phasmid.formats.step_out import step_files
 
-        return dict(step_files(robot, path.name))
+        return step_files(robot, path.name)
     tree = tree_of(robot)
     if suffix == ".urdf":
-        from phasmid.formats.urdf_out import urdf_files
-
-        return dict(urdf_files(tree, path.stem))
+        return urdf_files(tree, path.stem)
+    # Lazy import: SciPy's rotations take 0.2 s.
     from phasmid.formats.mjcf_out import mjcf_files
 
-    files = mjcf_files(tree, path.stem, home=neutral_angles(robot), servo=robot.servo)
+    files = mjcf_files(tree, path.stem, neutral_angles(robot), robot.servo)
     # An .mjcf keeps its ending.
     return {path.name: files.pop(f"{path.stem}.xml"), **files}
-
-
-def _holds(path: Path, data: bytes) -> bool:
-    return path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
 
 
 _NUMBERS = (

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated
@@ -18,11 +19,11 @@ from jaxtyping import Float
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Findings
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.table import Limits, Name, ServoTable, Tensor, Vector
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml
 
@@ -107,7 +108,7 @@ def sidecar_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.toml")
 
 
-def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
+def read_step(path: Path, _: ImportOptions | None = None) -> Tree:
     """Read the kinematic tree of a STEP file and the sidecar beside it.
 
     Masses, centres of mass and inertias are those of the solids, at the sidecar's densities or
@@ -115,15 +116,13 @@ def read_step(path: Path, options: ImportOptions | None = None) -> Tree:
 
     Args:
         path: The STEP file; ``NAME.step.toml`` stands beside it.
-        options: Whether parts of no link are an error.
 
     Raises:
         InvalidInput: A file cannot be read, or the sidecar does not fit the drawing.
         InvalidRobot: The links and joints form no tree.
         PhasmidError: build123d is not installed.
     """
-    reader = SidecarReader(path)
-    return reader.tree(read_drawing(path), strict=options is not None and options.strict)
+    return SidecarReader(path).tree(read_drawing(path))
 
 
 class SidecarReader:
@@ -148,15 +147,15 @@ class SidecarReader:
         self.servo = Servo(**servo.model_dump()) if servo else None
         self.findings = Findings()
 
-    def tree(self, parts: Sequence[DrawnPart], *, strict: bool = False) -> Tree:
-        """Return the tree of a drawing's parts; strictly, parts of no link are an error.
+    def tree(self, parts: Sequence[DrawnPart]) -> Tree:
+        """Return the tree of a drawing's parts.
 
         Raises:
             InvalidInput: The sidecar does not fit the drawing.
             InvalidRobot: The links and joints form no tree.
         """
         sidecar = self.sidecar
-        groups = self._groups(parts, strict=strict)
+        groups = self._groups(parts)
         poses = self._frames(parts)
         links = {}
         for name in sidecar.links:
@@ -194,7 +193,7 @@ class SidecarReader:
                 hint=f'"{guess}"' if guess else f"links are {', '.join(list(links)[:6])}",
             )
 
-    def _groups(self, parts: Sequence[DrawnPart], *, strict: bool) -> dict[str, list[DrawnPart]]:
+    def _groups(self, parts: Sequence[DrawnPart]) -> dict[str, list[DrawnPart]]:
         """Return the parts by link; a part belongs to the first link with a pattern for it."""
         patterns = {name: table.parts for name, table in self.sidecar.links.items()}
         groups: dict[str, list[DrawnPart]] = {name: [] for name in patterns}
@@ -218,8 +217,6 @@ class SidecarReader:
             what = (
                 f"{len(lost)} of {len(parts)} parts belong to no link and were left out: {shown}."
             )
-            if strict:
-                raise InvalidInput(what, where=self._where("links"))
             self.findings.suspect("parts", what, hint='parts = ["*"] in a link')
         return groups
 
@@ -241,14 +238,14 @@ class SidecarReader:
                 what = "is a surface that encloses nothing; it has no mass."
                 self.findings.suspect(f"part {part.path}", what)
                 continue
-            density = self._density(part, known=table.mass is not None)
-            masses.append(part.solid.scaled(density).at(X_link_drawing @ part.X_drawing_part))
+            density = self._density(part, part.solid.mass, known=table.mass is not None)
+            masses.append(part.solid.scaled(density).at(X_link_drawing))
         whole = merged(masses)
         if whole is None or table.mass is None:
             return whole
         return whole.scaled(table.mass / whole.mass)
 
-    def _density(self, part: DrawnPart, *, known: bool) -> float:
+    def _density(self, part: DrawnPart, volume: float, *, known: bool) -> float:
         """Return the density of a part [kg/m³]; the first pattern that fits it counts.
 
         Where the link as a whole was weighed, parts without a density all have the same.
@@ -257,7 +254,7 @@ class SidecarReader:
             if not (_fits(part, pattern) or fnmatchcase(part.product, pattern)):
                 continue
             if table.mass is not None and table.density is None:
-                return table.mass / part.volume
+                return table.mass / volume
             if table.density is not None and table.mass is None:
                 return table.density
             raise InvalidInput(f'parts."{pattern}" must have either mass_g or density_kg_m3.')
@@ -275,11 +272,7 @@ class SidecarReader:
         """Return the pose of each link's frame in the drawing."""
         frame = self.sidecar.frame
         up, forward = np.array(frame.up, dtype=float), np.array(frame.forward, dtype=float)
-        if (
-            np.linalg.norm(up) < 1e-9
-            or np.linalg.norm(forward) < 1e-9
-            or np.linalg.norm(np.cross(up, forward)) < 1e-9 * np.linalg.norm(forward)
-        ):
+        if np.linalg.norm(np.cross(up, forward)) < 1e-9:
             what = "frame: forward and up must be two directions across each other."
             raise InvalidInput(what, where=self._where("frame"))
         poses = dict.fromkeys(self.sidecar.links, _frame(np.array(frame.origin), up, forward))
@@ -288,7 +281,7 @@ class SidecarReader:
             for end in ("parent", "child"):
                 self._check_link(f"joints.{name}.{end}", getattr(joint, end), where)
             with located(where):
-                point, direction = axis_of(name, joint, parts)
+                point, direction = _axis_of(name, joint, parts)
             level = np.cross([0.0, 0.0, 1.0], direction)
             if np.linalg.norm(level) < 1e-6:
                 level = np.array([1.0, 0.0, 0.0])
@@ -296,28 +289,19 @@ class SidecarReader:
         return poses
 
     def _joint(self, name: str, poses: dict[str, np.ndarray]) -> TreeJoint:
-        table, where, servo = self.sidecar.joints[name], self._where("joints", name), self.servo
+        table, where = self.sidecar.joints[name], self._where("joints", name)
         c, s = math.cos(table.drawn_at), math.sin(table.drawn_at)
         back = np.eye(4)
         back[:2, :2] = [[c, s], [-s, c]]
         lower, upper = table.limits
-        if not lower < upper:
-            what = f"joints.{name}: its lower limit is above its upper one."
-            raise InvalidInput(what, where=where)
-        limited = math.isfinite(lower) and math.isfinite(upper)
         return TreeJoint(
             name,
-            "revolute" if limited else "continuous",
+            "revolute" if math.isfinite(upper - lower) else "continuous",
             table.parent,
             table.child,
             inverse(poses[table.parent]) @ poses[table.child] @ back,
             lower=lower,
             upper=upper,
-            effort=servo.stall_torque if servo else None,
-            velocity=servo.no_load_speed if servo else None,
-            damping=servo.viscous_friction if servo else 0.0,
-            friction=servo.friction if servo else 0.0,
-            armature=servo.armature if servo else 0.0,
             where=where,
         )
 
@@ -331,7 +315,7 @@ def _nearest_path(pattern: str, parts: Iterable[DrawnPart]) -> str:
     return nearest(pattern, paths) or f"such as {paths[0]}"
 
 
-def axis_of(
+def _axis_of(
     name: str, joint: StepJointTable, parts: Iterable[DrawnPart]
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
     """Return a point of a joint's axis and its direction, in the drawing [m].
@@ -357,14 +341,12 @@ def axis_of(
         raise InvalidInput(f"joints.{name} has both axis_of and point; one must go.")
     found = [part for part in parts if _fits(part, joint.axis_of)]
     if len(found) != 1:
-        called = f'of the drawing are called "{joint.axis_of}"; its axis must be that of one.'
         raise InvalidInput(
-            f"joints.{name}: {len(found)} parts {called}"
-            if found
-            else f'joints.{name}: no part of the drawing is called "{joint.axis_of}".',
+            f'joints.{name}: axis_of names {len(found)} parts of the drawing, "{joint.axis_of}"; '
+            "it must name one.",
             hint=_nearest_path(joint.axis_of, parts),
         )
-    part, faces = found[0], found[0].drawn_cylinders
+    part, faces = found[0], found[0].cylinders
     if not faces:
         raise InvalidInput(
             f"joints.{name}: {part.path} has no round face.", hint="point_mm and direction"
@@ -379,9 +361,8 @@ def axis_of(
                 "it gives the sense of the axis."
             )
         direction = direction * np.sign(sense @ direction)
-    X = part.X_drawing_part
     # The point of the axis nearest to the part's middle.
-    middle = X[:3, 3] if part.solid is None else X[:3, :3] @ part.solid.com + X[:3, 3]
+    middle = point if part.solid is None else part.solid.com
     return point + ((middle - point) @ direction) * direction, direction
 
 
@@ -406,5 +387,4 @@ def _frame(origin: np.ndarray, z: np.ndarray, x: np.ndarray) -> Float[np.ndarray
 
 def _look(part: DrawnPart, X_link_drawing: np.ndarray) -> Part:
     assert part.look is not None
-    moved = part.look.at(X_link_drawing @ part.X_drawing_part)
-    return Part(moved.vertices, moved.faces, moved.color, part.path.rpartition("/")[2])
+    return replace(part.look.at(X_link_drawing), name=part.path.rpartition("/")[2])

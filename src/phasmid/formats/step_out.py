@@ -1,26 +1,23 @@
 """STEP files out: a robot's solids with their sidecar, and a first guess of a sidecar.
 
-`write_solids` also writes meshes and a table of masses.
+`cad_files` adds meshes and a table of masses.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from phasmid.cad import Assembly, build, meshes
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
-from phasmid.cad.servo_case import CASES
-from phasmid.cad.step import part_paths, step_text
+from phasmid.cad.step import group_paths, step_text, unique
 from phasmid.cad.weights import mass_table
-from phasmid.errors import InvalidInput
-from phasmid.formats.meshes import Mesh, joined, stl
+from phasmid.formats.meshes import stl
 from phasmid.formats.step_in import sidecar_of
 from phasmid.kinematics import joint_angles
-from phasmid.recording.file import cannot_write, write_whole
 from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
 from phasmid.robot.file import servo_table
 from phasmid.robot.glb import glb
@@ -28,8 +25,8 @@ from phasmid.toml import toml_key, toml_string
 
 WORDS = {
     "coxa": ("coxa", "hip", "shoulder"),
-    "femur": ("femur", "thigh", "upper_leg", "upper leg"),
-    "tibia": ("tibia", "shin", "calf", "shank", "lower_leg", "lower leg"),
+    "femur": ("femur", "thigh", "upper_leg"),
+    "tibia": ("tibia", "shin", "calf", "shank", "lower_leg"),
 }
 """Common names of the links of a leg."""
 
@@ -40,66 +37,50 @@ NEAR = 5e-5
 FARTHEST = 0.1
 """Faces of one hinge lie no farther apart along its axis than this [m]."""
 
-TIP = 2e-4
+TIP = 5e-5
 """Corners within this of the farthest one are a link's tip [m]."""
 
 PLASTIC = 1200.0
 """Assumed density of parts without one [kg/m³]."""
 
 
-def write_solids(
-    robot: Robot,
-    folder: Path,
-    *,
-    force: bool = False,
-    announce: Callable[[str], None] = lambda _: None,
-) -> dict[Path, str]:
-    """Draw a robot and write its STEP file, meshes and masses.
+def cad_files(robot: Robot, folder: Path) -> dict[Path, tuple[str, bytes]]:
+    """Draw a robot; return its STEP file, sidecar, meshes and table of masses.
 
     Args:
         robot: The robot.
-        folder: Where the files go; it is made.
-        force: Whether files of an earlier run are replaced.
-        announce: Called with the name of each stage.
+        folder: Where the files will be.
 
     Returns:
-        The files, each with a description in a few words.
+        By the path of the file, its description in a few words and its content.
 
     Raises:
-        InvalidInput: A file is there already.
-        OutputError: A file cannot be written.
         PhasmidError: build123d is not installed.
     """
     name = _file_name(robot.name)
     step = folder / f"{name}.step"
-    files = {
-        step: "assembly of named, coloured solids",
-        sidecar_of(step): "which part belongs to which link, axes, densities",
-        folder / f"{name}.glb": "meshes of all links; name it as appearance in the robot's file",
-        folder / f"{name}-masses.md": "the file's masses beside those of the solids",
-    }
-    announce("solids")
     assembly = build(robot)
     looks = meshes(assembly)
-    stls = {link: folder / "stl" / f"{own}.stl" for link, own in _file_names(looks).items()}
-    files |= {path: f"mesh of {link}, in metres" for link, path in stls.items()}
-    there = [path for path in files if path.exists() or path.is_symlink()]
-    if there and not force:
-        raise InvalidInput(f"{there[0]} is there already.", hint="--force, or another --out")
-    for place in (folder, folder / "stl"):
-        try:
-            place.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise cannot_write(place, error) from None
-    announce("STEP")
-    write_whole(step, step_text(assembly))
-    write_whole(sidecar_of(step), sidecar_text(robot, assembly).encode())
-    announce("meshes")
-    write_whole(folder / f"{name}.glb", glb(looks))
-    for link, parts in looks.items():
-        write_whole(stls[link], stl(Mesh(*joined(parts))))
     table = f"# {robot.name}: masses\n\n{mass_table(robot, assembly)}"
-    write_whole(folder / f"{name}-masses.md", table.encode())
+    files = {
+        step: ("assembly of named, coloured solids", step_text(assembly)),
+        sidecar_of(step): (
+            "which part belongs to which link, axes, densities",
+            sidecar_text(robot, assembly).encode(),
+        ),
+        folder / f"{name}.glb": (
+            "meshes of all links; name it as appearance in the robot's file",
+            glb(looks),
+        ),
+        folder / f"{name}-masses.md": (
+            "the file's masses beside those of the solids",
+            table.encode(),
+        ),
+    }
+    taken: set[str] = set()
+    for link, parts in looks.items():
+        own = unique(_file_name(link).casefold(), taken)
+        files[folder / "stl" / f"{own}.stl"] = (f"mesh of {link}, in metres", stl(*parts))
     return files
 
 
@@ -127,31 +108,17 @@ def _file_name(name: str) -> str:
     return plain.strip(".") or "robot"
 
 
-def _file_names(names: Iterable[str]) -> dict[str, str]:
-    """Return file names by the names of their content; equal ones are numbered."""
-    found: dict[str, str] = {}
-    for name in names:
-        plain = numbered = _file_name(name)
-        number = 1
-        # Some systems hold capital and small letters for the same.
-        while numbered.casefold() in map(str.casefold, found.values()):
-            number += 1
-            numbered = f"{plain}_{number}"
-        found[name] = numbered
-    return found
-
-
 def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") -> str:
     """Return the sidecar of a robot's own assembly.
 
-    Links and joints are called as in `phasmid.formats.tree_of`; angles are those of Table 1.
+    Links and joints are called as in `tree_of`; angles are those of Table 1.
 
     Args:
         robot: The robot.
         assembly: Its solids.
         masses: ``solids`` to have them computed, or ``file`` to keep those of the robot.
     """
-    paths, poses = part_paths(assembly), assembly.poses
+    poses = assembly.poses
     known = robot.servo.name in servo_names()
     lines = [
         f"# What {_plain(robot.name)} is made of: which part of the drawing belongs to which link,",
@@ -165,29 +132,25 @@ def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") ->
     for name, solid in solids.items():
         density = f"density_kg_m3 = {solid.material.density!r}  # {solid.material.name}"
         mass = density if solid.mass is None else f"mass_kg = {solid.mass!r}"
-        lines += _table("parts", literal(name), mass)
-    links: list[tuple[str, str, Body | Link]] = [("base_link", "body", robot.body)]
-    links += [
-        (f"{leg.name}_{link.name}_link", f"{leg.name}.{link.name}", link)
-        for leg in robot.legs
-        for link in leg.links
-    ]
-    for name, group, link in links:
-        pattern = f"{literal(paths[group][0].rpartition('/')[0])}/*"
-        given = _given(link, poses[group]) if masses == "file" else []
-        lines += _table("links", name, f"parts = [{toml_string(pattern)}]", *given)
+        lines += _table("parts", name, mass)
+    links: dict[str, Body | Link] = {"body": robot.body}
+    links |= {f"{leg.name}.{link.name}": link for leg in robot.legs for link in leg.links}
+    for group, path in group_paths(assembly).items():
+        name = "base_link" if group == "body" else f"{group.replace('.', '_')}_link"
+        given = _given(links[group], poses[group]) if masses == "file" else []
+        lines += _table("links", name, f"parts = [{toml_string(f'{path}/*')}]", *given)
     for leg in robot.legs:
         q = joint_angles(leg, leg.neutral_foot)
         parent = "base_link"
         for number, joint in enumerate(JOINTS):
-            child = f"{leg.name}_{joint}_link"
+            child, X = f"{leg.name}_{joint}_link", poses[f"{leg.name}.{joint}"]
             lines += _table(
                 "joints",
                 f"{leg.name}_{joint}",
                 f"parent = {toml_string(parent)}",
                 f"child = {toml_string(child)}",
-                f"axis_of = {toml_string(literal(_axle(assembly, paths, leg.name, joint)))}",
-                f"direction = {_row(poses[f'{leg.name}.{joint}'][:3, 2])}",
+                f"point_m = {_row(X[:3, 3])}",
+                f"direction = {_row(X[:3, 2])}",
                 f"drawn_at_rad = {float(q[number])!r}",
                 f"limits_rad = {_row(leg.joint_limits[number])}",
             )
@@ -198,7 +161,7 @@ def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") ->
     return "\n".join(lines)
 
 
-def literal(name: str) -> str:
+def _literal(name: str) -> str:
     """Return a pattern that matches this name only."""
     return re.sub(r"([*?[])", r"[\1]", name)
 
@@ -229,21 +192,6 @@ def _given(link: Body | Link, X_drawing_link: np.ndarray) -> list[str]:
         f"com_m = {_row(R @ link.com + X_drawing_link[:3, 3])}",
         f"inertia_kg_m2 = [{inertia}]",
     ]
-
-
-def _axle(assembly: Assembly, paths: Mapping[str, tuple[str, ...]], leg: str, joint: str) -> str:
-    """Return the servo on whose horn the joint turns, as a path of the drawing."""
-    owners, name = {
-        "coxa": (("body",), f"{leg}_servo"),
-        "femur": ((f"{leg}.femur",), "femur_servo"),
-        "tibia": ((f"{leg}.femur", f"{leg}.tibia"), "knee_servo"),
-    }[joint]
-    return next(
-        path
-        for owner in owners
-        for placed, path in zip(assembly.links[owner], paths[owner], strict=True)
-        if placed.name == name
-    )
 
 
 def first_guess(path: Path) -> str:
@@ -282,7 +230,6 @@ def first_guess(path: Path) -> str:
         '# servo = "AX-12A"',
         f"density_kg_m3 = {PLASTIC:g}  # a guess, for all parts without a density of their own",
         "",
-        *_servos(parts),
     ]
     for name, group in links.items():
         shown = ", ".join(part.path for part in group[:3]) + (", …" if len(group) > 3 else "")
@@ -318,23 +265,9 @@ def _link_of(path: str) -> tuple[str, str, str]:
             held = depth < len(names) - 1
             above = "_".join(names[:depth])
             leg = "_".join(filter(None, (above, rest))) if not above or not held else above
-            pattern = "/".join(literal(n) for n in names[: depth + 1])
+            pattern = "/".join(_literal(n) for n in names[: depth + 1])
             return leg or "leg", joint, f"{pattern}/*" if held else pattern
     return "", "", ""
-
-
-def _servos(parts: Iterable[DrawnPart]) -> list[str]:
-    """Return weights of the servos that go by their maker's name."""
-    lines = []
-    for product in sorted({part.product for part in parts}):
-        bare = re.sub(r"[^a-z0-9]", "", product.lower())
-        for servo, case in CASES.items():
-            stem = re.sub(r"[^a-z0-9]", "", servo.lower())
-            if bare and (stem in bare or stem.rstrip("a") in bare):
-                mass = f"mass_g = {1000 * case.mass:g}  # {servo}"
-                lines += _table("parts", literal(product), mass)
-                break
-    return lines
 
 
 Axis = tuple[DrawnPart, Cylinder]
@@ -361,8 +294,8 @@ def _joint(parent: str, child: str, axis: Axis | None) -> list[str]:
 
 def _shared_axis(one: Iterable[DrawnPart], other: Iterable[DrawnPart]) -> Axis | None:
     """Return the axis that round faces of two links share; the widest face's, if several do."""
-    mine = [(part, face) for part in one for face in part.drawn_cylinders]
-    theirs = [face for part in other for face in part.drawn_cylinders]
+    mine = [(part, face) for part in one for face in part.cylinders]
+    theirs = [face for part in other for face in part.cylinders]
     points = np.reshape([face.point for face in theirs], (-1, 3))
     directions = np.reshape([face.direction for face in theirs], (-1, 3))
     widest, best = 0.0, None
@@ -380,7 +313,7 @@ def _shared_axis(one: Iterable[DrawnPart], other: Iterable[DrawnPart]) -> Axis |
 
 def _foot(name: str, link: str, parts: Iterable[DrawnPart], axis: Axis | None) -> list[str]:
     """Take the corners of a link's triangles that lie farthest from its hinge, in the mean."""
-    looks = [part.look.at(part.X_drawing_part).vertices for part in parts if part.look is not None]
+    looks = [part.look.vertices for part in parts if part.look is not None]
     place = "# point_mm = [0, 0, 0]  # where it touches the ground, in the drawing"
     if looks and axis is not None:
         points, face = np.concatenate(looks), axis[1]

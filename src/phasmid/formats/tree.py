@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -38,7 +38,6 @@ class TreeLink:
         where: File and line.
         balls: Centre in the link's frame and radius of its collision spheres [m], four numbers
             each.
-        complete: Whether all of its meshes were read, so that `parts` show where its matter is.
     """
 
     name: str
@@ -46,7 +45,6 @@ class TreeLink:
     parts: tuple[Part, ...] = ()
     where: str = ""
     balls: tuple[tuple[float, float, float, float], ...] = ()
-    complete: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +173,6 @@ class RigidLink:
     Attributes:
         links: The links, that which stands nearest the root first.
         poses: Pose of each link's frame in the first one's, by name, shape (4, 4).
-        joints: The joints that it carries and that move.
         ends: Those of its links that carry no joint at all, besides the first.
         inertial: Mass and inertia of all of them; None where none has any.
         parts: Their look.
@@ -183,7 +180,6 @@ class RigidLink:
 
     links: tuple[TreeLink, ...]
     poses: Mapping[str, Float[np.ndarray, "4 4"]]
-    joints: tuple[TreeJoint, ...]
     ends: tuple[TreeLink, ...]
     inertial: Inertial | None
     parts: tuple[Part, ...]
@@ -198,14 +194,13 @@ class RigidLink:
         return self.poses[joint.parent] @ joint.X_parent_child
 
 
-def rigid_link(tree: Tree, first: str, held: Collection[str] = ()) -> RigidLink:
-    """Join a link and all that is fixed to it, outwards; arguments as of `fixed_to`."""
-    poses, moving = fixed_to(tree, first, held)
+def rigid_link(tree: Tree, first: str) -> RigidLink:
+    """Join a link and all that is fixed to it, outwards."""
+    poses, _ = fixed_to(tree, first)
     links = tuple(tree.links[name] for name in poses)
     return RigidLink(
         links,
         poses,
-        moving,
         tuple(link for link in links[1:] if not tree.joints_from(link.name)),
         merged([link.inertial.at(poses[link.name]) for link in links if link.inertial]),
         tuple(part.at(poses[link.name]) for link in links for part in link.parts),
@@ -213,14 +208,9 @@ def rigid_link(tree: Tree, first: str, held: Collection[str] = ()) -> RigidLink:
 
 
 def fixed_to(
-    tree: Tree, first: str, held: Collection[str] = ()
+    tree: Tree, first: str
 ) -> tuple[dict[str, Float[np.ndarray, "4 4"]], tuple[TreeJoint, ...]]:
     """Find all links that are fixed to a link, outwards, and the joints that they carry.
-
-    Args:
-        tree: The tree.
-        first: Name of the link.
-        held: Names of joints that are taken as fixed at angle 0 though they could move.
 
     Returns:
         Pose of each link's frame in the first one's, by name; and the joints that move.
@@ -231,7 +221,7 @@ def fixed_to(
     while frontier:
         parent = frontier.pop()
         for joint in tree.joints_from(parent):
-            if joint.kind == "fixed" or joint.name in held:
+            if joint.kind == "fixed":
                 poses[joint.child] = poses[parent] @ joint.X_parent_child
                 frontier.append(joint.child)
             else:

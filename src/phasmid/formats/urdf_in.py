@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,19 +15,17 @@ from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats import meshes
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
-from phasmid.formats.options import ImportOptions
 from phasmid.formats.tree import ENDLESS, WHOLE_TURN, Tree, TreeJoint, TreeLink
-from phasmid.formats.xml import LARGEST_FILE, LARGEST_NUMBER, Element, read_xml, short
+from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 """Joints of URDF."""
-
-GREY = (0.5, 0.5, 0.5, 1.0)
 
 _KNOWN = {
     "robot": {"link", "joint", "material", "mujoco"},
@@ -44,6 +42,9 @@ _KNOWN = {
 OWN_SHAPE = "phasmid_"
 """So begin the names of shapes that our export adds; they are no part of the robot."""
 
+_SMALLEST_SIZE = 1e-9
+"""Shapes have a size greater than 0 [m]."""
+
 UNLIMITED = 1e9
 """Efforts and speeds from here on mean no limit [N·m, rad/s]."""
 
@@ -53,7 +54,7 @@ def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
 
     Args:
         path: The file.
-        options: Folders of packages, unit of meshes, and whether ignored elements are errors.
+        options: Folders of packages and unit of meshes.
 
     Raises:
         InvalidInput: The file cannot be read, or a number in it cannot be used.
@@ -92,7 +93,6 @@ class _Reader:
     options: ImportOptions
     findings: Findings = field(default_factory=Findings)
     colors: dict[str, meshes.Color] = field(default_factory=dict)
-    missing: set[tuple[str, str]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.files = meshes.MeshFiles(self.options.mesh_unit)
@@ -111,8 +111,7 @@ class _Reader:
         if not parts and element.find("collision") is not None:
             parts = self._parts(element, "collision")
             if parts:
-                why = "no visual one was read" if element.find("visual") else "it has no visual one"
-                what = f"shows its collision shape, as {why}."
+                what = "shows its collision shape, as no visual one was read."
                 self.findings.note(f"link {name}", what, element.where)
         return TreeLink(
             name,
@@ -120,7 +119,6 @@ class _Reader:
             parts,
             element.where,
             _balls(element),
-            complete=all(subject != f"link {name}" for subject, _ in self.missing),
         )
 
     def _inertial(self, element: Element, link: str) -> Inertial:
@@ -135,7 +133,7 @@ class _Reader:
                 what = f"link {link} has an <inertial> without <{tag}>; 0 was taken."
                 hint = "--masses geometry" if tag == "inertia" else ""
                 self.findings.suspect(f"link {link}", what, element.where, hint)
-        X = _pose(element.find("origin"))
+        X = _pose(element.get("origin"))
         R = X[:3, :3]
         if not np.array_equal(R, np.eye(3)):
             I = R @ I @ R.T
@@ -152,12 +150,13 @@ class _Reader:
             # Our export puts the link and a number before the name of a part.
             name = re.sub(rf"^{re.escape(link.need_name())}/\d+/", "", name)
             name = name if name.isprintable() else ""
-            X = _pose(look.find("origin"))
+            X = _pose(look.get("origin"))
             color = self._color(look.find("material"))
             with located(look.where):
-                for mesh in self._shapes(geometry.children[0], link):
-                    part = Part(mesh.vertices, mesh.faces, color or mesh.color or GREY, name)
-                    parts.append(part if np.array_equal(X, np.eye(4)) else part.at(X))
+                parts += [
+                    replace(part, color=color or part.color, name=name).at(X)
+                    for part in self._shapes(geometry.children[0], link)
+                ]
         return tuple(parts)
 
     def _color(self, material: Element | None) -> meshes.Color | None:
@@ -168,7 +167,7 @@ class _Reader:
             return _rgba(color)
         return self.colors.get(material.attributes.get("name", ""))
 
-    def _shapes(self, shape: Element, link: Element) -> tuple[meshes.Mesh, ...]:
+    def _shapes(self, shape: Element, link: Element) -> tuple[Part, ...]:
         if shape.tag in {"box", "sphere", "cylinder", "capsule"}:
             made = (_primitive(shape),)
             self.files.count(made)
@@ -187,11 +186,8 @@ class _Reader:
                     raise meshes.UnreadMesh(what)
                 return self.files.meshes(path, scale)
             except meshes.UnreadMesh as error:
-                # Once per link; equal findings of several links are grouped later.
                 subject = f"link {link.need_name()}"
-                if (subject, error.what) not in self.missing:
-                    self.missing.add((subject, error.what))
-                    self.findings.suspect(subject, error.what, shape.where, error.hint)
+                self.findings.suspect(subject, error.what, shape.where, error.hint)
                 return ()
 
     def joint(self, element: Element) -> TreeJoint:
@@ -205,32 +201,31 @@ class _Reader:
                 hint=f'type="{guess}"' if guess else "",
             )
         lower, upper = self._limits(element, name, kind)
-        limit, dynamics = element.find("limit"), element.find("dynamics")
+        limit, dynamics = element.get("limit"), element.get("dynamics")
         effort, velocity = (
-            _positive(limit, name, key, math.inf, math.inf) for key in ("effort", "velocity")
+            limit.number(key, math.inf, least=0.0, largest=math.inf)
+            for key in ("effort", "velocity")
         )
         return TreeJoint(
             name,
             kind,
             element.need("parent").need_name("link"),
             element.need("child").need_name("link"),
-            _pose(element.find("origin")),
-            self._axis(element.find("axis"), name, kind),
+            _pose(element.get("origin")),
+            self._axis(element.get("axis"), name, kind),
             lower,
             upper,
             effort if effort < UNLIMITED else None,
             velocity if velocity < UNLIMITED else None,
-            _positive(dynamics, name, "damping"),
-            _positive(dynamics, name, "friction"),
-            _positive(element.find("phasmid"), name, "armature"),
+            dynamics.number("damping", 0.0, least=0.0),
+            dynamics.number("friction", 0.0, least=0.0),
+            element.get("phasmid").number("armature", 0.0, least=0.0),
             element.where,
         )
 
-    def _axis(self, element: Element | None, name: str, kind: str) -> Float[np.ndarray, "3"]:
+    def _axis(self, element: Element, name: str, kind: str) -> Float[np.ndarray, "3"]:
         if kind in {"fixed", "floating"}:
             return np.array([0.0, 0.0, 1.0])
-        if element is None:
-            return np.array([1.0, 0.0, 0.0])
         axis = np.array(element.numbers("xyz", 3, (1.0, 0.0, 0.0)))
         length = float(np.linalg.norm(axis))
         if length < 1e-9:
@@ -250,7 +245,9 @@ class _Reader:
             what = f"no <limit>, which {kind} joints must have; it may move without end."
             self.findings.suspect(f"joint {name}", what, element.where)
             return -math.inf, math.inf
-        lower, upper = (limit.number(key, 0.0, largest=math.inf) for key in ("lower", "upper"))
+        lower, upper = (
+            limit.number(key, 0.0, least=-math.inf, largest=math.inf) for key in ("lower", "upper")
+        )
         if lower > upper:
             raise InvalidInput(
                 f"joint {name}: its lower limit {lower:.6g} lies above the upper {upper:.6g}.",
@@ -270,7 +267,7 @@ class _Reader:
         return lower if lower > -ENDLESS else -math.inf, upper if upper < ENDLESS else math.inf
 
     def count_ignored(self) -> None:
-        """Note elements that were not read, or refuse them if the options are strict."""
+        """Note elements that were not read."""
         ignored: Counter[str] = Counter()
         pending = [self.root]
         while pending:
@@ -281,14 +278,12 @@ class _Reader:
                     pending.append(child)
                 else:
                     ignored[short(child.tag, 40)] += 1
-        self.findings.note_ignored(ignored, self.path.name, strict=self.options.strict)
+        self.findings.note_ignored(ignored, self.path.name)
 
 
-def _pose(element: Element | None) -> Float[np.ndarray, "4 4"]:
+def _pose(element: Element) -> Float[np.ndarray, "4 4"]:
     """Return the pose of an ``<origin>``: turned by Rz(yaw) Ry(pitch) Rx(roll), then moved."""
     X = np.eye(4)
-    if element is None:
-        return X
     roll, pitch, yaw = element.numbers("rpy", 3, (0.0, 0.0, 0.0))
     if max(abs(roll), abs(pitch), abs(yaw)) > WHOLE_TURN:
         turned = " ".join(f"{angle:.5g}" for angle in np.radians([roll, pitch, yaw]))
@@ -305,9 +300,7 @@ def _pose(element: Element | None) -> Float[np.ndarray, "4 4"]:
 
 
 def _rgba(color: Element) -> meshes.Color:
-    r, g, b, a = color.numbers("rgba", 4)
-    if not all(0 <= c <= 1 for c in (r, g, b, a)):
-        raise InvalidInput("<color>: rgba must be four numbers from 0 to 1.", where=color.where)
+    r, g, b, a = color.numbers("rgba", 4, least=0.0, largest=1.0)
     return r, g, b, a
 
 
@@ -319,45 +312,20 @@ def _balls(link: Element) -> tuple[tuple[float, float, float, float], ...]:
         sphere = geometry.find("sphere") if geometry is not None else None
         if sphere is None or collision.attributes.get("name", "").startswith(OWN_SHAPE):
             continue
-        x, y, z = _pose(collision.find("origin"))[:3, 3].tolist()
+        x, y, z = _pose(collision.get("origin"))[:3, 3].tolist()
         balls.append((x, y, z, _sizes(sphere, "radius")[0]))
     return tuple(balls)
 
 
-def _primitive(shape: Element) -> meshes.Mesh:
+def _primitive(shape: Element) -> Part:
     if shape.tag == "box":
-        return meshes.box(_sizes(shape, "size", 3))
+        return meshes.primitive("box", extents=_sizes(shape, "size", 3))
     (radius,) = _sizes(shape, "radius")
     if shape.tag == "sphere":
-        return meshes.sphere(radius)
+        return meshes.primitive("icosphere", radius=radius)
     (length,) = _sizes(shape, "length")
-    return (meshes.cylinder if shape.tag == "cylinder" else meshes.capsule)(radius, length)
+    return meshes.primitive(shape.tag, radius=radius, height=length)
 
 
 def _sizes(shape: Element, attribute: str, count: int = 1) -> list[float]:
-    values = shape.numbers(attribute, count)
-    if not all(0 < value <= meshes.LARGEST_SPAN for value in values):
-        raise InvalidInput(
-            f"{shape.shown}: {attribute} must be greater than 0 and at most "
-            f"{meshes.LARGEST_SPAN:g} m.",
-            where=shape.where,
-        )
-    return values
-
-
-def _positive(
-    element: Element | None,
-    joint: str,
-    key: str,
-    default: float = 0.0,
-    largest: float = LARGEST_NUMBER,
-) -> float:
-    """Return a number of a joint that is 0 or more; the default where it is absent."""
-    if element is None or key not in element.attributes:
-        return default
-    value = element.number(key, largest=largest)
-    if value < 0:
-        raise InvalidInput(
-            f"joint {joint}: {key} is {value:g}; it must be 0 or more.", where=element.where
-        )
-    return value
+    return shape.numbers(attribute, count, least=_SMALLEST_SIZE, largest=meshes.LARGEST_SPAN)

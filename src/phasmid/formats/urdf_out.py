@@ -9,11 +9,11 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
 from phasmid.formats.meshes import Color, StlFiles
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink
-from phasmid.formats.urdf_in import GREY, KINDS, OWN_SHAPE, UNLIMITED
+from phasmid.formats.urdf_in import OWN_SHAPE, UNLIMITED
 from phasmid.formats.xml import written
+from phasmid.robot import Part
 
 FOOT_RADIUS = 0.005
 """Radius of the ball at a foot, on which simulators let the robot stand [m]."""
@@ -41,8 +41,6 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
         Content by the name of the file relative to the folder: ``NAME.urdf`` and
         ``NAME_meshes/*.stl``, the latter in single precision.
 
-    Raises:
-        InvalidInput: A joint is of a kind that URDF does not have.
     """
     meshes, colors = StlFiles(name), dict[Color, str]()
     root = ET.Element("robot", name=tree.name)
@@ -116,7 +114,7 @@ def _add_link(
         if sticks and length >= 1e-3:
             x, y, z = end / length
             sizes = {"radius": written([_STICK_RADIUS]), "length": written([length])}
-            look = add_shape("visual", f"{OWN_SHAPE}{joint.name}", "cylinder", GREY, **sizes)
+            look = add_shape("visual", f"{OWN_SHAPE}{joint.name}", "cylinder", Part.color, **sizes)
             # Ry(pitch) and Rz(yaw) turn the cylinder's z to the end.
             _add_origin(look, end / 2, (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
     for joint in tree.joints_from(link.name):
@@ -137,8 +135,6 @@ def _add_origin(
 
 def _add_joint(root: ET.Element, joint: TreeJoint) -> None:
     kind, X = joint.kind, joint.X_parent_child
-    if kind not in KINDS:
-        raise InvalidInput(f"joint {joint.name} is {kind}; URDF has no such joint.")
     if kind == "revolute" and math.isinf(joint.lower) and math.isinf(joint.upper):
         kind = "continuous"
     element = ET.SubElement(root, "joint", name=joint.name, type=kind)

@@ -65,6 +65,10 @@ class Element:
         """Return the first element of a kind directly inside this one."""
         return next(iter(self.all(tag)), None)
 
+    def get(self, tag: str) -> Element:
+        """Return the first element of a kind, or one without attributes in its place."""
+        return self.find(tag) or Element(tag, {}, self.file, self.line)
+
     def need(self, tag: str) -> Element:
         """Return the first element of a kind, which must be there."""
         found = self.find(tag)
@@ -101,6 +105,7 @@ class Element:
         count: int,
         default: Sequence[float] | None = None,
         *,
+        least: float = -LARGEST_NUMBER,
         largest: float = LARGEST_NUMBER,
     ) -> list[float]:
         """Return the finite numbers of an attribute, separated by blanks.
@@ -109,42 +114,43 @@ class Element:
             attribute: Its name.
             count: How many there must be.
             default: Value of an absent attribute; without one it must be there.
-            largest: Largest absolute value.
+            least: Smallest value.
+            largest: Largest value.
         """
         written = self.attributes.get(attribute)
         if written is None:
             if default is None:
                 raise InvalidInput(f"{self.shown} has no {attribute}.", where=self.where)
             return list(default)
-        problem = ""
         try:
-            # Python also reads 1_000 and digits of other scripts, which no other reader does.
-            if "_" in written or not written.isascii():
-                raise ValueError
-            values = [float(word) for word in written.split(None, count)]
-            if len(values) != count:
-                raise ValueError
+            values = [float(word) for word in written.split()]
         except ValueError:
+            values = []
+        if len(values) != count:
             problem = f"it must be {'a number' if count == 1 else f'{count} numbers'}"
+        elif not all(map(math.isfinite, values)):
+            problem = f"it must be {'a finite number' if count == 1 else 'finite numbers'}"
+        elif min(values) < least or max(values) > largest:
+            problem = f"numbers must be from {least:g} to {largest:g}"
         else:
-            if not all(map(math.isfinite, values)):
-                problem = f"it must be {'a finite number' if count == 1 else 'finite numbers'}"
-            elif max(map(abs, values)) > largest:
-                problem = f"numbers above {largest:g} are refused"
-        if problem:
-            raise InvalidInput(
-                f'{self.shown}: {attribute} is "{short(written, 60)}"; {problem}.',
-                where=self.where,
-                hint="expand the file with xacro first" if "$" in written else "",
-            )
-        return values
+            return values
+        raise InvalidInput(
+            f'{self.shown}: {attribute} is "{short(written, 60)}"; {problem}.',
+            where=self.where,
+            hint="expand the file with xacro first" if "$" in written else "",
+        )
 
     def number(
-        self, attribute: str, default: float | None = None, *, largest: float = LARGEST_NUMBER
+        self,
+        attribute: str,
+        default: float | None = None,
+        *,
+        least: float = -LARGEST_NUMBER,
+        largest: float = LARGEST_NUMBER,
     ) -> float:
         """Return the one number of an attribute; as `numbers`."""
         preset = None if default is None else [default]
-        return self.numbers(attribute, 1, preset, largest=largest)[0]
+        return self.numbers(attribute, 1, preset, least=least, largest=largest)[0]
 
 
 def short(text: str, most: int = LONGEST_NAME) -> str:

@@ -186,7 +186,7 @@ def from_cad(evidence: Evidence) -> Finding:
         save_robot(robot, path)
         exact = load_robot(path)
         sidecar_of(path).write_text(first_guess(path), encoding="utf-8")
-        alone = load_robot(path, ImportOptions(servo=robot.servo.name))
+        alone = load_robot(path, ImportOptions(servo_model=robot.servo.name))
     miss = _largest_gap(robot, alone, ("lengths", "p_body_hip"))
     legs, joints = len(alone.legs), alone.arrays.lengths.size
     rest = _largest_gap(robot, exact, ("lengths", "p_body_hip", "mass", "com", "inertia"))

@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from annotated_types import Gt, Le
+from pydantic import model_validator
 
+from phasmid.errors import InvalidInput
 from phasmid.tables import Mass, Table
 
 
-class RobotImportTable(Table):
+class ImportOptions(Table):
     """``[robot_import]``: how a robot is read from URDF, MJCF or STEP; no other file needs it.
 
     Attributes:
@@ -29,3 +31,26 @@ class RobotImportTable(Table):
     servo_model: str = ""
     package: str = ""
     mesh_unit: Literal["as-given", "m", "mm"] = "as-given"
+
+    @property
+    def packages(self) -> dict[str, str]:
+        """Folders by the name of the package that ``package://`` names.
+
+        Raises:
+            InvalidInput: A package has no folder.
+        """
+        packages = {}
+        for pair in filter(None, (part.strip() for part in self.package.split(","))):
+            name, equals, folder = pair.partition("=")
+            if not (name and equals and folder):
+                raise InvalidInput(
+                    f'package is "{pair}"; it must be a name and its folder.',
+                    hint="--package my_robot=../my_robot",
+                )
+            packages[name.strip()] = folder.strip()
+        return packages
+
+    @model_validator(mode="after")
+    def _check_packages(self) -> ImportOptions:
+        _ = self.packages
+        return self

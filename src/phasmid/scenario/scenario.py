@@ -26,7 +26,7 @@ from phasmid.scenario.contact import ContactTable
 from phasmid.scenario.footing import FootingTable
 from phasmid.scenario.gait import GaitTable
 from phasmid.scenario.model import ModelTable
-from phasmid.scenario.robot_import import RobotImportTable
+from phasmid.scenario.robot_import import ImportOptions
 from phasmid.scenario.sensors import SensorsTable
 from phasmid.scenario.servo import ServoTable
 from phasmid.scenario.simulation import SimulationTable
@@ -102,7 +102,7 @@ class Scenario(Table):
     terrain: TerrainTable = TerrainTable()
     servo: ServoTable = ServoTable()
     sensors: SensorsTable = SensorsTable()
-    robot_import: RobotImportTable = RobotImportTable()
+    robot_import: ImportOptions = ImportOptions()
 
     @model_validator(mode="after")
     def _check_size(self) -> Scenario:

@@ -392,7 +392,7 @@ class Run:
             failure = self.advance(progress, keep=keep, interrupted=seen) or self.shortfall()
         attributes = {**self.attributes(), **self._outcome(failure)}
         channels = {name: np.concatenate([each[name] for each in blocks]) for name in blocks[0]}
-        recording = new_recording(self.time[: self.done], channels, attributes, own=True)
+        recording = new_recording(self.time[: self.done], channels, attributes)
         return with_sensors(self.scenario, recording)
 
     def record(

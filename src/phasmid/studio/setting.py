@@ -14,7 +14,7 @@ from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot, load_servo, preset_names, with_payload
 from phasmid.scenario import Scenario
-from phasmid.scenario.robot_import import RobotImportTable
+from phasmid.scenario.robot_import import ImportOptions
 
 Walks = Literal["by itself", "by hand", "the plan"]
 """Source of the commands."""
@@ -212,7 +212,7 @@ def setting_of(scenario: Scenario) -> Setting:
         name = scenario.robot.replace("\\", "/").rpartition("/")[2]
         robots[name] = with_robot(scenario).base_robot()
         # Its import is done: a saved scenario must not name files that were needed for it.
-        changes = {"robot": robots[name], "robot_import": RobotImportTable()}
+        changes = {"robot": robots[name], "robot_import": ImportOptions()}
         scenario = scenario.model_copy(update=changes)
     elif isinstance(scenario.robot, Robot):
         robots[scenario.robot.name] = scenario.robot

@@ -6,22 +6,7 @@ import random
 import re
 from collections.abc import Callable
 
-NUMBERS = (
-    b"nan",
-    b"-inf",
-    b"1e400",
-    b"-",
-    b"",
-    b"0",
-    b"-1",
-    b"1e-320",
-    b"9" * 400,
-    b"1e300",
-    b"4294967296",
-    b"0x10",
-    b"1 2 3 4",
-    b"\xff",
-)
+NUMBERS = (b"nan", b"-inf", b"1e400", b"-", b"", b"0", b"-1", b"9" * 400, b"1e300", b"1 2 3 4")
 """What takes the place of a number in a text."""
 
 WORDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x10000000)
@@ -55,25 +40,11 @@ def _truncated(content: bytes, draw: random.Random) -> bytes:
     return content[: draw.randrange(len(content) + 1)]
 
 
-def _span(content: bytes, draw: random.Random) -> tuple[int, int]:
+def _span(content: bytes, draw: random.Random) -> bytes:
+    """A span left out, or repeated up to a thousand times."""
     start = draw.randrange(len(content) + 1)
-    return start, min(start + draw.randint(1, 300), len(content))
-
-
-def _cut_out(content: bytes, draw: random.Random) -> bytes:
-    start, end = _span(content, draw)
-    return content[:start] + content[end:]
-
-
-def _repeated(content: bytes, draw: random.Random) -> bytes:
-    start, end = _span(content, draw)
-    times = draw.choice([2, 2, 10, 1000])
-    return content[:start] + content[start:end] * times + content[end:]
-
-
-def _noise(content: bytes, draw: random.Random) -> bytes:
-    at = draw.randrange(len(content) + 1)
-    return content[:at] + draw.randbytes(draw.randint(1, 50)) + content[at:]
+    end = min(start + draw.randint(1, 300), len(content))
+    return content[:start] + content[start:end] * draw.choice([0, 2, 1000]) + content[end:]
 
 
 def _number(content: bytes, draw: random.Random) -> bytes:
@@ -85,29 +56,17 @@ def _number(content: bytes, draw: random.Random) -> bytes:
 
 
 def _lines(content: bytes, draw: random.Random) -> bytes:
-    lines = content.split(b"\n")
-    a, b = draw.randrange(len(lines)), draw.randrange(len(lines))
-    what = draw.randrange(3)
-    if what == 0:
-        del lines[a]
-    elif what == 1:
-        lines.insert(a, lines[b])
-    else:
-        lines[a], lines[b] = lines[b], lines[a]
-    return b"\n".join(lines)
-
-
-def _tokens(content: bytes, draw: random.Random) -> bytes:
-    tokens = re.split(rb"(\W)", content)
-    a, b = draw.randrange(len(tokens)), draw.randrange(len(tokens))
-    tokens[a], tokens[b] = tokens[b], tokens[a]
-    return b"".join(tokens)
+    """Two lines, or two words, change places."""
+    pieces = re.split(draw.choice([rb"(\n)", rb"(\W)"]), content)
+    a, b = draw.randrange(len(pieces)), draw.randrange(len(pieces))
+    pieces[a], pieces[b] = pieces[b], pieces[a]
+    return b"".join(pieces)
 
 
 def _nested(content: bytes, draw: random.Random) -> bytes:
     opening = re.findall(rb"<\w+[^<>/]*>|\[+|\{", content) or [b"<a>"]
     one = draw.choice(opening[:2000])[:100]
-    at = content.find(one) + 1 and draw.choice([content.find(one), content.rfind(one)])
+    at = max(content.find(one), 0)
     return content[:at] + one * draw.choice([2, 100, 5000]) + content[at:]
 
 
@@ -115,11 +74,8 @@ DAMAGES: tuple[Callable[[bytes, random.Random], bytes], ...] = (
     _bits,
     _word,
     _truncated,
-    _cut_out,
-    _repeated,
-    _noise,
+    _span,
     _number,
     _lines,
-    _tokens,
     _nested,
 )

@@ -11,10 +11,11 @@ from pathlib import Path
 import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
+from formats.trees import files_of
 from formats.wild_model import BESIDE, WHOLE
-from phasmid.formats import import_robot, mjcf_files, tree_of, urdf_files
+from phasmid.formats import import_robot, load_robot
 from phasmid.formats.meshes import MeshFiles
-from phasmid.robot import Appearance, Part, load_robot, robot_to_toml
+from phasmid.robot import Appearance, Part, robot_to_toml
 from phasmid.robot.glb import glb, read_glb
 
 
@@ -40,8 +41,7 @@ def targets() -> dict[str, Target]:
     part = Part(CORNERS, FACES, (0.2, 0.4, 0.6, 1.0), "shell")
     robot = load_robot("phantomx-paper")
     looking = replaced(robot, appearance=Appearance.of({"body": (part,), "coxa": (part,)}))
-    exported = urdf_files(tree_of(looking), "robot")
-    modelled = mjcf_files(tree_of(looking), "robot")
+    exported, modelled = files_of(looking, ".urdf"), files_of(looking, ".xml")
     ball = trimesh.creation.icosphere(subdivisions=3)
     preset = resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml"
 
@@ -97,25 +97,18 @@ FOREIGN = """<?xml version="1.0" encoding="utf-8"?>
     <visual><geometry><box size="0.1 0.2 0.3"/></geometry><material name="blue"/></visual>
     <collision><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision>
   </link>
-  <link name="upper">
+  <link name="lower">
     <visual><origin xyz="0 0 1" rpy="1 2 3"/>
       <geometry><mesh filename="a.stl" scale="1 -1 1"/></geometry></visual>
     <visual><geometry><mesh filename="b.dae"/></geometry></visual>
-  </link>
-  <link name="lower">
-    <visual><geometry><sphere radius="0.1"/></geometry></visual>
-    <collision><geometry><capsule radius="0.1" length="0.1"/></geometry></collision>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision>
   </link>
   <joint name="hip" type="revolute">
     <origin xyz="0.1 0 0" rpy="0 1.5707963 0"/>
-    <parent link="base"/><child link="upper"/><axis xyz="0 0 2"/>
+    <parent link="base"/><child link="lower"/><axis xyz="0 0 2"/>
     <limit lower="-1.5" upper="1.5" effort="2" velocity="6"/>
-    <dynamics damping="0.1" friction="0.2"/>
+    <dynamics damping="0.1" friction="0.2"/><mimic joint="hip"/>
   </joint>
-  <joint name="knee" type="continuous">
-    <parent link="upper"/><child link="lower"/><mimic joint="hip"/>
-  </joint>
-  <transmission name="t"><type>simple</type><joint name="hip"/></transmission>
   <gazebo reference="base"><material>Gazebo/Blue</material></gazebo>
 </robot>
 """
