@@ -1,4 +1,4 @@
-"""Three ways to one torque, on ten thousand random states of every preset.
+"""Three ways to one torque, on thousands of random states.
 
 The closed form, the recursion and Pinocchio share no line of code. Row 10 of `phasmid verify` adds
 MuJoCo, and tests/derivation Lagrange's equations.
@@ -13,7 +13,7 @@ from dynamics.pinocchio_model import foot_loads, free_state, pinocchio_model
 from phasmid import dynamics, kinematics
 from phasmid.robot import Robot
 
-STATES = 10_000
+STATES = 3000
 
 # Row 10 of the physics charter. Torques reach 10 N·m and forces 200 N as sums of some thousand
 # terms in which round-off adds at random: about 30 * 2.2e-16 * 200 = 1e-12. A wrong term shows
