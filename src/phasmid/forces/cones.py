@@ -11,16 +11,6 @@ from jaxtyping import Float
 FACES = 8
 """Faces of the initial pyramid around each cone."""
 
-
-def directions(faces: int) -> Float[np.ndarray, "faces 2"]:
-    """Return the tangential directions of the faces of a pyramid."""
-    angle = 2 * np.pi * np.arange(faces) / faces
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-ROUND = directions(FACES)
-"""Tangential directions of the initial pyramid's faces."""
-
 ASIDE = 0.05
 """A face within this angle of the touching plane is dropped [rad]."""
 
@@ -42,8 +32,11 @@ KEPT = 4
 TIP = 0.01
 """Tangential force near the tip, relative to the load."""
 
-PROXIMAL = 1e-3
-"""Proximal curvature of a linear cost about the last point."""
+ROUND_OFF = 1e-15
+"""Round-off of a force, relative to the load."""
+
+UNBOUNDED = 1e30
+"""Infinity of the solver."""
 
 
 class Rows(NamedTuple):
@@ -59,10 +52,6 @@ class Rows(NamedTuple):
     lower: Float[np.ndarray, "samples rows"]
     upper: Float[np.ndarray, "samples rows"]
 
-    def of(self, some: np.ndarray | slice) -> Rows:
-        """Return the limits of some samples."""
-        return Rows(*(part[some] for part in self))
-
     @classmethod
     def join(cls, *sets: Rows) -> Rows:
         """Join several sets of limits."""
@@ -74,14 +63,31 @@ class Rows(NamedTuple):
         return cls(A, np.full(upper.shape, -UNBOUNDED), upper)
 
 
-ROUND_OFF = 1e-15
-"""Round-off of a force, relative to the load."""
+def half_spaces(
+    directions: Float[np.ndarray, "... planes 2"],
+    force: Float[np.ndarray, "samples feet 3"],
+    U: Float[np.ndarray, "samples feet 3 free"],
+    friction: Float[np.ndarray, "samples feet"],
+) -> Rows:
+    """Return half spaces that touch the cones along tangential directions, foot by foot.
 
-SETTLED = 0.1
-"""Change of a linear cost at convergence, relative to the tolerance."""
+    Args:
+        directions: Of all feet, shape (p, 2), or of each foot, shape (N, k, p, 2).
+        force: As of `cheapest_points`.
+        U: As of `cheapest_points`.
+        friction: As of `cheapest_points`.
+    """
+    normals = np.empty((*friction.shape, directions.shape[-2], 3))
+    normals[..., 0], normals[..., 1:] = -friction[..., None], directions
+    room = -(normals @ force[..., None])[..., 0]
+    samples, free = len(U), U.shape[-1]
+    return Rows.below((normals @ U).reshape(samples, -1, free), room.reshape(samples, -1))
 
-UNBOUNDED = 1e30
-"""Infinity of the solver."""
+
+def pyramid(faces: int) -> Float[np.ndarray, "faces 2"]:
+    """Return the tangential directions of the faces of a pyramid."""
+    angle = 2 * np.pi * np.arange(faces) / faces
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def cheapest_points(
@@ -89,12 +95,9 @@ def cheapest_points(
     U: Float[np.ndarray, "samples feet 3 free"],
     friction: Float[np.ndarray, "samples feet"],
     limits: Rows,
-    slope: Float[np.ndarray, " free"] | None = None,
-    tolerance: float = TOLERANCE,
+    slope: Float[np.ndarray, " free"],
 ) -> Float[np.ndarray, "samples free"]:
-    """Return the x of least cost with every foot's force f + U x in its friction cone.
-
-    The cost is ½ xᵀ x, or slope · x with a slope.
+    """Return the x of least ½ xᵀ x + slope · x with each force f + U x in its friction cone.
 
     Each cone |tangential force| <= friction * normal force starts as a pyramid around it. Each
     iteration adds the half space that touches the cone at the last force, and the cone's curvature
@@ -106,8 +109,7 @@ def cheapest_points(
         U: Change of the forces with x, shape (N, k, 3, d).
         friction: Coefficients of friction, shape (N, k).
         limits: Further limits.
-        slope: Of a linear cost, shape (d,).
-        tolerance: Of cones and optimality, relative to the load.
+        slope: Of the linear cost, shape (d,).
 
     Returns:
         Points, shape (N, d); NaN where there is none.
@@ -116,99 +118,61 @@ def cheapest_points(
     programming); each programme is solved by daqp (Arnström, Bemporad, Axehill 2022).
     """
     samples, feet, _, free = U.shape
-    limits = Rows.join(limits, pyramid(force, U, friction, ROUND))
-    x = np.zeros((samples, free))
-    now = force.copy()
-    # A foot without force keeps its last direction, which is otherwise round-off.
-    direction = np.broadcast_to(np.array([1.0, 0.0]), (samples, feet, 2)).copy()
-    pressure = np.zeros((samples, feet))
-    kept = np.repeat(direction[:, :, None], KEPT, axis=2)
-    fixed = limits.upper.shape[1] - FACES * feet
-    found = np.zeros(samples, dtype=bool)
-    todo = np.arange(samples)
-    for round_ in range(MOST_PROGRAMMES):
-        f, V, mu = force[todo], U[todo], friction[todo]
-        along = np.hypot(now[todo, :, 1], now[todo, :, 2])
+    tolerance = TOLERANCE * max(1.0, float(np.abs(slope).max(initial=0.0)))
+    faces = pyramid(FACES)
+    linear = limits.upper.shape[1]
+    limits = Rows.join(limits, half_spaces(faces, force, U, friction))
+    x, unsolved = np.full((samples, free), np.nan), np.arange(samples)
+    tangential, pressure = force[..., 1:], np.zeros((samples, feet))
+    # The latest direction of each foot's tangential force, then earlier ones.
+    directions = np.tile([1.0, 0.0], (samples, feet, 1 + KEPT, 1))
+    for programme in range(MOST_PROGRAMMES):
+        along = np.linalg.norm(tangential, axis=-1)
         loaded = along > 1e-9
         length = np.where(loaded, along, 1.0)
-        d = np.where(loaded[..., None], now[todo, :, 1:] / length[..., None], direction[todo])
-        swung = _apart(d, direction[todo], SWING)[..., None, None]
-        shifted = np.concatenate([direction[todo][:, :, None], kept[todo][:, :, :-1]], axis=2)
-        kept[todo] = np.where(swung, shifted, kept[todo])
-        direction[todo] = d
-        sideways = np.stack([-d[..., 1], d[..., 0]], axis=-1)
-        bend = np.where(loaded, pressure[todo] / length, 0.0)
-
-        side = (sideways[..., None, :] @ V[..., 1:, :])[..., 0, :]
-        bent = bend[..., None] * side
-        H = np.swapaxes(bent, -1, -2) @ side
-        g = np.einsum("nkd,nk->nd", bent, np.sum(sideways * f[..., 1:], axis=-1))
-        if slope is None:
-            H += np.eye(free)
-        else:
-            H += PROXIMAL * np.eye(free)
-            g += slope - PROXIMAL * x[todo]
-        rows = limits.of(todo)
+        # A foot without force keeps its last direction, which is otherwise round-off.
+        latest = np.where(loaded[..., None], tangential / length[..., None], directions[:, :, 0])
+        swung = _apart(latest, directions[:, :, 0], SWING)[..., None, None]
+        directions[:, :, 1:] = np.where(swung, directions[:, :, :-1], directions[:, :, 1:])
+        directions[:, :, 0] = latest
+        # At the tip of a cone the direction may oscillate: the last planes count.
+        planes = directions[:, :, : 1 if programme < PATIENCE else None]
+        rows = Rows.join(limits, half_spaces(planes, force, U, friction))
+        unused = ~_apart(planes, latest[..., None, :], SWING) | (along >= TIP)[..., None]
+        unused[..., 0] = False
         # A face beside the touching plane is nearly redundant and makes the solver cycle.
-        beside = loaded[..., None] & ~_apart(d[..., None, :], ROUND, ASIDE)
-        rows.upper[:, fixed:][beside.reshape(len(todo), -1)] = UNBOUNDED
-        rows = Rows.join(rows, _touching(d, f, V, mu))
-        if round_ >= PATIENCE:
-            # At the tip of a cone the direction may oscillate: keep the last planes.
-            for i in range(KEPT):
-                past = _touching(kept[todo, :, i], f, V, mu)
-                counts = (along < TIP) & _apart(d, kept[todo, :, i], SWING)
-                upper = np.where(counts, past.upper, UNBOUNDED)
-                rows = Rows.join(rows, past._replace(upper=upper))
-        new, multipliers, exists = _programmes(H, g, rows)
+        beside = loaded[..., None] & ~_apart(latest[..., None, :], faces, ASIDE)
+        idle = [part.reshape(len(unsolved), -1) for part in (beside, unused)]
+        rows.upper[:, linear:][np.concatenate(idle, axis=1)] = UNBOUNDED
 
-        reached = f + (V @ new[:, None, :, None])[..., 0]
-        # The pyramids' faces come foot by foot, then touching planes, one for each foot at a time.
-        cones = multipliers[:, fixed:]
-        faces, planes = cones[:, : FACES * feet], cones[:, FACES * feet :]
-        pressure[todo] = faces.reshape(-1, feet, FACES).sum(axis=-1)
-        pressure[todo] += planes.reshape(len(todo), -1, feet).sum(axis=1)
-        outside = np.hypot(reached[..., 1], reached[..., 2]) - mu * reached[..., 0]
-        outside = outside.max(axis=-1)
+        sideways = np.stack([-latest[..., 1], latest[..., 0]], axis=-1)
+        across = (sideways[..., None, :] @ U[..., 1:, :])[..., 0, :]
+        bent = np.where(loaded, pressure / length, 0.0)[..., None] * across
+        H = np.eye(free) + np.swapaxes(bent, -1, -2) @ across
+        offset = np.sum(sideways * force[..., 1:], axis=-1)
+        g = slope + np.einsum("nkd,nk->nd", bent, offset)
+        point, multipliers, exists = _programmes(H, g, rows)
+
+        reached = force + (U @ point[:, None, :, None])[..., 0]
+        tangential = reached[..., 1:]
+        cones = multipliers[:, linear:]
+        pressure = cones[:, : FACES * feet].reshape(-1, feet, FACES).sum(axis=-1)
+        pressure += cones[:, FACES * feet :].reshape(*planes.shape[:3]).sum(axis=-1)
+        outside = np.linalg.norm(tangential, axis=-1) - friction * reached[..., 0]
         # A limit that was not active before has lent the cost no curvature yet.
-        pressed = np.where(loaded, pressure[todo] / length, 0.0)
-        slack = np.abs(pressed * np.sum(sideways * reached[..., 1:], axis=-1)).max(axis=-1)
+        pressed = np.where(loaded, pressure / length, 0.0)
+        slack = np.abs(pressed * np.sum(sideways * tangential, axis=-1)).max(axis=-1)
         # Where limits leave little room their multipliers are huge, and so is their round-off.
-        slack = np.maximum(slack - ROUND_OFF * pressed.max(axis=-1), 0.0)
-        if slope is not None:
-            change = new - x[todo]
-            slack = np.maximum(slack, PROXIMAL * np.abs(change).max(axis=-1))
-            # Where many points are nearly equally cheap they drift on at the same cost.
-            slack = np.minimum(slack, np.abs(change @ slope) / SETTLED)
-        error = np.maximum(outside, slack)
-        x[todo] = new
-        done = exists & (error <= tolerance)
-        found[todo] = done
-        now[todo] = reached
-        todo = todo[exists & ~done]
-        if not len(todo):
+        slack -= ROUND_OFF * pressed.max(axis=-1)
+        solved = exists & (outside.max(axis=-1) <= TOLERANCE) & (slack <= tolerance)
+        x[unsolved[solved]] = point[solved]
+        left = exists & ~solved
+        if not left.any():
             break
-    x[~found] = np.nan
+        unsolved, tangential, pressure = unsolved[left], tangential[left], pressure[left]
+        directions, force, U, friction = directions[left], force[left], U[left], friction[left]
+        limits = Rows(*(part[left] for part in limits))
     return x
-
-
-def pyramid(force: np.ndarray, U: np.ndarray, friction: np.ndarray, faces: np.ndarray) -> Rows:
-    """Return the half spaces of pyramids around the cones, foot by foot; see `cheapest_points`.
-
-    Faces are given by `directions`.
-    """
-    face = np.empty((*friction.shape, len(faces), 3))
-    face[..., 0], face[..., 1:] = -friction[..., None], faces
-    samples, free = len(U), U.shape[-1]
-    return Rows.below(
-        (face @ U).reshape(samples, -1, free), -(face @ force[..., None]).reshape(samples, -1)
-    )
-
-
-def _touching(d: np.ndarray, f: np.ndarray, V: np.ndarray, friction: np.ndarray) -> Rows:
-    """Return the half spaces that touch the cones along tangential directions, one per foot."""
-    plane = np.concatenate([-friction[..., None], d], axis=-1)
-    return Rows.below((plane[..., None, :] @ V)[..., 0, :], -np.sum(plane * f, axis=-1))
 
 
 def _apart(a: np.ndarray, b: np.ndarray, angle: float) -> np.ndarray:
@@ -225,9 +189,8 @@ def _programmes(
     exists = np.zeros(samples, dtype=bool)
     kinds = np.zeros(rows, dtype=np.int32)
     A, lower, upper = (np.ascontiguousarray(part) for part in limits)
-    solve = daqp.solve
     for i in range(samples):
-        point, _, flag, info = solve(
+        point, _, flag, info = daqp.solve(
             H[i], g[i], A[i], upper[i], lower[i], kinds, primal_tol=TOLERANCE / 10
         )
         if flag == 1:
