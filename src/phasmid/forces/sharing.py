@@ -71,8 +71,8 @@ def share_load(
         contacts.feet.shape[:-2], wrench.shape[:-1], joints.jacobian.shape[:-3]
     )
 
-    def flat(values: np.ndarray, axes: int) -> np.ndarray:
-        shape = values.shape[values.ndim - axes :]
+    def flat(values: float | np.ndarray, axes: int) -> np.ndarray:
+        shape = np.shape(values)[np.ndim(values) - axes :]
         return np.broadcast_to(values, (*batch, *shape)).reshape(-1, *shape)
 
     share = flat(contacts.share, 1)
