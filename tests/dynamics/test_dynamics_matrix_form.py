@@ -60,7 +60,7 @@ def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 def test_everything_equals_pinocchio(robot: Robot, state: State) -> None:
     # Pinocchio's speeds are (R^T v, R^T w, q'). Its bias also holds R^T v turning with the trunk:
     # h' = h + M' (w x v of the trunk's axes, 0, 0), so that this term is taken off.
-    model = pinocchio_model(robot, free=True)
+    model = pinocchio_model(robot)
     data = model.createData()
     E = state.from_body_axes()
     body, q, qd = state.body, state.q, state.qd
