@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad
-from phasmid.forces.cones import Rows, half_spaces, pyramid
+from phasmid.forces.cones import Rows, directions, half_spaces
 from phasmid.forces.load import Load, grasp_matrix
 from phasmid.robot import JOINTS
 
@@ -17,7 +17,7 @@ NOTHING = 1e-6
 LINE = 1e-12
 """Relative distance from a line below which feet stand on it."""
 
-FACES = pyramid(64)
+FACES = directions(2 * np.pi * np.arange(64) / 64)
 """Faces of the pyramid around each cone; its edges are 0.12 % outside."""
 
 
