@@ -6,7 +6,7 @@ The equations are in `leg_kernels`, which is imported when first needed: numba t
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -19,6 +19,7 @@ STRETCH_TOLERANCE = 1e-12
 full stretch."""
 
 
+@runtime_checkable
 class LegGeometry(Protocol):
     """A leg, or the arrays of several legs."""
 
