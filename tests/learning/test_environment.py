@@ -106,6 +106,18 @@ def test_resets_follow_the_three_modes():
     assert np.flatnonzero(ended[AutoresetMode.DISABLED]).tolist() == [9, 10, 11, 12, 13, 14]
 
 
+def test_a_reset_after_the_end_of_an_episode_begins_one_episode():
+    env = WalkVectorEnv(1, duration=0.1)
+    env.reset(seed=0)
+    for _ in range(5):
+        over = env.step(np.zeros((1, 18)))[3]
+    assert over.all()
+    env.reset()
+    env.step(np.zeros((1, 18)))
+    # A second automatic reset would leave no period behind.
+    assert env.physics.episodes.step.tolist() == [1]
+
+
 def test_chosen_robots_begin_anew_with_chosen_commands():
     env = WalkVectorEnv(3, autoreset_mode="Disabled")
     env.reset(seed=0)
