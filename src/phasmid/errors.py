@@ -90,9 +90,6 @@ class InfeasibleLoad(PhasmidError):
 
     Attributes:
         limit: The violated limit: ``feet``, ``pull``, ``friction`` or ``torque``.
-        culprits: Names of the feet, or for ``torque`` of the joints, that would pass their limit.
-        excess: By how much each would pass it [N], or [N·m] for ``torque``; for ``feet``, whose
-            culprits are the standing feet, the missing force and moment [N, N·m].
         index: Index of the first such sample over the leading axes.
     """
 
@@ -101,15 +98,11 @@ class InfeasibleLoad(PhasmidError):
         what: str,
         *,
         limit: str,
-        culprits: tuple[str, ...] = (),
-        excess: tuple[float, ...] = (),
         index: tuple[int, ...] = (),
         where: str = "",
         hint: str = "",
     ) -> None:
         self.limit = limit
-        self.culprits = culprits
-        self.excess = excess
         self.index = index
         super().__init__(what, where=where, hint=hint)
 

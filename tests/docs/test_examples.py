@@ -1,72 +1,64 @@
-"""The examples and the README's Python code run as they stand."""
+"""The examples and the Python code of README and pages run as they stand."""
 
 import math
 import re
-import subprocess
-import sys
+import runpy
+import warnings
 from pathlib import Path
 
 import pytest
 
+from phasmid.control.script import load_script
+from phasmid.motion import plan
+from phasmid.robot import load_robot, robot_to_toml
+from phasmid.scenario import load_scenario
+from phasmid.simulation import simulate
+from phasmid.studies import load_study_file
+
 ROOT = Path(__file__).parents[2]
 
 
+def blocks(page, language):
+    """Code blocks of a page, in order."""
+    return re.findall(rf"```{language}\n(.*?)```", (ROOT / page).read_text("utf-8"), re.DOTALL)
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch):
+    """Runs Python code as a program in an empty folder; warnings are errors."""
+    monkeypatch.chdir(tmp_path)
+
+    def run_code(code):
+        path = tmp_path / "program.py"
+        path.write_text(code, encoding="utf-8")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            runpy.run_path(str(path), run_name="__main__")
+
+    return run_code
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.py")), ids=lambda p: p.stem)
-def test_an_example_runs(path, tmp_path):
-    run = subprocess.run(
-        [sys.executable, "-W", "error", str(path)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
-    assert run.stdout
+def test_an_example_runs(path, run, capsys):
+    run(path.read_text("utf-8"))
+    assert capsys.readouterr().out
 
 
-def test_the_readmes_python_code_runs(tmp_path):
-    code = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.DOTALL)
-    run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code.group(1)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
+def test_the_readmes_python_code_runs(run, tmp_path):
+    run(blocks("README.md", "python")[0])
     assert (tmp_path / "results/my-walk/figures/fig12.svg").exists()
 
 
-PAGES = [
-    "docs/control.md",
-    "docs/forces.md",
-    "docs/gaits.md",
-    "docs/learning.md",
-    "docs/performance.md",
-    "docs/recordings.md",
-    "docs/servos.md",
-]
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_the_python_code_of_a_page_runs(page, tmp_path):
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / page).read_text("utf-8"), re.DOTALL)
-    assert blocks
-    run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", "\n".join(blocks)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
+@pytest.mark.parametrize(
+    "page", ["control", "forces", "gaits", "learning", "performance", "recordings", "servos"]
+)
+def test_the_python_code_of_a_page_runs(page, run):
+    code = blocks(f"docs/{page}.md", "python")
+    assert code
+    run("\n".join(code))
 
 
 def test_the_quadruped_crawls():
-    from phasmid.motion import plan
-    from phasmid.scenario import load_scenario
-    from phasmid.simulation import simulate
-
     scenario = load_scenario(ROOT / "examples/quadruped-crawl.toml")
     walk = plan(scenario)
     run = simulate(scenario, walk)
@@ -77,11 +69,7 @@ def test_the_quadruped_crawls():
 
 
 def test_the_scenario_of_the_docs_is_one(tmp_path):
-    from phasmid.robot import load_robot, robot_to_toml
-    from phasmid.scenario import load_scenario
-
-    page = (ROOT / "docs/conventions.md").read_text("utf-8")
-    text = re.search(r"```toml\n(.*?)```", page, re.DOTALL).group(1)
+    text = blocks("docs/conventions.md", "toml")[0]
     (tmp_path / "my-walk.toml").write_text(text, encoding="utf-8")
     robot = robot_to_toml(load_robot("phantomx-ax"))
     (tmp_path / "my-robot.toml").write_text(robot, encoding="utf-8")
@@ -90,11 +78,8 @@ def test_the_scenario_of_the_docs_is_one(tmp_path):
     assert scenario.load_robot().name == "phantomx-ax"
 
 
-def test_the_study_of_the_docs_runs(tmp_path):
-    from phasmid.studies import load_study_file
-
-    page = (ROOT / "docs/studies.md").read_text("utf-8")
-    text = re.search(r"```toml\n(.*?)```", page, re.DOTALL).group(1)
+def test_the_study_of_the_docs_runs(tmp_path, run, capsys):
+    text = blocks("docs/studies.md", "toml")[0]
     (tmp_path / "gaits.toml").write_text(text, encoding="utf-8")
     study, _ = load_study_file(tmp_path / "gaits.toml")
     example, _ = load_study_file(ROOT / "examples/studies/gaits.toml")
@@ -102,21 +87,11 @@ def test_the_study_of_the_docs_runs(tmp_path):
     assert study.count() == 45
     text = text.replace("duration_s = 4", "duration_s = 0.1").replace("count = 5", "count = 1")
     (tmp_path / "gaits.toml").write_text(text, encoding="utf-8")
-    code = "\n".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL))
-    run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
-    assert "slip.mean" in run.stdout
+    run("\n".join(blocks("docs/studies.md", "python")))
+    assert "slip.mean" in capsys.readouterr().out
 
 
 def test_the_files_of_commands_in_the_docs_are_read(tmp_path):
-    from phasmid.control.script import load_script
-
     page = (ROOT / "docs/conventions.md").read_text("utf-8")
     section = page.split("### Commands of a drive")[1].split("\n## ")[0]
     scripts = []

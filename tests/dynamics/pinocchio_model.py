@@ -13,15 +13,14 @@ QUARTER_TURN = pin.rpy.rpyToMatrix(np.pi / 2, 0.0, 0.0)
 """From the axes of the coxa to those of the femur (Table 1's alpha)."""
 
 
-def pinocchio_model(robot: Robot, *, free: bool) -> pin.Model:
-    """The robot with its trunk free, or fixed in the world at the origin.
+def pinocchio_model(robot: Robot) -> pin.Model:
+    """The robot with its trunk free.
 
     Joints come in the order of the robot's legs, coxa first; frame ``foot_i`` is the foot of
     leg i, counted from 0.
     """
-    model, trunk = _empty(robot.name), 0
-    if free:
-        trunk = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "trunk")
+    model = _empty(robot.name)
+    trunk = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "trunk")
     model.appendBodyToJoint(trunk, _inertia(robot.body), pin.SE3.Identity())
     for i, leg in enumerate(robot.legs):
         _add_leg(model, leg, trunk, pin.SE3(leg.X_body_hip), str(i))

@@ -1,4 +1,4 @@
-"""Three ways to one torque, on ten thousand random states of every preset.
+"""Three ways to one torque, on thousands of random states.
 
 The closed form, the recursion and Pinocchio share no line of code. Row 10 of `phasmid verify` adds
 MuJoCo, and tests/derivation Lagrange's equations.
@@ -13,7 +13,7 @@ from dynamics.pinocchio_model import foot_loads, free_state, pinocchio_model
 from phasmid import dynamics, kinematics
 from phasmid.robot import Robot
 
-STATES = 10_000
+STATES = 3000
 
 # Row 10 of the physics charter. Torques reach 10 N·m and forces 200 N as sums of some thousand
 # terms in which round-off adds at random: about 30 * 2.2e-16 * 200 = 1e-12. A wrong term shows
@@ -27,7 +27,7 @@ def _joints(robot: Robot, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     return q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)
 
 
-def test_closed_form_recursion_and_pinocchio_give_the_same_leg_torques(
+def test_closed_form_and_recursion_give_the_same_leg_torques(
     robot: Robot, rng: np.random.Generator
 ) -> None:
     # torque = M q" + B [q' q'] + C [q'²] + G - Jᵀ F, the hips fixed in the world.
@@ -37,14 +37,6 @@ def test_closed_form_recursion_and_pinocchio_give_the_same_leg_torques(
     still = dynamics.BodyMotion.at_rest()
     recursive, _ = dynamics.inverse_dynamics(robot, still, q, qd, qdd, foot_force=in_world)
     np.testing.assert_allclose(closed, recursive, rtol=0, atol=TORQUE)
-
-    model = pinocchio_model(robot, free=False)
-    data = model.createData()
-    states = zip(*(v.reshape(STATES, -1) for v in (q, qd, qdd)), in_world, strict=True)
-    theirs = [
-        pin.rnea(model, data, *one[:3], foot_loads(model, one[0], one[3])).copy() for one in states
-    ]
-    np.testing.assert_allclose(closed, np.reshape(theirs, q.shape), rtol=0, atol=TORQUE)
 
 
 def test_recursion_and_pinocchio_give_the_same_torques_and_wrench_in_flight(
@@ -60,7 +52,7 @@ def test_recursion_and_pinocchio_give_the_same_torques_and_wrench_in_flight(
     ours = np.concatenate([wrench, torque.reshape(STATES, -1)], axis=1)
 
     # Pinocchio's free joint moves along the trunk's own axes.
-    model = pinocchio_model(robot, free=True)
+    model = pinocchio_model(robot)
     data = model.createData()
     pairs = zip(*free_state(body, q, qd, qdd), force, strict=True)
     theirs = np.array(

@@ -1,80 +1,112 @@
-"""The closed form of one leg (Eqs. 10 and 11, corrected)."""
+"""The closed form of one leg (Eqs. 10 and 11): derivation in symbols, and the printed equations."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
-import pytest
+import sympy as sp
 
-from general_robot import general_robot
-from phasmid import dynamics, kinematics
-from phasmid.robot import Robot
+from general_robot import upright
+from phasmid import derivation, dynamics
+from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS
+from phasmid.dynamics.matrices import in_plane
+from phasmid.dynamics.printed import printed_leg_matrices
+from phasmid.robot import Robot, load_robot, with_mass_model
 
-# Row 10 of the physics charter: 1e-10 N·m. Torques here are about 10 N·m at most, sums of some
-# hundred terms, so round-off is below 100 * 2.2e-16 * 10 = 2e-13; a wrong term shows at 1e-5.
+# Row 10 of the physics charter. Torques are below 10 N·m and entries sums of some hundred terms,
+# so that round-off stays below 100 * 2.2e-16 * 10 = 2e-13.
 TORQUE = 1e-10
 
 
-def _states(rng: np.random.Generator, robot: Robot, n: int = 1000) -> tuple[np.ndarray, ...]:
-    shape = (n, len(robot.legs), 3)
-    q = rng.uniform(-np.pi, np.pi, size=shape)
-    return q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)
-
-
-def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    return (matrix @ vector[..., None])[..., 0]
-
-
-def _products(qd: np.ndarray) -> np.ndarray:
-    q1, q2, q3 = np.moveaxis(qd, -1, 0)
-    return np.stack([q1 * q2, q1 * q3, q2 * q3], axis=-1)
+def test_each_entry_is_that_of_lagranges_equations(rng: np.random.Generator, robot: Robot) -> None:
+    # The derivation's hips are upright; a lateral offset is a part of the centres of mass.
+    leg = replace(robot.legs[-1], mount_pitch=0.0, mount_roll=0.0)
+    symbols, numbers = [*LENGTHS, GRAVITY], [*leg.lengths, 9.81]
+    for symbol, link, centre in zip(LINKS, leg.links, in_plane(leg), strict=True):
+        upper = np.triu_indices(3)
+        entries = [symbol.inertia[i, j] for i, j in zip(*upper, strict=True)]
+        symbols += [symbol.mass, *symbol.com, *entries]
+        numbers += [link.mass, *(link.com - centre), *link.inertia[upper]]
+    q = rng.uniform(-np.pi, np.pi, size=(10_000, 3))
+    moving = 0
+    for ours, derived in zip(dynamics.leg_matrices(leg, q), derivation.lagrange(), strict=True):
+        functions = [sp.lambdify([*ANGLES, *symbols], entry) for entry in derived]
+        expected = [np.broadcast_to(f(*q.T, *numbers), len(q)) for f in functions]
+        np.testing.assert_allclose(ours.reshape(len(q), -1).T, expected, rtol=0, atol=TORQUE)
+        moving += sum(entry != 0 for entry in derived)
+    # Of 30 entries, those that are not identically zero.
+    assert moving == 9 + 4 + 6 + 2
 
 
 def test_the_matrices_add_up_to_the_leg_torque(robot: Robot, rng: np.random.Generator) -> None:
-    # The left side is Eq. 10 with its four parts, the right one groups the same terms otherwise.
-    q, qd, qdd, _ = _states(rng, robot)
-    for i, leg in enumerate(robot.legs):
-        m = dynamics.leg_matrices(leg, q[:, i])
-        parts = _times(m.M, qdd[:, i]) + _times(m.B, _products(qd[:, i]))
-        total = parts + _times(m.C, qd[:, i] ** 2) + m.G
-        torque = dynamics.leg_torque(leg, q[:, i], qd[:, i], qdd[:, i])
-        np.testing.assert_allclose(total, torque, rtol=0, atol=TORQUE)
+    # Eq. 10: torque = M q" + B [q' q'] + C [q'²] + G.
+    shape = (1000, len(robot.legs), 3)
+    q = rng.uniform(-np.pi, np.pi, size=shape)
+    qd, qdd = 5 * rng.normal(size=shape), 20 * rng.normal(size=shape)
+    w1, w2, w3 = np.moveaxis(qd, -1, 0)
+    M, B, C, torque = dynamics.leg_matrices(robot.arrays, q)
+    for matrix, by in ((M, qdd), (B, np.stack([w1 * w2, w1 * w3, w2 * w3], -1)), (C, qd**2)):
+        torque = torque + (matrix @ by[..., None])[..., 0]
+    expected = dynamics.leg_torque(robot.arrays, q, qd, qdd)
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=TORQUE)
 
 
-@pytest.mark.parametrize("lead", [(), (4,), (2, 3)])
-def test_leading_axes_broadcast(robot: Robot, lead: tuple[int, ...]) -> None:
-    # The same arithmetic on torques below 1 N·m, whatever the order in which loops take it:
-    # equal within a few units in the last place.
-    leg = robot.legs[0]
-    q = np.random.default_rng(3).normal(size=(*lead, 3))
-    qd, qdd = np.array([1.0, 2.0, 3.0]), np.array([-1.0, 0.5, 2.0])
-    force = kinematics.foot_position(leg, q)
-    torque = dynamics.leg_torque(leg, q, qd, qdd, foot_force=force)
-    assert torque.shape == (*lead, 3)
-    for index in np.ndindex(*lead):
-        one = dynamics.leg_torque(leg, q[index], qd, qdd, foot_force=force[index])
-        np.testing.assert_allclose(torque[index], one, rtol=0, atol=1e-15)
-    shapes = [part.shape for part in dynamics.leg_matrices(leg, q)]
-    assert shapes == [(*lead, 3, 3)] * 3 + [(*lead, 3)]
-
-
-def test_gravity_on_a_tilted_hip_is_the_slope_of_the_height(
-    rng: np.random.Generator, derivative: Callable[..., Any]
+def test_the_papers_form_with_every_misprint_corrected_is_the_equation_of_motion(
+    robot: Robot, rng: np.random.Generator
 ) -> None:
-    # G = d V / d q with V the sum of m g z over a level trunk: differences of eighth order over
-    # 0.01 rad err by 0.01⁸ / 630 = 2e-19 of it, round-off of 10 J by 2e-16 * 10 / 0.01 = 2e-13.
-    robot = general_robot()
-    q = rng.uniform(-np.pi, np.pi, size=(50, len(robot.legs), 3))
-    body = dynamics.BodyMotion.at_rest()
-    for i, leg in enumerate(robot.legs):
-        G = dynamics.leg_matrices(leg, q[:, i], gravity=3.7).G
-        for joint in range(3):
-            step = np.zeros((len(robot.legs), 3))
-            step[i, joint] = 1.0
+    # Sums of about twenty terms below 10 N·m: 20 * 2.2e-16 * 10 = 4e-14.
+    robot = upright(with_mass_model(robot, "mid-length"))
+    q = rng.uniform(-np.pi, np.pi, size=(500, len(robot.legs), 3))
+    for legs, angles in ((robot.arrays, q), (robot.legs[1], q[:, 1])):
+        paper = printed_leg_matrices(legs, angles, misprints=())
+        for ours, true in zip(paper, dynamics.leg_matrices(legs, angles), strict=True):
+            np.testing.assert_allclose(ours, true, rtol=0, atol=1e-12)
 
-            def height(t: float, step: np.ndarray = step) -> np.ndarray:
-                return dynamics.potential_energy(robot, body, q + t * step, gravity=3.7)
 
-            np.testing.assert_allclose(G[:, joint], derivative(height, 0.0), rtol=0, atol=1e-12)
+def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng: np.random.Generator) -> None:
+    # The paper's terms in the paper's order, with θ3 = -q3; a missing plus is a product.
+    leg = load_robot("phantomx-paper").legs[0]
+    q = rng.uniform(-np.pi, np.pi, size=(100, 3))
+    t2, t3, g = q[:, 1], -q[:, 2], 9.81
+    (L1, L2, L3), (m1, m2, m3) = leg.lengths, (link.mass for link in leg.links)
+    (_, _, zz1), (xx2, yy2, zz2), (xx3, yy3, zz3) = (np.diag(k.inertia) for k in leg.links)
+    sin, cos = np.sin, np.cos
+    m23 = zz3 + L3 * m3 * (L3 / 4 + L2 * cos(t3) / 2)
+    g3 = g * L3 * m3 * cos(t2 - t3) / 2
+    entries = {
+        "M11": xx2 + xx3 / 2 + yy3 / 2 - zz1 + (yy2 - xx2) * cos(t2) ** 2
+        + cos(2 * t2 - 2 * t3) / 2 * (yy3 - xx3 + L3**2 * m3 / 8) + L3**2 * m3 / 8
+        + L1**2 * (m1 / 4 + m2 + m3) + L1 * L2 * cos(t2) * (m2 + m3)
+        + L3 * m3 * (L2 * cos(t3) / 2 + L1 * cos(t2 - t3)),
+        "M22": zz2 + L2**2 * (m2 / 4 + m3) + L3 * m3 * (L3 / 4 + L2 * cos(t3)),
+        "M23": m23,
+        "M32": m23,
+        "M33": zz3 + L3**2 * m3 / 4,
+        "B11": sin(2 * t2) / 2 * (xx2 - yy2 - L2**2 * m2 / 4 - L2**2 * m3)
+        + sin(2 * t2 - 2 * t3) / 2 * (xx3 - yy3 - L3**2 * m3 / 4)
+        - L1 * L2 * sin(t2) * (m2 / 2 + m3)
+        - L3 * m3 / 2 * (L1 * sin(t2 - t3) + L2 * sin(2 * t2 - t3)),
+        "B12": sin(2 * t2 - 2 * t3) * (xx3 - xx3 - L3**2 * m3 / 4)
+        - L3 * m3 * (L2 * sin(t3) / 2 + L1 * sin(t2 - t3) + L2 * sin(2 * t2 - t3) / 2),
+        "B23": L2 * L3 * m3 * sin(t3),
+        "C21": sin(2 * t2) / 2 * (yy2 - xx2 * L2**2 * m2 / 4 + L2**2 * m3)
+        + sin(2 * t2 - 2 * t3) / 2 * (yy3 - xx3 + L3**2 * m3 / 4) + L2 * L3 * m3 * sin(t3) / 2
+        + L3 * m3 / 2 * (L1 * sin(t2 - t3) + L2 * sin(2 * t2 - t3))
+        + L1 * L2 * sin(t2) * (m3 + m2 / 2),
+        "C23": L2 * L3 * m3 * sin(t3),
+        "C31": sin(2 * t2 - 2 * t3) / 2 * (yy3 - xx3 + L3**2 * m3 / 4)
+        + L3 * m3 / 2 * (
+            L1 * sin(t2 - t3) * L2 * sin(2 * t2 - t3) / 2 - L2 * sin(t3) / 2
+        ),
+        "C32": -L2 * L3 * m3 * sin(t3) / 2,
+        "G2": g * L2 * m2 * cos(t2) / 2 + g * L2 * m3 * cos(t2) + g3,
+        "G3": g3,
+    }  # fmt: skip
+    printed = printed_leg_matrices(leg, q)
+    for part, matrix in zip("MBCG", printed, strict=True):
+        for index in np.ndindex(matrix.shape[1:]):
+            name = part + "".join(str(i + 1) for i in index)
+            expected = np.broadcast_to(entries.get(name, 0.0), 100)
+            entry = matrix[:, *index]
+            np.testing.assert_allclose(entry, expected, rtol=0, atol=1e-15, err_msg=name)

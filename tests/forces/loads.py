@@ -11,6 +11,12 @@ def wrench_of(feet, force):
     return np.concatenate([force.sum(axis=-2), np.cross(feet, force).sum(axis=-2)], axis=-1)
 
 
+def equations(feet):
+    """The matrix from the forces on k feet to their wrench, shape (6, 3 k)."""
+    skew = [[[0, -z, y], [z, 0, -x], [-y, x, 0]] for x, y, z in feet]
+    return np.vstack([np.tile(np.eye(3), len(feet)), np.hstack(skew)])
+
+
 def random_load(count, legs, standing, *, friction=0.6, tilt=0.2, seed=0, full=False):
     """Feet on slopes, the wrench of admissible forces, and joints with loads of their own.
 
@@ -64,11 +70,9 @@ def reference(contacts, wrench, sample, *, largest=False):
     n = 3 * k + largest
     P, q = np.zeros((n, n)), np.zeros(n)
     rows, right, cones = [np.zeros((6, n))], [wrench[sample]], [clarabel.ZeroConeT(6)]
+    rows[0][:, : 3 * k] = equations(contacts.feet[sample, feet])
     for j, i in enumerate(feet):
         at = slice(3 * j, 3 * j + 3)
-        x, y, z = contacts.feet[sample, i]
-        rows[0][:3, at] = np.eye(3)
-        rows[0][3:, at] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
         cone = np.zeros((3, n))
         cone[:, at] = -contacts.axes[sample, i].T
         cone[0] *= contacts.friction[sample, i]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from forces.loads import cost_matrices, random_load, reference, wrench_of
+from forces.loads import cost_matrices, equations, random_load, reference, wrench_of
+from phasmid.errors import InfeasibleLoad
 from phasmid.forces import (
     Contacts,
     FrictionCone,
@@ -17,7 +18,7 @@ from phasmid.forces import (
 )
 
 LIMITED = ("friction-cone", "smallest-largest-load")
-CASES = [(4, 3), (4, 4), (5, 4), (6, 3), (6, 4), (6, 5), (6, 6), (8, 6)]
+CASES = [(4, 4), (6, 3), (6, 5), (8, 6)]
 """Legs, and how many of them stand."""
 
 
@@ -37,7 +38,7 @@ def test_the_friction_cone_s_forces_are_those_of_a_second_solver(legs, standing)
         assert force[i] == pytest.approx(reference(contacts, wrench, i), abs=1e-6)
 
 
-COSTS = (MinimumNorm(), WeightedMinimumNorm(4.0), MinimumTorque(0.05), MinimumTorque(1e-3))
+COSTS = (WeightedMinimumNorm(4.0), MinimumTorque(0.05), MinimumTorque(1e-3))
 
 
 def limited(joints, truth):
@@ -60,8 +61,8 @@ def test_no_force_pulls_or_leaves_its_cone(name, legs, standing):
 
 @pytest.mark.parametrize("standing", [4, 5, 6])
 def test_the_largest_load_is_the_smallest_possible(standing):
-    # Against the linear programme over cones of a second solver; ours may exceed it by its slack,
-    # 1e-5 of some newtons.
+    # Against the linear programme over cones of a second solver; ours may exceed it by the square
+    # of the other cost's weight, 1e-4.
     contacts, wrench, _, _ = random_load(25, 6, standing, seed=standing)
     force = share_load(contacts, wrench, "smallest-largest-load")
     normal = contact_forces(contacts, force)[..., 0]
@@ -69,33 +70,20 @@ def test_the_largest_load_is_the_smallest_possible(standing):
         ours = np.nanmax(np.where(contacts.stance, normal / contacts.share, np.nan), axis=1)
     for i in range(25):
         least = reference(contacts, wrench, i, largest=True)
-        assert least * (1 - 1e-6) < ours[i] < least * (1 + 2e-5)
+        assert least * (1 - 1e-6) < ours[i] < least * (1 + 1e-6)
 
 
 def test_five_feet_differ_between_least_norm_and_smallest_largest_load():
-    # Feet at the corners of a square and amid one side, loaded at the centre. Moments: with the
-    # fifth foot at (0, 1) and corners (+-1, +-1): N3 + N4 + N5 = N1 + N2 = W/2 by symmetry about
-    # x, N1 = N2 = W/4 always; so the largest is W/4 whatever the rest, and of those with it the
-    # least norm gives the other three W/6 each, not beyond it. Least norm: the same.
+    # Feet at the corners of a square and amid one side, loaded at (1/2, 1/2). Moments about x:
+    # N1 + N2 = W/4. Moments about y: N1 - N2 + N3 - N4 = W/2. The largest is least where feet 3
+    # and 5 are level: all of W/4 on foot 1 and none on 2, N3 - N4 = W/4 and N3 + N4 + N5 = 3W/4,
+    # so that N3 = N5 = W/3 and N4 = W/12. Cost of the largest load 1e4: 1e-4 in the others.
     feet = np.array([[1.0, -1, 0], [-1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 1, 0]])
-    wrench = np.array([0, 0, 24.0, 0, 0, 0])
-    force = share_load(Contacts(feet, np.ones(5)), wrench, "smallest-largest-load")
-    assert force[:, 2] == pytest.approx([6, 6, 4, 4, 4], abs=1e-9)
-    # Loaded at (0, 1/2): N1 + N2 = W/4, the others share 3/4 W: W/4 each. With the load at
-    # (1/2, 1/2) least norm would give foot 3 more than the fifth; the largest is least where
-    # feet 3 and 5 are level: moments about y: N1 - N2 + N3 - N4 = W/2 with N1 + N2 = W/4.
     wrench = np.array([0, 0, 24.0, 12.0, -12.0, 0])
     norm = share_load(Contacts(feet, np.ones(5)), wrench, "friction-cone")[:, 2]
     least = share_load(Contacts(feet, np.ones(5)), wrench, "smallest-largest-load")[:, 2]
-    # All of W/4 on foot 1 and none on 2: N3 - N4 = W/4, N3 + N4 + N5 = 3W/4, N3 = N5:
-    # N3 = N5 = W/3, N4 = W/12.
-    assert least == pytest.approx([6, 0, 8, 2, 8], abs=2e-3)
+    assert least == pytest.approx([6, 0, 8, 2, 8], abs=1e-8)
     assert least.max() < norm.max() - 0.1
-    # The least norm uses the room that the slack leaves; the smallest is found to a tenth of it.
-    for slack in (1e-4, 1e-2):
-        model = SmallestLargestLoad(slack=slack)
-        most = share_load(Contacts(feet, np.ones(5)), wrench, model)[:, 2].max()
-        assert most == pytest.approx(8 * (1 + slack), abs=8 * slack / 8)
 
 
 def test_a_least_normal_force_is_kept():
@@ -109,8 +97,6 @@ def test_a_least_normal_force_is_kept():
 def test_the_cone_is_round():
     # A push at any angle to the axes: with friction just enough there are forces, just too little
     # there are none; a pyramid would know better along some directions. One N in a thousand.
-    from phasmid.errors import InfeasibleLoad
-
     feet = np.array([[0.2, -0.2, 0], [-0.2, -0.2, 0], [-0.2, 0.2, 0], [0.2, 0.2, 0.0]])
     for angle in np.radians([0, 10, 22.5, 33, 45]):
         push = 10 * np.array([np.cos(angle), np.sin(angle)])
@@ -128,11 +114,7 @@ def test_the_cone_is_round():
         (FrictionCone(MinimumTorque()), 1000, 6, 0.05, 10),
         (SmallestLargestLoad(), 300, 6, 0.05, 4),
     ],
-    ids=[
-        "friction-cone",
-        "least-torque-on-ice",
-        "smallest-largest-load-on-ice",
-    ],
+    ids=str,
 )
 def test_no_load_that_can_be_given_is_refused(model, count, standing, friction, seed):
     # Every load is made of admissible forces; some of the optima lie at tips of cones, where the
@@ -155,17 +137,16 @@ def _distance_from_the_optimum(contacts, force, sample, H, c, joints):
     than W times that.
     """
     feet = np.flatnonzero(contacts.share[sample] > 0)
-    gradient, equations = np.zeros((len(feet), 3)), np.zeros((len(feet), 3, 6))
+    gradient = np.zeros((len(feet), 3))
+    balance = equations(contacts.feet[sample, feet]).T.reshape(-1, 3, 6)
     columns, longest = [], 0.0
     for j, i in enumerate(feet):
         F, n, mu = force[sample, i], contacts.normals[sample, i], contacts.friction[sample, i]
         own = H[sample, i] / contacts.share[sample, i]
         W = np.linalg.inv(np.linalg.cholesky(own)).T
         longest = max(longest, np.linalg.norm(W, 2))
-        x, y, z = contacts.feet[sample, i]
-        skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
         gradient[j] = W.T @ (own @ F - c[sample, i])
-        equations[j] = W.T @ np.hstack([np.eye(3), skew.T])
+        balance[j] = W.T @ balance[j]
         J, tau, limit = (v[sample, i] for v in (joints.jacobian, joints.torque, joints.limit))
         torque, normal = tau - J.T @ F, F @ n
         tangential = F - normal * n
@@ -179,8 +160,8 @@ def _distance_from_the_optimum(contacts, force, sample, H, c, joints):
             column = np.zeros((len(feet), 3))
             column[j] = W.T @ room / np.linalg.norm(W.T @ room)
             columns.append(column.ravel())
-    equations = equations.reshape(-1, 6)
-    basis = np.column_stack([equations / np.linalg.norm(equations, axis=0), *columns])
+    balance = balance.reshape(-1, 6)
+    basis = np.column_stack([balance / np.linalg.norm(balance, axis=0), *columns])
     lower = np.concatenate([np.full(6, -np.inf), np.zeros(len(columns))])
     fit = lsq_linear(basis, gradient.ravel(), bounds=(lower, np.inf), method="bvls", tol=1e-15)
     return longest * np.linalg.norm(basis @ fit.x - gradient.ravel())
@@ -197,7 +178,7 @@ def _off_their_tips(contacts, force):
     ("cost", "count", "standing", "seed"),
     [
         # Sample 179 of seed 1002 reaches its cone in the last programme only.
-        *((MinimumNorm(), 500, 6, seed) for seed in (1000, 1002, 1007)),
+        (MinimumNorm(), 500, 6, 1002),
         *((cost, 150, 5, 1) for cost in COSTS),
     ],
     ids=str,

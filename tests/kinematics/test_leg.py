@@ -1,6 +1,8 @@
 """Closed-form leg kinematics against themselves, the DH chain and a complex step."""
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -57,12 +59,38 @@ def test_any_target_is_reached_exactly_or_refused_by_name(x, y, z):
 
 
 def test_the_first_unreachable_point_is_named():
-    leg = load_robot("phantomx-paper").legs[0]
-    p = np.tile(leg.neutral_foot, (4, 5, 1))
-    p[2, 3] = [0.4, 0.0, -0.1]
+    robot = load_robot("phantomx-paper")
+    p = np.tile(robot.arrays.neutral_foot, (2, 500, 1, 1))
+    for place in ((1, 200, 4), (1, 200, 5), (1, 300, 0)):
+        p[place] = [np.nan, 0.0, 0.0] if place == (1, 300, 0) else [0.4, 0.0, -0.1]
     with pytest.raises(Unreachable) as caught:
-        joint_angles(leg, p)
+        joint_angles(robot.arrays, p)
     assert str(caught.value) == (
-        "leg right_front, point 2, 3: foot target (400.0, 0.0, -100.0) mm is 362.1 mm from the "
+        "leg 5, point 1, 200, 4: foot target (400.0, 0.0, -100.0) mm is 362.1 mm from the "
         "femur axis; the leg reaches 58.0 to 222.0 mm."
     )
+    with pytest.raises(Unreachable, match=r"leg right_front: foot target \(nan, 0.0, 0.0\) mm"):
+        joint_angles(robot.legs[0], p[1, 300, 0])
+
+
+def test_any_number_and_layout_of_samples_will_do():
+    robot = load_robot("phantomx-paper")
+    q = np.random.default_rng(5).uniform(-1, 1, (7, 40, 6, 3))
+    for part in (np.asfortranarray(q)[::2, ::-1], q[:0], q[2, 3]):
+        np.testing.assert_array_equal(
+            foot_position(robot.arrays, part)[..., 1, :],
+            foot_position(robot.legs[1], part[..., 1, :]),
+        )
+
+
+def test_numba_is_imported_when_a_kernel_is_first_called():
+    # It takes 0.6 s, which commands without kernels do not wait for.
+    code = (
+        "import sys, phasmid\n"
+        "from phasmid import dynamics, kinematics\n"
+        "robot = phasmid.load_robot('phantomx-paper')\n"
+        "assert 'numba' not in sys.modules\n"
+        "kinematics.foot_position(robot.legs[0], [0.0, 0.0, 0.0])\n"
+        "assert 'numba' in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

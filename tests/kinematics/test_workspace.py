@@ -14,7 +14,7 @@ from phasmid.kinematics import (
     reach,
     within_reach,
 )
-from phasmid.robot import load_robot, preset_names
+from phasmid.robot import load_robot
 
 
 def test_reach_at_a_height_is_pythagoras():
@@ -28,10 +28,9 @@ def test_reach_at_a_height_is_pythagoras():
     assert math.isnan(reach(load_robot("phantomx-paper").legs[0], -0.3)[1])
 
 
-@pytest.mark.parametrize("preset", preset_names())
-@pytest.mark.parametrize("direction", [0.0, math.pi / 2, 0.7])
-def test_the_longest_stride_is_reached_and_no_longer_one_is(preset, direction):
-    robot = load_robot(preset)
+@pytest.mark.parametrize("direction", [0.0, 0.7])
+def test_the_longest_stride_is_reached_and_no_longer_one_is(direction):
+    robot = load_robot("phantomx-mk4")
     longest = longest_stride(robot, direction)
     away = np.array([math.cos(direction), math.sin(direction), 0])
 
@@ -47,14 +46,14 @@ def test_the_longest_stride_is_reached_and_no_longer_one_is(preset, direction):
 
 def test_within_reach_agrees_with_the_inverse_and_the_limits():
     robot = load_robot("phantomx-mk4")
-    p = np.random.default_rng(0).uniform([-0.05, -0.2, -0.2], [0.25, 0.2, 0.1], (500, 6, 3))
-    told = within_reach(robot, p).astype(bool)
-    for i, leg in enumerate(robot.legs):
-        for k in range(500):
-            try:
-                q = joint_angles(leg, p[k, i])
-            except Unreachable:
-                assert not told[k, i]
-                continue
-            lower, upper = leg.joint_limits.T
-            assert told[k, i] == bool(np.all((q >= lower) & (q <= upper)))
+    p = np.random.default_rng(0).uniform([-0.05, -0.2, -0.2], [0.25, 0.2, 0.1], (200, 6, 3))
+    reachable = within_reach(robot, p).astype(bool)
+    assert 0.1 < reachable.mean() < 0.9
+    for k, i in np.ndindex(200, 6):
+        try:
+            q = joint_angles(robot.legs[i], p[k, i])
+        except Unreachable:
+            assert not reachable[k, i]
+            continue
+        lower, upper = robot.legs[i].joint_limits.T
+        assert reachable[k, i] == ((q >= lower) & (q <= upper)).all()

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from phasmid.kinematics import body_from_hip, foot_position
-from phasmid.learning import WalkVectorEnv, load_task
+from phasmid.learning import WalkVectorEnv
 from phasmid.learning.control_period import reference_leg
 from phasmid.learning.task import TERMS
 from phasmid.scenario import Scenario
@@ -41,9 +41,8 @@ def test_every_term_is_its_formula():
     command = e.command
     error = np.sum((velocity[:, :2] - command[:, :2]) ** 2, axis=1)
     moving = (command != 0).any(axis=1)
-    contact = p.sensors[:, :24].reshape(-1, 6, 4)[:, :, 0] > 0
-    foot = p.sensors[:, 24:].reshape(-1, 6, 3)
-    slides = np.linalg.norm(foot - old_foot, axis=-1, ord=None)
+    contact = p.states.sensors[:, :24].reshape(-1, 6, 4)[:, :, 0] > 0
+    foot = p.states.sensors[:, 24:].reshape(-1, 6, 3)
     slides = np.hypot(*np.moveaxis((foot - old_foot)[..., :2], -1, 0)) * contact * (old_contact > 0)
     stance = ~moving[:, None] | ((e.phase[:, None] - c.lifts) % 1.0 >= c.swing)
     wanted = {
@@ -113,12 +112,12 @@ def test_feet_of_the_reference_move_as_the_ground_while_they_stand(command):
     for leg in range(6):
         middle = (c.lifts[leg] + c.swing + (1 - c.swing) / 2) % 1.0
         np.testing.assert_allclose(feet(middle)[leg], c.feet[leg], atol=1e-12)
-        speed = (feet(middle + h) - feet(middle - h))[leg] / (2 * h * c.period)
+        speed = (feet(middle + h) - feet(middle - h))[leg] / (2 * h * c.task.gait.period)
         x, y, _ = c.feet[leg]
         ground = [-command[0] + command[2] * y, -command[1] - command[2] * x, 0.0]
         np.testing.assert_allclose(speed, ground, atol=1e-8)
         top = feet(c.lifts[leg] + c.swing / 2)[leg]
-        np.testing.assert_allclose(top, c.feet[leg] + [0, 0, c.step_height], atol=1e-12)
+        np.testing.assert_allclose(top, c.feet[leg] + [0, 0, c.task.gait.step_height], atol=1e-12)
 
 
 def test_randomised_masses_are_consistent():
@@ -193,12 +192,3 @@ def test_a_fast_motor_holds_and_stalls_as_its_servo():
     # Friction that grows with the load brings the output down to the stall torque.
     out = motor.stall - motor.friction - motor.load_loss * motor.stall
     assert out == pytest.approx(servo.stall_torque, rel=0.02)
-
-
-def test_weights_of_the_task_apply():
-    env = WalkVectorEnv(1)
-    table = load_task("walk").rewards
-    dt = env.physics.constants.dt
-    np.testing.assert_allclose(
-        env.physics.constants.weights / dt, [getattr(table, n) for n in TERMS]
-    )

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.learning import Task, WalkVectorEnv, load_task, task_names
+from phasmid.learning import Task, load_task, task_names
 
 
 def test_tasks_load_and_units_are_converted(tmp_path):
@@ -34,11 +34,8 @@ def test_bad_tasks_are_refused_in_one_sentence(tmp_path, text, sentence):
     with pytest.raises(InvalidInput) as error:
         load_task(path)
     assert sentence in str(error.value)
-
-
-def test_an_unknown_change_of_a_task_is_refused():
     with pytest.raises(InvalidInput, match="unknown key"):
-        WalkVectorEnv(1, fidelty="full")
+        load_task("walk").replace(fidelty="full")
 
 
 def test_without_gymnasium_one_sentence_says_what_to_install():

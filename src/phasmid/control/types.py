@@ -17,7 +17,7 @@ from phasmid.control.records import record_of
 from phasmid.control.settings import EngineSettings
 from phasmid.dynamics.matrices import in_plane
 from phasmid.kinematics import neutral_feet
-from phasmid.kinematics.arguments import geometry
+from phasmid.kinematics.leg import geometry
 from phasmid.robot import Robot
 
 

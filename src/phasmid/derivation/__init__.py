@@ -5,15 +5,9 @@ It needs sympy (``pip install sympy``, or this package with its extra ``derivati
 form.
 """
 
-from __future__ import annotations
+from phasmid.errors import InvalidInput
 
-from importlib import import_module
-from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
-
-from phasmid.errors import PhasmidError
-
-if TYPE_CHECKING:
+try:
     from phasmid.derivation.symbolic import (
         SymbolicMatrices,
         lagrange,
@@ -22,17 +16,9 @@ if TYPE_CHECKING:
         paper_form,
         paper_text,
     )
+except ModuleNotFoundError as error:
+    raise InvalidInput(
+        "the derivation needs sympy, which is not installed.", hint="pip install sympy"
+    ) from error
 
 __all__ = ["SymbolicMatrices", "lagrange", "mid_length", "newton_euler", "paper_form", "paper_text"]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in __all__:
-        raise AttributeError(f"module 'phasmid.derivation' has no attribute {name!r}")
-    if find_spec("sympy") is None:
-        raise PhasmidError(
-            "the derivation needs sympy, which is not installed.",
-            where="phasmid.derivation",
-            hint="pip install sympy",
-        )
-    return getattr(import_module("phasmid.derivation.symbolic"), name)

@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections.abc import Sequence
 
-from phasmid.errors import PhasmidError
+from phasmid.derivation import lagrange, mid_length, newton_euler, paper_text
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Derive, compare and print; the exit status is 1 where the two derivations differ.
-
-    Args:
-        arguments: Those of the command line by default; it takes ``--help`` and no other.
-    """
-    argparse.ArgumentParser(
-        prog="python -m phasmid.derivation",
-        description="Derive Eq. 10 by Newton-Euler and by Lagrange, compare, and print it, "
-        "corrected, in the paper's form.",
-    ).parse_args(arguments)
-    try:
-        from phasmid.derivation import lagrange, mid_length, newton_euler, paper_text
-    except PhasmidError as error:
-        sys.stderr.write(f"phasmid: {error}\n")
-        return error.exit_status
+def main() -> int:
+    """Derive, compare and print; the exit status is 1 where the two derivations differ."""
     derived = newton_euler()
     agree = derived == lagrange()
     verdict = "give the same" if agree else "DIFFER in their"

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import sympy as sp
-from sympy.polys.rings import PolyElement, PolyRing
+from sympy.polys.rings import PolyRing
 from sympy.simplify.fu import TR8
 
 ANGLES = sp.symbols("q1 q2 q3", real=True)
@@ -86,36 +86,25 @@ _SINES = tuple(sp.sin(q) for q in ANGLES)
 _NUMBERS = sorted(
     {s for link in LINKS for s in (link.mass, *link.com, *link.inertia)}, key=lambda s: str(s.name)
 )
-_RING = PolyRing([*_COSINES, *_SINES, *SPEEDS, *ACCELERATIONS, *LENGTHS, GRAVITY, *_NUMBERS], sp.QQ)
-_COSINE, _SINE = _RING.gens[:3], _RING.gens[3:6]
+# In lexicographic order the squares of the sines lead these identities.
+_RING = PolyRing([*_SINES, *_COSINES, *SPEEDS, *ACCELERATIONS, *LENGTHS, GRAVITY, *_NUMBERS], sp.QQ)
+_PYTHAGORAS = [s**2 + c**2 - 1 for s, c in zip(_RING.gens[:3], _RING.gens[3:6], strict=True)]
 
 
 def normal_form(matrix: sp.Matrix) -> sp.Matrix:
     """Return the matrix with polynomial entries, linear in every sine.
 
-    Cosine and sine of an angle obey cos² + sin² = 1 and no other algebraic law. Writing 1 - cos²
-    for every sin² therefore leaves one way of writing each function: two expressions are equal for
-    all angles and all numbers of the leg exactly if their normal forms are the same.
+    Cosine and sine of an angle obey cos² + sin² = 1 and no other algebraic law. The remainder of
+    the division by these identities is therefore the same for all expressions that are equal for
+    all angles and all numbers of the leg.
 
     Args:
         matrix: Entries are polynomials, with rational coefficients, in the symbols of the
             leg and the sines and cosines of its angles.
     """
-    return matrix.applyfunc(lambda entry: _reduced(_RING.from_expr(sp.sympify(entry))).as_expr())
-
-
-def _reduced(polynomial: PolyElement) -> PolyElement:
-    for k in range(3):
-        square = 1 - _COSINE[k] ** 2
-        place = 3 + k
-        rest = _RING.zero
-        for powers, coefficient in polynomial.terms():
-            halves, left = divmod(powers[place], 2)
-            lowered = (*powers[:place], left, *powers[place + 1 :])
-            term = _RING.from_dict({lowered: coefficient})
-            rest += term * square**halves if halves else term
-        polynomial = rest
-    return polynomial
+    return matrix.applyfunc(
+        lambda entry: _RING.from_expr(sp.sympify(entry)).rem(_PYTHAGORAS).as_expr()
+    )
 
 
 def newton_euler() -> SymbolicMatrices:

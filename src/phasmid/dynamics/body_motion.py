@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, located
+from phasmid.errors import InvalidInput
 
 ROTATION_TOLERANCE = 1e-6
 """Largest deviation of a rotation's columns from orthogonal unit vectors."""
@@ -15,9 +15,7 @@ ROTATION_TOLERANCE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class BodyMotion:
-    """Pose, velocity and acceleration of the body frame.
-
-    Leading axes are broadcast to one shape; the arrays are read-only.
+    """Pose, velocity and acceleration of the body frame; leading axes broadcast.
 
     Attributes:
         position: Origin of the body frame in the world [m], shape (..., 3).
@@ -29,7 +27,7 @@ class BodyMotion:
         angular_acceleration: World axes [rad/s²], shape (..., 3).
 
     Raises:
-        InvalidInput: A shape is wrong, a number is not finite, or a matrix is not a rotation.
+        InvalidInput: A matrix is not a rotation.
     """
 
     position: Float[np.ndarray, "*#batch 3"]
@@ -40,35 +38,15 @@ class BodyMotion:
     angular_acceleration: Float[np.ndarray, "*#batch 3"]
 
     def __post_init__(self) -> None:
-        with located("body motion"):
-            self._validate_arrays()
         R = self.rotation
-        miss = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0.0)
-        if miss > ROTATION_TOLERANCE or np.any(np.linalg.det(R) < 0):
+        deviation = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0.0)
+        if not deviation <= ROTATION_TOLERANCE or np.any(np.linalg.det(R) < 0):
             raise InvalidInput(
                 "rotation is not a rotation; its columns must be orthogonal unit vectors of a "
                 "right-handed frame.",
                 where="body motion",
                 hint="phasmid.kinematics.rotation_rpy or quaternion_rotation",
             )
-
-    def _validate_arrays(self) -> None:
-        """Check each array, and replace it by a read-only copy with all leading axes."""
-        arrays = {f.name: np.array(getattr(self, f.name), dtype=float) for f in fields(self)}
-        shapes = {name: (3, 3) if name == "rotation" else (3,) for name in arrays}
-        leading = []
-        for name, array in arrays.items():
-            batch = array.shape[: max(array.ndim - len(shapes[name]), 0)]
-            if array.shape != (*batch, *shapes[name]):
-                must = ", ".join(map(str, shapes[name]))
-                raise InvalidInput(f"{name} has shape {array.shape}; it must end in {must}.")
-            if not np.isfinite(array).all():
-                index = np.argwhere(~np.isfinite(array))[0].tolist()
-                raise InvalidInput(f"{name}{index} is {array[*index]}; it must be finite.")
-            leading.append(batch)
-        axes = np.broadcast_shapes(*leading)
-        for name, array in arrays.items():
-            object.__setattr__(self, name, np.broadcast_to(array, (*axes, *shapes[name])))
 
     @classmethod
     def at_rest(

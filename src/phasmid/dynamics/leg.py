@@ -9,13 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics.matrices import LegMatrices, hip_gravity, link_moments
-from phasmid.errors import InvalidInput
-from phasmid.kinematics.arguments import geometry
+from phasmid.kinematics.leg import geometry
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
-
-LEG_TORQUE_AXES = [-1, (), -1, (-2, -1), (-3, -2, -1), -1, *[(0, -1)] * 5]
-"""Core axes of the arguments of `leg_torque_ufunc`."""
 
 
 def leg_matrices(
@@ -69,15 +65,6 @@ def leg_torque(
     """
     from phasmid.dynamics.leg_kernels import leg_torque_ufunc
 
-    motion = q, qd, qdd, np.zeros(3) if foot_force is None else foot_force
-    if any(np.shape(array)[-1:] != (3,) for array in motion):
-        raise InvalidInput("q, qd, qdd and foot_force must end in 3: one number for each joint.")
-    samples = np.broadcast_arrays(*motion)
-    shape = np.broadcast_shapes(leg.lengths.shape, samples[0].shape)
-    # The kernel loops over the first axis, which a single sample lacks.
-    single = len(shape) == leg.lengths.ndim
-    samples = tuple(array[None] if single else array for array in samples)
-    torque = np.empty((1, *shape) if single else shape)
     links = *geometry(leg), *link_moments(leg), hip_gravity(leg, gravity)
-    leg_torque_ufunc(*links, *samples, axes=LEG_TORQUE_AXES, out=torque)
-    return torque.reshape(shape)
+    force = np.zeros(3) if foot_force is None else foot_force
+    return np.asarray(leg_torque_ufunc(*links, q, qd, qdd, force))

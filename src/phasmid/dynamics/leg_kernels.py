@@ -109,7 +109,7 @@ def elevated(
     )
 
 
-@gufunc("(n),(),(n),(n,n),(n,n,n),(n),(t,n),(t,n),(t,n),(t,n)->(t,n)")
+@gufunc("(n),(),(n),(n,n),(n,n,n),(n),(n),(n),(n),(n)->(n)")
 def leg_torque_ufunc(
     lengths: np.ndarray,
     left: float,
@@ -123,38 +123,29 @@ def leg_torque_ufunc(
     foot_force: np.ndarray,
     torque: np.ndarray,
 ) -> None:
-    """Write the joint torques [N·m] for T samples of motion and of the ground's force on the foot.
-
-    The loop over samples is here, since NumPy's own takes a third more time.
+    """Write the joint torques [N·m] of a motion and of the ground's force on the foot.
 
     Source: Eq. 11, corrected: the ground's reaction enters with a minus sign.
     """
-    for t in range(len(q)):
-        fx, fy, fz = foot_force[t, 0], foot_force[t, 1], foot_force[t, 2]
-        s1, c1 = 0.0, 1.0
-        # Vertical forces are the same at every coxa angle, whose sine takes a fifth of the time.
-        if gravity[0] or gravity[1] or fx or fy:
-            s1, c1 = sincos(q[t, 0])
-        elevation_2, elevation_3 = sincos(q[t, 1]), sincos(q[t, 1] + q[t, 2])
-        g = into_coxa(gravity[0], gravity[1], gravity[2], s1, c1)
-        e = elevated(lengths, mass, first, second, g, elevation_2, elevation_3)
-        w1, w2, w3 = qd[t, 0], qd[t, 1], qd[t, 1] + qd[t, 2]
-        a1, a2, a3 = qdd[t, 0], qdd[t, 1], qdd[t, 1] + qdd[t, 2]
-        # Generalised forces of the coxa angle and the elevations.
-        tau1 = e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + e.g1
-        tau1 += w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3) + e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2
-        tau2 = e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2
-        tau2 += e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
-        tau3 = e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3
-        tau3 -= e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
-        # The columns of the foot's Jacobian, in the axes of the coxa.
-        (s2, c2), (s3, c3) = elevation_2, elevation_3
-        out3, up3 = lengths[2] * c3, lengths[2] * s3
-        out, up = lengths[1] * c2 + out3, lengths[1] * s2 + up3
-        fx, fy, fz = into_coxa(fx, fy, fz, s1, c1)
-        torque[t, 0] = tau1 - ((lengths[0] + out) * fy - left * fx)
-        torque[t, 1] = tau2 + tau3 - (out * fz - up * fx)
-        torque[t, 2] = tau3 - (out3 * fz - up3 * fx)
+    (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
+    g = into_coxa(gravity[0], gravity[1], gravity[2], s1, c1)
+    e = elevated(lengths, mass, first, second, g, (s2, c2), (s3, c3))
+    w1, w2, w3 = qd[0], qd[1], qd[1] + qd[2]
+    a1, a2, a3 = qdd[0], qdd[1], qdd[1] + qdd[2]
+    # Generalised forces of the coxa angle and the elevations.
+    tau1 = e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + e.g1
+    tau1 += w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3) + e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2
+    tau2 = e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2
+    tau2 += e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
+    tau3 = e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3
+    tau3 -= e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
+    # The columns of the foot's Jacobian, in the axes of the coxa.
+    out3, up3 = lengths[2] * c3, lengths[2] * s3
+    out, up = lengths[1] * c2 + out3, lengths[1] * s2 + up3
+    fx, fy, fz = into_coxa(foot_force[0], foot_force[1], foot_force[2], s1, c1)
+    torque[0] = tau1 - ((lengths[0] + out) * fy - left * fx)
+    torque[1] = tau2 + tau3 - (out * fz - up * fx)
+    torque[2] = tau3 - (out3 * fz - up3 * fx)
 
 
 @gufunc("(n),(n),(n,n),(n,n,n),(n),(n)->(n,n),(n,n),(n,n),(n)")

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.arguments import scalar
 from phasmid.robot import Leg, LegArrays
 
 
@@ -60,7 +59,7 @@ def hip_gravity(leg: Leg | LegArrays, gravity: float) -> Float[np.ndarray, "*leg
         gravity: Acceleration of free fall, downwards along the body's z [m/s²].
     """
     up = leg.R_body_hip[..., 2, :] if isinstance(leg, LegArrays) else leg.X_body_hip[2, :3]
-    return np.asarray(scalar("gravity", gravity) * up)
+    return np.asarray(gravity * up)
 
 
 def link_moments(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

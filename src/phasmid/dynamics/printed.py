@@ -13,8 +13,7 @@ from jaxtyping import Float
 
 from phasmid.dynamics.matrices import LegMatrices, link_arrays
 from phasmid.kinematics import jacobian
-from phasmid.kinematics.arguments import scalar
-from phasmid.kinematics.matrices import Samples, matrix
+from phasmid.kinematics.frames import Samples, matrix
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
 
@@ -84,8 +83,8 @@ def printed_leg_matrices(
     """
     kept = frozenset(map(LegMisprint, misprints))
     lengths, mass, _, inertia = link_arrays(leg)
-    g = scalar("gravity", gravity)
     _, t2, theta3 = np.moveaxis(q, -1, 0)
+    g = gravity
     L1, L2, L3 = np.moveaxis(lengths, -1, 0)
     m1, m2, m3 = np.moveaxis(mass, -1, 0)
     inertia = np.moveaxis(np.diagonal(inertia, axis1=-2, axis2=-1), (-2, -1), (0, 1))

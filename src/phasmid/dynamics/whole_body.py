@@ -10,7 +10,7 @@ from jaxtyping import Float
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.matrices import link_moments, moments_about_origin
 from phasmid.kinematics import centre_of_mass, link_frames
-from phasmid.kinematics.arguments import geometry, per_leg, scalar
+from phasmid.kinematics.leg import geometry
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
@@ -60,13 +60,10 @@ def inverse_dynamics(
     """
     from phasmid.dynamics.whole_body_kernels import inverse_dynamics_ufunc
 
-    force = np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force
-    batch, arrays = joint_arrays(robot, body, q=q, qd=qd, qdd=qdd, foot_force=force)
     # Gravity acts as if everything accelerated upwards.
-    free_fall = body.acceleration + np.array([0.0, 0.0, scalar("gravity", gravity)])
+    free_fall = body.acceleration + np.array([0.0, 0.0, gravity])
     trunk = np.array(robot.body.mass)
-    torque, wrench = np.empty((*batch, len(robot.legs), 3)), np.empty((*batch, 6))
-    inverse_dynamics_ufunc(
+    torque, force, moment = inverse_dynamics_ufunc(
         *geometry(robot.arrays),
         *link_moments(robot.arrays),
         robot.arrays.R_body_hip,
@@ -77,10 +74,12 @@ def inverse_dynamics(
         body.angular_velocity,
         body.angular_acceleration,
         free_fall,
-        *arrays,
-        out=(torque, wrench[..., :3], wrench[..., 3:]),
+        q,
+        qd,
+        qdd,
+        np.zeros((len(robot.legs), 3)) if foot_force is None else foot_force,
     )
-    return JointTorqueAndWrench(torque, wrench)
+    return JointTorqueAndWrench(torque, np.concatenate([force, moment], axis=-1))
 
 
 def kinetic_energy(
@@ -94,7 +93,6 @@ def kinetic_energy(
     Returns:
         Energy [J], shape (...).
     """
-    _, (q, qd) = joint_arrays(robot, body, q=q, qd=qd)
     arrays, (R, p) = robot.arrays, link_frames(robot, q)
     R_body_world = np.swapaxes(body.rotation, -1, -2)
     w, v = (_apply(R_body_world, each) for each in (body.angular_velocity, body.velocity))
@@ -135,15 +133,5 @@ def potential_energy(
     Returns:
         Energy [J], shape (...).
     """
-    _, (q,) = joint_arrays(robot, body, q=q)
     lift = np.sum(body.rotation[..., 2, :] * centre_of_mass(robot, q), axis=-1)
-    return np.asarray(robot.mass * scalar("gravity", gravity) * (body.position[..., 2] + lift))
-
-
-def joint_arrays(
-    robot: Robot, body: BodyMotion, **arrays: object
-) -> tuple[tuple[int, ...], list[np.ndarray]]:
-    """Return the leading axes that trunk and legs share, and the legs' arrays as floats."""
-    found = per_leg(robot, **arrays)
-    shapes = [array.shape[:-2] for array in found]
-    return np.broadcast_shapes(body.position.shape[:-1], *shapes), found
+    return np.asarray(robot.mass * gravity * (body.position[..., 2] + lift))

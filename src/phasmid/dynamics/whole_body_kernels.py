@@ -89,22 +89,6 @@ def relative_acceleration(p: Vector, w: Vector, dw: Vector) -> Vector:
 
 
 @internal
-def tip_acceleration(length: float, w: Vector, dw: Vector) -> Vector:
-    """Return `relative_acceleration` of the point (length, 0, 0)."""
-    return (
-        -length * (w[1] * w[1] + w[2] * w[2]),
-        length * (dw[2] + w[0] * w[1]),
-        length * (w[0] * w[2] - dw[1]),
-    )
-
-
-@internal
-def tip_moment(length: float, force: Vector) -> Vector:
-    """Return the moment about the origin of a force at the point (length, 0, 0)."""
-    return 0.0, -length * force[2], length * force[1]
-
-
-@internal
 def newton_euler(
     mass: float, first: Vector, second: np.ndarray, w: Vector, dw: Vector, a: Vector
 ) -> tuple[Vector, Vector]:
@@ -189,32 +173,34 @@ def inverse_dynamics(
     for leg in range(len(q)):
         hip, p_hip = robot.R_body_hip[leg], vector(robot.p_body_hip[leg])
         mass, first, second = robot.mass[leg], robot.first[leg], robot.second[leg]
-        coxa, femur, tibia = vector(robot.lengths[leg])
+        lengths = robot.lengths[leg]
+        femur, tibia = (lengths[0], 0.0, 0.0), (lengths[1], 0.0, 0.0)
+        foot = lengths[2], 0.0, -robot.left[leg]
         (s1, c1), (s2, c2), (s3, c3) = sincos(q[leg, 0]), sincos(q[leg, 1]), sincos(q[leg, 2])
         # Motion outwards, from the hip to the tibia.
         w, dw = rotate_back(hip, w_body), rotate_back(hip, dw_body)
         a = rotate_back(hip, add(a_body, relative_acceleration(p_hip, w_body, dw_body)))
         a1 = turned(a, s1, c1)
         w1, dw1 = joint_motion(w, dw, s1, c1, qd[leg, 0], qdd[leg, 0])
-        a2 = turned(tilted(add(a1, tip_acceleration(coxa, w1, dw1))), s2, c2)
+        a2 = turned(tilted(add(a1, relative_acceleration(femur, w1, dw1))), s2, c2)
         w2, dw2 = joint_motion(tilted(w1), tilted(dw1), s2, c2, qd[leg, 1], qdd[leg, 1])
-        a3 = turned(add(a2, tip_acceleration(femur, w2, dw2)), s3, c3)
+        a3 = turned(add(a2, relative_acceleration(tibia, w2, dw2)), s3, c3)
         w3, dw3 = joint_motion(w2, dw2, s3, c3, qd[leg, 2], qdd[leg, 2])
         # Forces inwards, from the foot to the hip.
         push = rotate_back(hip, rotate_back(R_world_body, vector(foot_force[leg])))
         push = turned(turned(tilted(turned(push, s1, c1)), s2, c2), s3, c3)
         f = -push[0], -push[1], -push[2]
-        n = cross((tibia, 0.0, -robot.left[leg]), f)
+        n = cross(foot, f)
         f3, n3 = newton_euler(mass[2], vector(first[2]), second[2], w3, dw3, a3)
         f, n = add(f, f3), add(n, n3)
         torque[leg, 2] = n[2]
         f, n = turned_back(f, s3, c3), turned_back(n, s3, c3)
         f2, n2 = newton_euler(mass[1], vector(first[1]), second[1], w2, dw2, a2)
-        f, n = add(f, f2), add(add(n, tip_moment(femur, f)), n2)
+        f, n = add(f, f2), add(add(n, cross(tibia, f)), n2)
         torque[leg, 1] = n[2]
         f, n = tilted_back(turned_back(f, s2, c2)), tilted_back(turned_back(n, s2, c2))
         f1, n1 = newton_euler(mass[0], vector(first[0]), second[0], w1, dw1, a1)
-        f, n = add(f, f1), add(add(n, tip_moment(coxa, f)), n1)
+        f, n = add(f, f1), add(add(n, cross(femur, f)), n1)
         torque[leg, 0] = n[2]
         f, n = turned_back(f, s1, c1), turned_back(n, s1, c1)
         f, n = rotate(hip, f), rotate(hip, n)

@@ -60,11 +60,8 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
         ``foot_normal_force_model`` at the walk's samples.
     """
     walk.check_planned_for(scenario)
-    attributes = recording_attributes(scenario, walk) | {
-        "kind": "model",
-        "ending": "COMPLETED",
-        "ending_reason": "The walk was analysed.",
-    }
+    ending = {"ending": "COMPLETED", "ending_reason": "The walk was analysed."}
+    attributes = recording_attributes(scenario, walk) | {"kind": "model"} | ending
     return new_recording(walk.time, model_channels(scenario, walk), attributes)
 
 
@@ -104,12 +101,12 @@ def planned_body(walk: Walk) -> BodyMotion:
     """Return the planned motion of the trunk."""
     trunk = walk.trunk
     return BodyMotion(
-        position=trunk.position,
-        rotation=trunk.rotation,
-        velocity=trunk.velocity,
-        angular_velocity=trunk.angular_velocity,
-        acceleration=trunk.acceleration,
-        angular_acceleration=trunk.angular_acceleration,
+        trunk.position,
+        trunk.rotation,
+        trunk.velocity,
+        trunk.angular_velocity,
+        trunk.acceleration,
+        trunk.angular_acceleration,
     )
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 
 
@@ -25,7 +24,7 @@ class Contacts:
         leg_names: Names of the legs for messages; by default their numbers from 1.
 
     Raises:
-        InvalidInput: A number is not finite or out of range, or a shape does not fit.
+        InvalidInput: A number is out of range.
     """
 
     feet: Float[np.ndarray, "..."]
@@ -35,28 +34,24 @@ class Contacts:
     leg_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        feet = _finite(self.feet, "feet")
-        if feet.ndim < 2 or feet.shape[-1] != 3 or feet.shape[-2] == 0:
-            raise InvalidInput(f"feet have shape {feet.shape}; it must end in L, 3: legs, axes.")
-        legs = feet.shape[:-1]
-        share = _fitting(self.share, legs, "share")
-        friction = _fitting(self.friction, legs, "friction")
-        normals = _fitting(self.normals, feet.shape, "normals")
-        bad = share[(share < 0) | (share > 1)]
-        if bad.size:
-            raise InvalidInput(f"share is {bad[0]:g}; a foot's share must be between 0 and 1.")
+        legs = self.feet.shape[:-1]
+        share = np.broadcast_to(np.asarray(self.share, dtype=float), legs)
+        friction = np.broadcast_to(np.asarray(self.friction, dtype=float), legs)
+        if not ((share >= 0) & (share <= 1)).all():
+            raise InvalidInput(
+                f"share is {share.min():g} to {share.max():g}; it must be between 0 and 1."
+            )
         if not (friction >= 0).all():
             raise InvalidInput(f"friction is {friction.min():g}; it must be 0 or more.")
-        length = np.linalg.norm(normals, axis=-1, keepdims=True)
+        length = np.linalg.norm(self.normals, axis=-1, keepdims=True)
         if not length.all():
             raise InvalidInput(
                 "a normal is (0, 0, 0); it must point out of the ground.", hint="(0, 0, 1) is up"
             )
-        if self.leg_names and len(self.leg_names) != legs[-1]:
-            raise InvalidInput(f"{len(self.leg_names)} leg_names are given for {legs[-1]} legs.")
+        normals = np.broadcast_to(self.normals / length, self.feet.shape)
         names = self.leg_names or tuple(str(i + 1) for i in range(legs[-1]))
-        values = (feet, share, normals / length, friction, names)
-        for name, value in zip(self.__dataclass_fields__, values, strict=True):
+        values = {"share": share, "normals": normals, "friction": friction, "leg_names": names}
+        for name, value in values.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -84,9 +79,6 @@ class JointLoad:
         torque: Joint torques of the motion without the ground [N·m], shape (..., L, 3).
         limit: Torque limit of each joint, in both directions [N·m], shape (..., L, 3) or one
             number; none by default. `FrictionCone` and `SmallestLargestLoad` keep it.
-
-    Raises:
-        InvalidInput: A number is not finite, a limit is negative, or a shape does not fit.
     """
 
     jacobian: Float[np.ndarray, "..."]
@@ -94,33 +86,12 @@ class JointLoad:
     limit: float | Float[np.ndarray, "..."] = np.inf
 
     def __post_init__(self) -> None:
-        jacobian = _finite(self.jacobian, "jacobian")
-        if jacobian.ndim < 3 or jacobian.shape[-2:] != (3, 3):
-            raise InvalidInput(f"jacobian has shape {jacobian.shape}; it must end in L, 3, 3.")
-        limit = numbers(self.limit, "limit")
-        if not (limit >= 0).all():
-            raise InvalidInput(f"limit is {limit.min():g} N·m; it must be 0 or more.")
-        object.__setattr__(self, "jacobian", jacobian)
-        object.__setattr__(self, "torque", _fitting(self.torque, jacobian.shape[:-1], "torque"))
-        object.__setattr__(self, "limit", np.broadcast_to(limit, jacobian.shape[:-1]))
+        joints = self.jacobian.shape[:-1]
+        object.__setattr__(self, "torque", np.broadcast_to(self.torque, joints))
+        object.__setattr__(self, "limit", np.broadcast_to(self.limit, joints))
 
     def with_ground(
         self, force: Float[np.ndarray, "*batch legs 3"]
     ) -> Float[np.ndarray, "*batch legs 3"]:
         """Return the joint torques with ground reaction forces [N], both of shape (..., L, 3)."""
         return self.torque - np.einsum("...ij,...i->...j", self.jacobian, force)
-
-
-def _finite(values: object, name: str) -> np.ndarray:
-    array = numbers(values, name)
-    if not np.isfinite(array).all():
-        raise InvalidInput(f"{name} must be finite numbers; some are infinite or NaN.")
-    return array
-
-
-def _fitting(values: object, shape: tuple[int, ...], name: str) -> np.ndarray:
-    array = _finite(values, name)
-    try:
-        return np.broadcast_to(array, shape)
-    except ValueError:
-        raise InvalidInput(f"{name} has shape {array.shape}; it must fit {shape}.") from None

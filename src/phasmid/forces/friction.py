@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import numbers
-from phasmid.errors import InvalidInput
 from phasmid.forces.contacts import Contacts
 
 
@@ -40,44 +38,31 @@ class FrictionStatistics:
         stands = np.isfinite(self.normal_force)
         if not stands.any():
             return {}
-        # No interpolation: a demand may be infinite.
         found = {}
         for name, values in vars(self).items():
-            low, high = np.percentile(values[stands], (5, 95), method="nearest")
-            found[name] = {
-                "mean": float(values[stands].mean()),
-                "min": float(values[stands].min()),
-                "max": float(values[stands].max()),
-                "p5": float(low),
-                "p95": float(high),
-            }
+            # No interpolation: a demand may be infinite.
+            percentiles = np.percentile(values[stands], (0, 5, 95, 100), method="nearest")
+            numbers = dict(zip(("min", "p5", "p95", "max"), percentiles.tolist(), strict=True))
+            found[name] = {"mean": float(values[stands].mean()), **numbers}
         return found
 
 
-def friction_statistics(contacts: Contacts, force: Float[np.ndarray, "..."]) -> FrictionStatistics:
+def friction_statistics(
+    contacts: Contacts, force: Float[np.ndarray, "*batch legs 3"]
+) -> FrictionStatistics:
     """Return the friction demand of modelled or measured forces.
 
     Args:
         contacts: Feet, stance and ground.
         force: Ground reaction forces in the axes of the contacts [N], shape (..., L, 3); those of
             feet in the air are ignored.
-
-    Raises:
-        InvalidInput: The shape does not fit, or the force of a standing foot is not finite.
     """
-    force, stands, n = numbers(force, "force"), contacts.stance, contacts.normals
-    if force.shape != contacts.feet.shape or not np.isfinite(force[stands]).all():
-        raise InvalidInput(
-            f"force has shape {force.shape}; it must be {contacts.feet.shape}, and finite where a "
-            "foot stands."
-        )
-    force[~stands] = 0.0
-    normal = np.sum(force * n, axis=-1)
-    tangential = np.linalg.norm(force - normal[..., None] * n, axis=-1)
-    pushes = normal > 0
-    demand = np.where(pushes, tangential / np.where(pushes, normal, 1.0), np.inf)
-    demand = np.where((normal == 0) & (tangential == 0), 0.0, demand)
+    force = np.where(contacts.stance[..., None], force, np.nan)
+    normal = np.sum(force * contacts.normals, axis=-1)
+    tangential = np.linalg.norm(force - normal[..., None] * contacts.normals, axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        demand = np.where(normal > 0, tangential / normal, np.inf)
+    demand[(normal == 0) & (tangential == 0)] = 0.0
+    demand[~contacts.stance] = np.nan
     margin = contacts.friction * normal - tangential
-    return FrictionStatistics(
-        *(np.where(stands, values, np.nan) for values in (normal, tangential, demand, margin))
-    )
+    return FrictionStatistics(normal, tangential, demand, margin)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import daqp
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad
-from phasmid.forces.cones import UNBOUNDED, Rows, directions, pyramid
-from phasmid.forces.load import Load, grasp_matrix, push_limits, torque_limits
+from phasmid.forces.cones import Rows, directions, half_spaces
+from phasmid.forces.load import Load, grasp_matrix
 from phasmid.robot import JOINTS
 
 NOTHING = 1e-6
@@ -19,21 +17,13 @@ NOTHING = 1e-6
 LINE = 1e-12
 """Relative distance from a line below which feet stand on it."""
 
-FACES = directions(64)
+FACES = directions(2 * np.pi * np.arange(64) / 64)
 """Faces of the pyramid around each cone; its edges are 0.12 % outside."""
-
-SMALL = 1e-6
-"""Cost of the forces relative to the excess; it makes the solution unique."""
-
-DEPENDENT = 1e-7
-"""Relative size of a singular value that counts as zero."""
-
-EQUALITY = 5
-"""The solver's code of an equation."""
 
 
 def explain(
     load: Load,
+    names: list[str],
     missing: Float[np.ndarray, "6"],
     least: float,
     index: tuple[int, ...],
@@ -43,38 +33,24 @@ def explain(
 
     Args:
         load: One sample.
+        names: Names of its legs.
         missing: Part of the wrench that the feet cannot give, shape (6,).
         least: Least normal force of a foot with full share [N].
         index: Index of the sample over the caller's leading axes.
         time: Time of the sample [s].
     """
-    names = [load.names[i] for i in load.legs[0]]
-    limit, culprits, excess, what, hint = (
+    limit, sentence, hint = (
         _too_few(load, names, missing) if missing.any() else _beyond_limits(load, names, least)
     )
     words = [f"sample {', '.join(map(str, index))}"] if index else []
     if time is not None:
         words.append(f"at {time:.4g} s")
-    return InfeasibleLoad(
-        f"{' '.join(words)}: {what}" if words else what,
-        limit=limit,
-        culprits=tuple(culprits),
-        excess=tuple(float(value) for value in excess),
-        index=index,
-        hint=hint,
-    )
+    what = f"{' '.join(words)}: {sentence}" if words else sentence
+    return InfeasibleLoad(what, limit=limit, index=index, hint=hint)
 
 
-class _Reason(NamedTuple):
-    limit: str
-    culprits: list[str]
-    excess: np.ndarray
-    what: str
-    hint: str
-
-
-def _too_few(load: Load, names: list[str], missing: np.ndarray) -> _Reason:
-    """Return the reason of too few feet, feet on a line, or feet nearly on one."""
+def _too_few(load: Load, names: list[str], missing: np.ndarray) -> tuple[str, str, str]:
+    """Return limit, sentence and hint of too few feet, feet on a line, or feet nearly on one."""
     feet, force, moment = load.feet[0], load.wrench[0, :3], load.wrench[0, 3:]
     hint = "three standing feet or more, not on one line"
     who = "no foot stands to give the load"
@@ -98,99 +74,69 @@ def _too_few(load: Load, names: list[str], missing: np.ndarray) -> _Reason:
     sizes = np.array([np.linalg.norm(force), np.linalg.norm(moment)])
     units = zip(sizes, ("N", "N·m"), strict=True)
     lacks = [f"{size:.3g} {unit}" for size, unit in units if size > NOTHING * sizes.max()]
-    return _Reason("feet", names, sizes, f"{who}; {_listed(lacks)} of it would be missing.", hint)
+    return "feet", f"{who}; {_listed(lacks)} of it would be missing.", hint
 
 
-def _beyond_limits(load: Load, names: list[str], least: float) -> _Reason:
-    """Return the first limit that cannot be kept, with the excesses of least sum.
+def _beyond_limits(load: Load, names: list[str], least: float) -> tuple[str, str, str]:
+    """Return limit, sentence and hint of the first limit that cannot be kept.
 
-    Limits are added one after another: pull, friction, torque.
+    A hierarchical programme gives the wrench first, and then keeps the limits of pull, friction and
+    torque, each as far as the ones before it allow: with the least sum of squares of the excesses.
     """
-    scale = max(float(np.abs(load.wrench[0, :3]).max()), 1e-9)
-    joints = [f"{name}.{joint}" for name in names for joint in JOINTS]
-    pull = "would have to pull with {excess} N, and the ground only pushes"
-    if least > 0:
-        pull = "would carry {excess} N less than their least normal force"
+    k, scale = len(names), max(float(np.abs(load.wrench[0, :3]).max()), 1e-9)
     # The unknowns are all forces in contact axes, in units of the load.
-    none = np.zeros((1, len(names), 3))
-    U = np.eye(none.size).reshape(*none.shape, -1)
-    # Limit, its rows and sizes, subjects, noun, sentence, hint.
-    limits = (
-        (
-            *("pull", push_limits(load, none, U, least, scale), np.zeros(len(names)), names),
-            *(("foot", "feet"), pull),
-            "the centre of mass further inside the standing feet, or more of them",
-        ),
-        (
-            *("friction", pyramid(none, U, load.friction, FACES), load.friction[0], names),
-            *(("foot", "feet"), "would slip; friction of {limit} falls short by {excess} N"),
-            "more friction, a flatter ground, or a slower motion",
-        ),
-        (
-            *("torque", torque_limits(load, none, load.axes @ U, scale), load.limit[0].ravel()),
-            *(joints, ("joint", "joints"), "would need {need} N·m; the limit is {limit} N·m"),
-            "stronger servos, a lighter robot, or more standing feet",
-        ),
+    none, U = np.zeros((1, k, 3)), np.eye(3 * k).reshape(1, k, 3, -1)
+    grasp = grasp_matrix(load.feet) @ (load.axes @ U).reshape(1, 3 * k, -1)
+    levels = (
+        Rows(grasp, load.wrench / scale, load.wrench / scale),
+        load.push_limits(none, U, least, scale),
+        half_spaces(FACES, none, U, load.friction),
+        load.torque_limits(none, load.axes @ U, scale),
     )
-    hard: list[Rows] = []
-    for limit, soft, sizes, subjects, nouns, sentence, hint in limits:
-        excess = _least_excess(load, hard, soft, len(subjects), scale)
-        hard.append(soft)
-        if excess is None or not (bad := excess > NOTHING * scale).any():
-            continue
-        who = [subject for subject, is_bad in zip(subjects, bad, strict=True) if is_bad]
-        numbers = {
-            "excess": excess[bad],
-            "limit": np.unique(sizes[bad]),
-            "need": (sizes + excess)[bad],
-        }
-        words = sentence.format(
-            **{key: _listed([f"{value:.3g}" for value in some]) for key, some in numbers.items()}
-        )
-        what = f"{nouns[len(who) > 1]} {_listed(who)} {words}"
-        return _Reason(limit, who, excess[bad], f"with {_listed(names)} standing, {what}.", hint)
-    return _Reason(
+    A, lower, upper = (part[0] for part in Rows.join(*levels))
+    ends = np.cumsum([rows.upper.size for rows in levels], dtype=np.int32)
+    kinds = np.zeros(ends[-1], dtype=np.int32)
+    x = daqp.solve(None, None, A, upper, lower, kinds, break_points=ends)[0]
+    f = scale * x.reshape(1, k, 3)
+    normal, friction = f[0, :, 0], load.friction[0]
+    torque = load.torque_with((load.axes @ f[..., None])[..., 0]).ravel()
+    limit = load.limit.ravel()
+    joints = [f"{name}.{joint}" for name in names for joint in JOINTS]
+
+    pulls = least * load.share[0] - normal
+    slips = (f[0, :, 1:] @ FACES.T).max(axis=1) - friction * normal
+    overload = np.abs(torque) - limit
+    standing, nothing = f"with {_listed(names)} standing", NOTHING * scale
+    if (bad := pulls > nothing).any():
+        what = f"would have to pull with {_numbers(pulls[bad])} N, and the ground only pushes"
+        if least > 0:
+            what = f"would carry {_numbers(pulls[bad])} N less than their least normal force"
+        hint = "the centre of mass further inside the standing feet, or more of them"
+        return "pull", f"{standing}, {_subject('foot', 'feet', names, bad)} {what}.", hint
+    if (bad := slips > nothing).any():
+        what = f"friction of {_numbers(np.unique(friction[bad]))} falls short by "
+        what = f"would slip; {what}{_numbers(slips[bad])} N"
+        hint = "more friction, a flatter ground, or a slower motion"
+        return "friction", f"{standing}, {_subject('foot', 'feet', names, bad)} {what}.", hint
+    if (bad := overload > nothing).any():
+        what = f"would need {_numbers(np.abs(torque[bad]))} N·m; "
+        what += f"the limit is {_numbers(np.unique(limit[bad]))} N·m"
+        hint = "stronger servos, a lighter robot, or more standing feet"
+        return "torque", f"{standing}, {_subject('joint', 'joints', joints, bad)} {what}.", hint
+    return (
         "friction",
-        names,
-        np.zeros(0),
         f"the feet {_listed(names)} can give the load only at the very edge of their limits.",
         "a little more friction, or a slightly different stance",
     )
 
 
-def _least_excess(
-    load: Load, hard: list[Rows], soft: Rows, count: int, scale: float
-) -> np.ndarray | None:
-    """Return the excesses of least sum over soft limits, per foot or joint [N, N·m].
+def _subject(one: str, several: str, names: list[str], which: np.ndarray) -> str:
+    chosen = [name for name, is_chosen in zip(names, which, strict=True) if is_chosen]
+    return f"{one if len(chosen) == 1 else several} {_listed(chosen)}"
 
-    None where the hard limits cannot be kept. Consecutive rows of a foot share one excess.
-    """
-    k = load.share.shape[1]
-    A = np.einsum("eki,kij->ekj", load.grasp[0].reshape(6, k, 3), load.axes[0]).reshape(6, -1)
-    U, sizes, Vh = np.linalg.svd(A, full_matrices=False)
-    independent = sizes > DEPENDENT * sizes[0]
-    wrench = (U.T @ load.wrench[0])[independent] / scale
-    limits = [(sizes[independent, None] * Vh[independent], wrench, wrench)]
-    limits += [(rows.A[0], rows.lower[0], rows.upper[0]) for rows in (*hard, soft)]
-    A, lower, upper = (np.concatenate(parts) for parts in zip(*limits, strict=True))
-    n, m = 3 * k, len(soft.upper[0])
-    give = np.zeros((len(A), count))
-    give[-m:] = np.repeat(np.eye(count), m // count, axis=0)
-    # A x - excess <= upper, A x + excess >= lower, excess >= 0.
-    none = np.full(m, UNBOUNDED)
-    below = np.concatenate([lower[:-m], -none, lower[-m:], np.zeros(count)])
-    above = np.concatenate([upper, none, np.full(count, UNBOUNDED)])
-    rows = np.concatenate(
-        [
-            np.hstack([A, -give]),
-            np.hstack([soft.A[0], give[-m:]]),
-            np.hstack([np.zeros((count, n)), np.eye(count)]),
-        ]
-    )
-    kinds = np.where(np.arange(len(rows)) < len(wrench), EQUALITY, 0).astype(np.int32)
-    cost = np.concatenate([np.zeros(n), np.ones(count)])
-    x, _, flag, _ = daqp.solve(SMALL * np.eye(n + count), cost, rows, above, below, kinds)
-    return np.asarray(x[n:] * scale) if flag > 0 else None
+
+def _numbers(values: np.ndarray) -> str:
+    return _listed([f"{value:.3g}" for value in values])
 
 
 def _listed(words: list[str]) -> str:

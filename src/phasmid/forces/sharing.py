@@ -5,20 +5,15 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.forces.cones import UNBOUNDED, Rows, cheapest_points
+from phasmid.forces.cones import Rows, cheapest_points
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.infeasibility import explain
-from phasmid.forces.load import Load, loads, push_limits, torque_limits
-from phasmid.forces.models import (
-    ForceModel,
-    FrictionCone,
-    Limited,
-    SmallestLargestLoad,
-    cost,
-    force_model,
-)
+from phasmid.forces.load import Load, grasp_matrix
+from phasmid.forces.models import ForceModel, Limited, SmallestLargestLoad, cost, force_model
+
+NEGLIGIBLE = 1e-9
+"""Share below which a foot carries nothing."""
 
 DEPENDENT = 1e-11
 """Relative size of a singular value of the six equations that counts as zero."""
@@ -28,6 +23,9 @@ MISSING = 1e-9
 
 WITHIN = 1e-12
 """Tolerance of the limits, relative to the load."""
+
+LARGEST_COST = 1e4
+"""Cost of the largest load, beside half of the square of a force, both in units of the load."""
 
 
 def share_load(
@@ -57,36 +55,59 @@ def share_load(
     Raises:
         InfeasibleLoad: The feet cannot give the wrench within the model's limits; the message has
             the first such sample, the feet or joints, the limit and the excess.
-        InvalidInput: A shape does not fit, or the model needs the joints.
+        InvalidInput: The wrench has no six numbers, or the model needs the joints.
 
     Source: docs/forces.md.
     """
     model = force_model(model) if isinstance(model, str) else model
-    wrench = numbers(wrench, "wrench")
     if wrench.shape[-1:] != (6,) or not np.isfinite(wrench).all():
         raise InvalidInput(
             f"wrench has shape {wrench.shape}; it must be finite, and its last axis have 6 entries."
         )
-    legs, shapes = contacts.feet.shape[-2], [contacts.feet.shape[:-2], wrench.shape[:-1]]
-    if joints is not None:
-        shapes.append(joints.jacobian.shape[:-3])
-        if joints.jacobian.shape[-3] != legs:
-            count = joints.jacobian.shape[-3]
-            raise InvalidInput(f"the joints' load is of {count} legs; there are {legs} feet.")
-    batch = np.broadcast_shapes(*shapes)
-    force = np.zeros((int(np.prod(batch)), legs, 3))
-    failed: dict[int, tuple[Load, np.ndarray]] = {}
-    for load in loads(contacts, wrench, joints, cost(model, contacts, joints), batch):
-        found, missing = _forces(load, model)
-        force[load.samples[:, None], load.legs] = found
-        for row in np.flatnonzero(~np.isfinite(found).all(axis=(1, 2)) | missing.any(axis=1)):
-            failed[int(load.samples[row])] = load.of(np.array([row])), missing[row]
-    if failed:
-        first = min(failed)
-        least = model.least_normal if isinstance(model, Limited) else 0.0
-        index = tuple(int(i) for i in np.unravel_index(first, batch)) if batch else ()
-        when = None if time is None else float(np.broadcast_to(time, batch)[index])
-        raise explain(*failed[first], least, index, when)
+    inverse, gain = cost(model, contacts, joints)
+    legs = contacts.feet.shape[-2]
+    joints = joints or JointLoad(np.zeros((legs, 3, 3)), np.zeros((legs, 3)))
+    batch = np.broadcast_shapes(
+        contacts.feet.shape[:-2], wrench.shape[:-1], joints.jacobian.shape[:-3]
+    )
+
+    def flat(values: float | np.ndarray, axes: int) -> np.ndarray:
+        shape = np.shape(values)[np.ndim(values) - axes :]
+        return np.broadcast_to(values, (*batch, *shape)).reshape(-1, *shape)
+
+    share = flat(contacts.share, 1)
+    loads = Load(
+        wrench=flat(wrench, 1),
+        feet=flat(contacts.feet, 2),
+        share=share,
+        axes=flat(contacts.axes, 3),
+        friction=flat(contacts.friction, 1),
+        inverse=flat(inverse, 3) * share[..., None, None],
+        gain=flat(gain, 2),
+        jacobian=flat(joints.jacobian, 3),
+        torque=flat(joints.torque, 2),
+        limit=flat(joints.limit, 2),
+    )
+    force, missing = np.zeros(loads.feet.shape), np.zeros(loads.wrench.shape)
+    stands = share >= NEGLIGIBLE
+    for stance in np.unique(stands, axis=0):
+        samples = np.flatnonzero((stands == stance).all(axis=-1))
+        found = _forces(loads.of(samples, stance), model)
+        force[samples[:, None], stance], missing[samples] = found
+    failed = np.flatnonzero(~np.isfinite(force).all(axis=(1, 2)) | missing.any(axis=1))
+    if len(failed):
+        first = failed[0]
+        stance = stands[first]
+        index = tuple(int(i) for i in np.unravel_index(first, batch))
+        names = [name for name, on in zip(contacts.leg_names, stance, strict=True) if on]
+        raise explain(
+            loads.of(failed[:1], stance),
+            names,
+            missing[first],
+            model.least_normal if isinstance(model, Limited) else 0.0,
+            index,
+            None if time is None else float(np.broadcast_to(time, batch)[index]),
+        )
     return force.reshape(*batch, legs, 3)
 
 
@@ -120,8 +141,7 @@ def _forces(load: Load, model: ForceModel) -> tuple[np.ndarray, np.ndarray]:
     n, k = load.share.shape
     if k == 0:
         return np.zeros((n, 0, 3)), load.wrench
-    W = np.linalg.cholesky(load.inverse)
-    A = load.grasp
+    W, A = np.linalg.cholesky(load.inverse), grasp_matrix(load.feet)
     B = np.einsum("neki,nkij->nekj", A.reshape(n, 6, k, 3), W).reshape(n, 6, 3 * k)
     U, sizes, Vh = np.linalg.svd(B)
     V, rank = np.swapaxes(Vh, 1, 2), sizes.shape[1]
@@ -140,23 +160,21 @@ def _forces(load: Load, model: ForceModel) -> tuple[np.ndarray, np.ndarray]:
     enough = MISSING * (1.0 + np.abs(load.wrench).max(axis=1))
     left[np.abs(left).max(axis=1) <= enough] = 0.0
     if isinstance(model, Limited) and not left.any():
-        todo = np.arange(n)
-        if isinstance(model, FrictionCone):
-            todo = np.flatnonzero(~_within(load, force, model.least_normal))
         # All samples need equally many columns; those inside the equations' rows are set to 0.
-        null = (
-            V[..., rank:]
-            if independent.all()
-            else V * ~np.pad(independent, ((0, 0), (0, 3 * k - rank)))[:, None]
-        )
+        common = independent.sum(axis=1).min()
+        null = V * ~np.pad(independent, ((0, 0), (0, 3 * k - rank)))[:, None]
+        todo = np.arange(n)
+        if not isinstance(model, SmallestLargestLoad):
+            todo = np.flatnonzero(~_within(load, force, model.least_normal))
         if len(todo):
-            force[todo] = _limited(load.of(todo), force[todo], W[todo], null[todo], model)
+            V = W[todo] @ null[todo, :, common:].reshape(len(todo), k, 3, -1)
+            force[todo] = _limited(load.of(todo), force[todo], V, model)
     return force, left
 
 
 def _within(load: Load, force: np.ndarray, least: float) -> np.ndarray:
     """Return the samples that keep all limits, shape (n,)."""
-    f = load.in_contact_axes(force)
+    f = np.einsum("nlij,nli->nlj", load.axes, force)
     slack = WITHIN * np.abs(force).max(axis=(-2, -1))[:, None]
     torque = load.torque_with(force)
     good = np.hypot(f[..., 1], f[..., 2]) <= load.friction * f[..., 0] + slack
@@ -165,40 +183,23 @@ def _within(load: Load, force: np.ndarray, least: float) -> np.ndarray:
     return np.asarray(good.all(axis=-1))
 
 
-def _limited(
-    load: Load, force: np.ndarray, W: np.ndarray, null: np.ndarray, model: Limited
-) -> np.ndarray:
-    """Return the forces within the limits that are nearest to those without; NaN where none are."""
-    n, k = load.share.shape
-    V = W @ null.reshape(n, k, 3, null.shape[-1])
+def _limited(load: Load, force: np.ndarray, V: np.ndarray, model: Limited) -> np.ndarray:
+    """Return the cheapest forces force + V x within the limits; NaN where there are none."""
     U = np.swapaxes(load.axes, -1, -2) @ V
     scale = np.abs(force).max(axis=(-2, -1))
     scale = np.where(scale > 0, scale, 1.0)[:, None]
-    f = load.in_contact_axes(force) / scale[..., None]
-    limits = push_limits(load, f, U, model.least_normal, scale)
-    if np.isfinite(load.limit).any():
-        limits = Rows.join(limits, torque_limits(load, force, V, scale))
+    f = np.einsum("nlij,nli->nlj", load.axes, force) / scale[..., None]
+    slope = np.zeros(U.shape[-1])
     if isinstance(model, SmallestLargestLoad):
-        largest = _smallest_largest(load, f, U, limits, 0.1 * model.slack)
-        # Samples without forces within the limits stay without a bound, and without a solution.
-        upper = np.nan_to_num((1.0 + model.slack) * largest, nan=UNBOUNDED)[:, None] * load.share
-        limits = Rows.join(limits, Rows.below(U[..., 0, :], upper - f[..., 0]))
-        force = np.where(np.isfinite(largest)[:, None, None], force, np.nan)
-    x = cheapest_points(f, U, load.friction, limits)
+        # One more unknown t, at least each foot's normal force over its share.
+        V, U = (np.pad(part, ((0, 0), (0, 0), (0, 0), (0, 1))) for part in (V, U))
+        slope = np.append(slope, LARGEST_COST)
+    limits = load.push_limits(f, U, model.least_normal, scale)
+    if isinstance(model, SmallestLargestLoad):
+        below_t = U[..., 0, :].copy()
+        below_t[..., -1] = -load.share
+        limits = Rows.join(limits, Rows.below(below_t, -f[..., 0]))
+    if np.isfinite(load.limit).any():
+        limits = Rows.join(limits, load.torque_limits(force, V, scale))
+    x = cheapest_points(f, U, load.friction, limits, slope)
     return force + scale[..., None] * (V @ x[:, None, :, None])[..., 0]
-
-
-def _smallest_largest(
-    load: Load, f: np.ndarray, U: np.ndarray, limits: Rows, tolerance: float
-) -> np.ndarray:
-    """Return the smallest largest ratio of normal force to share, shape (n,); NaN where none.
-
-    It is one more unknown t with normal force <= t * share, which is minimised.
-    """
-    n, k, _, free = U.shape
-    with_t = np.concatenate([U, np.zeros((n, k, 3, 1))], axis=-1)
-    wider = limits._replace(A=np.pad(limits.A, ((0, 0), (0, 0), (0, 1))))
-    below_t = np.concatenate([U[..., 0, :], -load.share[..., None]], axis=-1)
-    first = Rows.join(wider, Rows.below(below_t, -f[..., 0]))
-    slope = np.append(np.zeros(free), 1.0)
-    return cheapest_points(f, with_t, load.friction, first, slope, tolerance)[:, -1]

@@ -5,6 +5,7 @@ from phasmid.kinematics.frames import (
     angular_motion,
     body_from_hip,
     centre_of_mass,
+    dh_transform,
     hip_from_body,
     leg_frames,
     link_frames,
@@ -18,7 +19,6 @@ from phasmid.kinematics.frames import (
     yaw_quaternion,
 )
 from phasmid.kinematics.leg import foot_position, jacobian, joint_angles, joint_motion
-from phasmid.kinematics.matrices import dh_transform
 from phasmid.kinematics.workspace import longest_stride, reach, within_reach
 
 __all__ = [

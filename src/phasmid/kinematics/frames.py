@@ -2,14 +2,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.arguments import per_leg
-from phasmid.kinematics.matrices import dh_transform, matrix
-from phasmid.robot import Leg, Robot
+from phasmid.robot import Leg, LegArrays, Robot
+
+Samples = np.ndarray | np.float64
+"""One number per sample; NumPy makes a scalar of a single one."""
+
+
+def matrix(*rows: Sequence[Samples | float]) -> np.ndarray:
+    """Return one matrix per sample from rows of entries that broadcast, shape (..., R, C)."""
+    entries = np.broadcast_arrays(*[entry for row in rows for entry in row])
+    return np.stack(entries, axis=-1).reshape(*entries[0].shape, len(rows), len(rows[0]))
+
+
+def dh_transform(
+    alpha: Samples, a: Samples, d: Samples, theta: Samples
+) -> Float[np.ndarray, "*batch 4 4"]:
+    """Transform between neighbouring frames in modified Denavit-Hartenberg form (Craig).
+
+    Args:
+        alpha: Angle between the joint axes, about the previous x [rad].
+        a: Distance between the joint axes, along the previous x [m].
+        d: Offset along the joint axis [m].
+        theta: Joint angle [rad].
+
+    Returns:
+        ``X_previous_next``, shape (..., 4, 4).
+
+    Source: Eq. 1 with its entry (1,4) corrected to a.
+    """
+    ca, sa, ct, st = np.cos(alpha), np.sin(alpha), np.cos(theta), np.sin(theta)
+    return matrix(
+        [ct, -st, 0.0, a],
+        [st * ca, ct * ca, -sa, -sa * d],
+        [st * sa, ct * sa, ca, ca * d],
+        [0.0, 0.0, 0.0, 1.0],
+    )
+
+
+def leg_frames(
+    leg: Leg | LegArrays, q: Float[np.ndarray, "*batch 3"]
+) -> Float[np.ndarray, "*batch 4 4 4"]:
+    """Poses of the frames 1 to 4 of a leg in its hip frame: coxa, femur, tibia, foot.
+
+    Args:
+        leg: The leg, or a robot's ``arrays`` for all legs along the axis before the last.
+        q: Joint angles [rad], shape (..., 3).
+
+    Returns:
+        ``X_hip_coxa``, ``X_hip_femur``, ``X_hip_tibia`` and ``X_hip_foot``,
+        shape (..., 4, 4, 4), the frames along the third axis from the end.
+
+    Source: Table 1, Eq. 2 with its row 3 corrected.
+    """
+    q1, q2, q3 = np.moveaxis(q, -1, 0)
+    zero, right = np.float64(0.0), np.float64(np.pi / 2)
+    coxa, femur, tibia = np.moveaxis(leg.lengths, -1, 0)
+    # Offsets count along the joints' axes, which are to the leg's right.
+    to_femur, to_tibia, to_foot = -np.moveaxis(leg.lateral_offsets, -1, 0)
+    X_hip_coxa = dh_transform(zero, zero, zero, q1)
+    X_hip_femur = X_hip_coxa @ dh_transform(right, coxa, to_femur, q2)
+    X_hip_tibia = X_hip_femur @ dh_transform(zero, femur, to_tibia, q3)
+    X_hip_foot = X_hip_tibia @ dh_transform(zero, tibia, to_foot, zero)
+    return np.stack([X_hip_coxa, X_hip_femur, X_hip_tibia, X_hip_foot], axis=-3)
 
 
 class LinkFrames(NamedTuple):
@@ -24,31 +84,16 @@ class LinkFrames(NamedTuple):
     position: Float[np.ndarray, "*batch legs 3 3"]
 
 
-def leg_frames(leg: Leg, q: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 4 4 4"]:
-    """Poses of the frames 1 to 4 of a leg in its hip frame: coxa, femur, tibia, foot.
+def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFrames:
+    """Frames of all links in the body frame, axes as in Table 1.
 
     Args:
-        leg: The leg.
-        q: Joint angles [rad], shape (..., 3).
-
-    Returns:
-        ``X_hip_coxa``, ``X_hip_femur``, ``X_hip_tibia`` and ``X_hip_foot``,
-        shape (..., 4, 4, 4), the frames along the third axis from the end.
-
-    Source: Table 1, Eq. 2 with its row 3 corrected.
+        robot: The robot, L legs.
+        q: Joint angles [rad], shape (..., L, 3).
     """
-    q1, q2, q3 = np.moveaxis(q, -1, 0)
-    zero, right = np.float64(0.0), np.float64(np.pi / 2)
-    coxa, femur, tibia = leg.lengths
-    # Offsets count along the joints' axes, which are to the leg's right.
-    to_femur, to_tibia, to_foot = -leg.lateral_offsets
-    X_hip_coxa = dh_transform(zero, zero, zero, q1)
-    X_coxa_femur = dh_transform(right, coxa, to_femur, q2)
-    X_femur_tibia = dh_transform(zero, femur, to_tibia, q3)
-    X_tibia_foot = dh_transform(zero, tibia, to_foot, zero)
-    X_hip_femur = X_hip_coxa @ X_coxa_femur
-    X_hip_tibia = X_hip_femur @ X_femur_tibia
-    return np.stack([X_hip_coxa, X_hip_femur, X_hip_tibia, X_hip_tibia @ X_tibia_foot], axis=-3)
+    X, R = leg_frames(robot.arrays, q)[..., :3, :, :], robot.arrays.R_body_hip[:, None]
+    p_body_link = (R @ X[..., :3, 3:])[..., 0] + robot.arrays.p_body_hip[:, None]
+    return LinkFrames(R @ X[..., :3, :3], p_body_link)
 
 
 def rotation_rpy(
@@ -89,13 +134,6 @@ def quaternion_rotation(
     )
 
 
-def yaw_quaternion(yaw: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch 4"]:
-    """Quaternion (w, x, y, z) of a rotation about the vertical [rad]."""
-    half = np.divide(yaw, 2)
-    zero = np.zeros_like(half)
-    return np.stack([np.cos(half), zero, zero, np.sin(half)], axis=-1)
-
-
 def rpy_quaternion(
     roll: Float[np.ndarray, "*batch"],
     pitch: Float[np.ndarray, "*batch"],
@@ -113,6 +151,11 @@ def rpy_quaternion(
         ],
         axis=-1,
     )
+
+
+def yaw_quaternion(yaw: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch 4"]:
+    """Quaternion (w, x, y, z) of a rotation about the vertical [rad]."""
+    return rpy_quaternion(np.zeros_like(yaw), np.zeros_like(yaw), yaw)
 
 
 def angular_motion(
@@ -153,52 +196,21 @@ def body_from_hip(
     robot: Robot, p_hip: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
     """Transform one point per leg from hip frames to the body frame [m], shape (..., L, 3)."""
-    (p,) = per_leg(robot, p_hip=p_hip)
     arrays = robot.arrays
-    return np.einsum("lij,...lj->...li", arrays.R_body_hip, p) + arrays.p_body_hip
+    return np.einsum("lij,...lj->...li", arrays.R_body_hip, p_hip) + arrays.p_body_hip
 
 
 def hip_from_body(
     robot: Robot, p_body: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
     """Transform one point per leg from the body frame to hip frames [m], shape (..., L, 3)."""
-    (p,) = per_leg(robot, p_body=p_body)
     arrays = robot.arrays
-    return np.einsum("lji,...lj->...li", arrays.R_body_hip, p - arrays.p_body_hip)
+    return np.einsum("lji,...lj->...li", arrays.R_body_hip, p_body - arrays.p_body_hip)
 
 
 def neutral_feet(robot: Robot) -> Float[np.ndarray, "legs 3"]:
     """Neutral feet in the body frame [m], shape (L, 3)."""
     return body_from_hip(robot, robot.arrays.neutral_foot)
-
-
-def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFrames:
-    """Frames of all links in the body frame, axes as in Table 1.
-
-    Args:
-        robot: The robot, L legs.
-        q: Joint angles [rad], shape (..., L, 3).
-    """
-    (q,) = per_leg(robot, q=q)
-    arrays = robot.arrays
-    q1, q2, q3 = np.moveaxis(q, -1, 0)
-    coxa, femur, _ = arrays.lengths.T
-    zero, one = np.zeros(q1.shape), np.ones(q1.shape)
-    c1, s1 = np.cos(q1), np.sin(q1)
-    axes = [[[c1, -s1, zero], [s1, c1, zero], [zero, zero, one]]]
-    for elevation in (q2, q2 + q3):
-        c, s = np.cos(elevation), np.sin(elevation)
-        # The frames 2 and 3 have their z to the leg's right.
-        axes.append([[c1 * c, -c1 * s, s1], [s1 * c, -s1 * s, -c1], [s, c, zero]])
-    rotation = np.moveaxis(np.array(axes), (0, 1, 2), (-3, -2, -1))
-    out = coxa + femur * np.cos(q2)
-    left, beyond, _ = np.cumsum(arrays.lateral_offsets, axis=-1).T
-    starts = [[zero, zero, zero], [coxa * c1 - left * s1, coxa * s1 + left * c1, zero]]
-    starts.append([out * c1 - beyond * s1, out * s1 + beyond * c1, femur * np.sin(q2)])
-    position = np.moveaxis(np.array(starts), (0, 1), (-2, -1))
-    R = arrays.R_body_hip[:, None]
-    p = (R @ position[..., None])[..., 0] + arrays.p_body_hip[:, None]
-    return LinkFrames(R @ rotation, p)
 
 
 def centre_of_mass(

@@ -6,17 +6,35 @@ The equations are in `leg_kernels`, which is imported when first needed: numba t
 from __future__ import annotations
 
 import math
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import Unreachable
-from phasmid.kinematics.arguments import LegGeometry, geometry
 from phasmid.robot import Leg, LegArrays
 
 STRETCH_TOLERANCE = 1e-12
 """By this part of its length a leg may be over-stretched: the round-off of a target computed at
 full stretch."""
+
+
+@runtime_checkable
+class LegGeometry(Protocol):
+    """A leg, or the arrays of several legs."""
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Lengths of coxa, femur and tibia [m], shape (..., 3)."""
+
+    @property
+    def lateral_offsets(self) -> np.ndarray:
+        """Lateral offsets of coxa, femur and tibia [m], shape (..., 3)."""
+
+
+def geometry(leg: LegGeometry) -> tuple[np.ndarray, np.ndarray]:
+    """Return a leg's lengths, shape (..., 3), and its foot's offset from its plane, shape (...)."""
+    return leg.lengths, np.asarray(leg.lateral_offsets.sum(axis=-1))
 
 
 def foot_position(
@@ -59,7 +77,7 @@ def joint_angles(
     # Written so that NaN counts as unreachable.
     reachable = margin >= -STRETCH_TOLERANCE * (leg.lengths[..., 1] + leg.lengths[..., 2]) ** 2
     if not np.all(reachable):
-        raise unreachable(leg, p_hip_foot, tuple(map(int, np.argwhere(~reachable)[0])))
+        raise _unreachable(leg, p_hip_foot, tuple(map(int, np.argwhere(~reachable)[0])))
     return q
 
 
@@ -80,7 +98,7 @@ def angles_and_margin(
     return q, np.asarray(margin)
 
 
-def unreachable(
+def _unreachable(
     leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"], index: tuple[int, ...]
 ) -> Unreachable:
     """Return the error of one point out of many; its distance is along the leg's plane."""

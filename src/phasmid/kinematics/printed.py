@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.matrices import Samples, dh_transform, matrix
+from phasmid.kinematics.frames import Samples, dh_transform, matrix
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import UNITS
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.arguments import per_leg
 from phasmid.kinematics.frames import hip_from_body, neutral_feet
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import Leg, Robot
@@ -49,10 +48,8 @@ def within_reach(
     Returns:
         Ones where a target is reachable, else zeros, shape (..., L).
     """
-    (p,) = per_leg(robot, p_hip_feet=p_hip_feet)
-    arrays = robot.arrays
-    q, margin = angles_and_margin(arrays, p)
-    lower, upper = arrays.joint_limits[..., 0], arrays.joint_limits[..., 1]
+    q, margin = angles_and_margin(robot.arrays, p_hip_feet)
+    lower, upper = np.moveaxis(robot.arrays.joint_limits, -1, 0)
     allowed = (q >= lower - LIMIT_TOLERANCE) & (q <= upper + LIMIT_TOLERANCE)
     return ((margin > 0) & allowed.all(axis=-1)).astype(float)
 

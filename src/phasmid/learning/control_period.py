@@ -1,4 +1,4 @@
-"""Compiled functions of one control period: targets, rewards and observations of a batch."""
+"""Compiled functions of one control period: joint targets and rewards of a batch."""
 
 from __future__ import annotations
 
@@ -9,8 +9,11 @@ import numpy as np
 from phasmid.compiled import compiled, internal
 from phasmid.control.swing import blend, lift
 from phasmid.kinematics.leg_kernels import inverse_kinematics
-from phasmid.learning.episodes import Constants, Episodes, draw_command, uniform
+from phasmid.learning.episodes import Constants, Episodes, States, draw_command, uniform
 from phasmid.learning.terrain import ground_height
+
+UPRIGHT = math.cos(1.0)
+"""Cosine of the tilt beyond which a robot has fallen, 1 rad."""
 
 
 @internal
@@ -32,11 +35,11 @@ def reference_leg(
     """
     x, y, z = c.feet[leg]
     vx, vy = command[0] - command[2] * y, command[1] + command[2] * x
-    half = (1 - c.swing) * c.period / 2
+    half = (1 - c.swing) * c.task.gait.period / 2
     own = (phase - c.lifts[leg]) % 1.0
     if own < c.swing:
         s = own / c.swing
-        along, height = (2 * blend(s, 1.0)[0] - 1) * half, lift(s, 1.0, c.step_height)[0]
+        along, height = (2 * blend(s, 1.0)[0] - 1) * half, lift(s, 1.0, c.task.gait.step_height)[0]
     else:
         along, height = (1 - 2 * (own - c.swing) / (1 - c.swing)) * half, 0.0
     dx, dy = x + vx * along - c.hips[leg, 0], y + vy * along - c.hips[leg, 1]
@@ -69,7 +72,9 @@ def begin_period(c: Constants, e: Episodes, actions: np.ndarray, ids: np.ndarray
                 action = 0.0
             e.previous_action[n, j], e.action[n, j] = e.action[n, j], action
             last = e.target[n, j]
-            goal = min(max(c.neutral[j] + c.scale * action, last - c.change), last + c.change)
+            goal = min(
+                max(c.neutral[j] + c.task.action.scale * action, last - c.change), last + c.change
+            )
             e.previous_target[n, j] = last
             e.target[n, j] = min(max(goal, c.limits[0, j]), c.limits[1, j])
             e.saturated[n, j] = 0.0
@@ -77,7 +82,7 @@ def begin_period(c: Constants, e: Episodes, actions: np.ndarray, ids: np.ndarray
         command = e.command[n]
         is_moving = command[0] != 0.0 or command[1] != 0.0 or command[2] != 0.0
         if is_moving:
-            e.phase[n] = (e.phase[n] + c.dt / c.period) % 1.0
+            e.phase[n] = (e.phase[n] + c.dt / c.task.gait.period) % 1.0
         for leg in range(len(c.lifts)):
             q = e.reference[n, 3 * leg : 3 * leg + 3]
             if is_moving:
@@ -109,56 +114,43 @@ def clearance(c: Constants, p: np.ndarray) -> tuple[float, float]:
 
 
 @compiled
-def end_period(
-    c: Constants,
-    e: Episodes,
-    qpos: np.ndarray,
-    qvel: np.ndarray,
-    sensors: np.ndarray,
-    rewards: np.ndarray,
-    fell: np.ndarray,
-    ids: np.ndarray,
-) -> None:
+def end_period(c: Constants, e: Episodes, s: States, ids: np.ndarray) -> None:
     """Compute the rewards of a control period, and which robots fell in it.
 
     Args:
         c: Constants of the task.
         e: Episodes, changed in place.
-        qpos: Positions of the bodies, orientations and joint angles, shape (N, 7 + 3 L).
-        qvel: Velocities, shape (N, 6 + 3 L).
-        sensors: Readings of the model of `learning_model`, shape (N, 7 L).
-        rewards: Written, shape (N,).
-        fell: Written, shape (N,).
+        s: States; pushes change velocities.
         ids: The robots.
     """
+    weights, rewards, push = c.weights, c.task.rewards, c.task.randomisation.push
     legs = len(c.lifts)
     joints = 3 * legs
-    memory = c.dt / (2 * c.period)
+    memory = c.dt / (2 * c.task.gait.period)
     for n in ids:
         e.step[n] += 1
-        p, v, command = qpos[n], qvel[n], e.command[n]
+        p, v, command = s.qpos[n], s.qvel[n], e.command[n]
         quaternion = p[3:7]
         gx, gy, up = into_body(quaternion, 0.0, 0.0, 1.0)
         vx, vy, vz = into_body(quaternion, v[0], v[1], v[2])
         is_finite = math.isfinite(up) and math.isfinite(vx) and np.all(np.isfinite(p[7:]))
         least, height = clearance(c, p) if is_finite else (-1.0, 0.0)
-        fell[n] = not is_finite or up < c.fallen or least < 0.0
-        e.fell[n] = fell[n]
+        e.fell[n] = not is_finite or up < UPRIGHT or least < 0.0
         if not is_finite:
-            rewards[n] = c.weights[-1]
-            e.sums[n, -1] += c.weights[-1]
+            e.reward[n] = weights[-1]
+            e.sums[n, -1] += weights[-1]
             continue
         is_moving = command[0] != 0.0 or command[1] != 0.0 or command[2] != 0.0
 
         slip, on_time, uneven = 0.0, 0.0, 0.0
         for leg in range(legs):
-            touches = sensors[n, 4 * leg] > 0.0
-            x, y, z = sensors[n, 4 * legs + 3 * leg : 4 * legs + 3 * leg + 3]
+            touches = s.sensors[n, 4 * leg] > 0.0
+            x, y, z = s.sensors[n, 4 * legs + 3 * leg : 4 * legs + 3 * leg + 3]
             if touches and e.contact[n, leg] > 0.0 and e.step[n] > 1:
                 slip += math.hypot(x - e.foot[n, leg, 0], y - e.foot[n, leg, 1]) / c.dt
             e.foot[n, leg, 0], e.foot[n, leg, 1], e.foot[n, leg, 2] = x, y, z
             e.contact[n, leg] = 1.0 if touches else 0.0
-            e.force[n, leg] = sensors[n, 4 * leg + 3]
+            e.force[n, leg] = s.sensors[n, 4 * leg + 3]
             if is_moving:
                 e.duty[n, leg] += memory * (e.contact[n, leg] - e.duty[n, leg])
             stands = not is_moving or (e.phase[n] - c.lifts[leg]) % 1.0 >= c.swing
@@ -182,9 +174,9 @@ def end_period(
         error = (vx - command[0]) ** 2 + (vy - command[1]) ** 2
         turning = (v[5] - command[2]) ** 2
         terms = (
-            math.exp(-error / c.velocity_scale**2),
-            math.exp(-turning / c.yaw_scale**2),
-            math.exp(-distance / joints / c.reference_scale**2),
+            math.exp(-error / rewards.velocity_scale**2),
+            math.exp(-turning / rewards.yaw_scale**2),
+            math.exp(-distance / joints / rewards.reference_scale**2),
             on_time / legs,
             vz * vz,
             v[3] * v[3] + v[4] * v[4],
@@ -197,105 +189,17 @@ def end_period(
             uneven / legs,
             0.0 if is_moving else motion / joints,
             # Once per fall, whatever the control period.
-            1.0 / c.dt if fell[n] else 0.0,
+            1.0 / c.dt if e.fell[n] else 0.0,
         )
         total = 0.0
         for i in range(len(terms)):
-            part = c.weights[i] * terms[i]
+            part = weights[i] * terms[i]
             e.sums[n, i] += part
             total += part
-        rewards[n] = total
+        e.reward[n] = total
 
         if e.step[n] % c.command_steps == 0:
             draw_command(c, e, n)
-        if c.push > 0.0 and e.step[n] % c.push_steps == 0:
-            qvel[n, 0] += uniform(e.random, n, -c.push, c.push)
-            qvel[n, 1] += uniform(e.random, n, -c.push, c.push)
-
-
-@compiled
-def observe(
-    c: Constants,
-    e: Episodes,
-    qpos: np.ndarray,
-    qvel: np.ndarray,
-    has_clock: bool,
-    has_contacts: bool,
-    actor: np.ndarray,
-    privileged: np.ndarray,
-    ids: np.ndarray,
-) -> None:
-    """Write the latest observations.
-
-    Args:
-        c: Constants of the task.
-        e: Episodes; their random numbers advance.
-        qpos: Shape (N, 7 + 3 L).
-        qvel: Shape (N, 6 + 3 L).
-        has_clock: Whether the actor observes the gait's clock.
-        has_contacts: Whether the actor observes the contacts.
-        actor: Written as of `observation_names`, shape (N, A).
-        privileged: Written as of `privileged_names`, shape (N, P).
-        ids: The robots.
-    """
-    joints, legs = len(c.neutral), len(c.lifts)
-    for n in ids:
-        quaternion, command = qpos[n, 3:7], e.command[n]
-        gravity = into_body(quaternion, 0.0, 0.0, -1.0)
-        row, k = actor[n], 0
-        for i in range(3):
-            noise = uniform(e.random, n, -c.gyro_noise, c.gyro_noise)
-            row[k + i] = 0.25 * (qvel[n, 3 + i] + noise)
-        k += 3
-        for i in range(3):
-            row[k + i] = gravity[i] + uniform(e.random, n, -c.gravity_noise, c.gravity_noise)
-        k += 3
-        for j in range(joints):
-            noise = e.joint_offset[n, j] + uniform(e.random, n, -c.joint_noise, c.joint_noise)
-            row[k + j] = qpos[n, 7 + j] - c.neutral[j] + noise
-            row[k + joints + j] = 0.1 * qvel[n, 6 + j]
-            row[k + 2 * joints + j] = e.action[n, j]
-        k += 3 * joints
-        for i in range(3):
-            row[k + i] = command[i] / c.largest[i] if c.largest[i] > 0.0 else 0.0
-        k += 3
-        if has_clock:
-            is_moving = command[0] != 0.0 or command[1] != 0.0 or command[2] != 0.0
-            angle = 2 * math.pi * e.phase[n]
-            row[k] = math.sin(angle) if is_moving else 0.0
-            row[k + 1] = math.cos(angle) if is_moving else 0.0
-            k += 2
-        if has_contacts:
-            row[k : k + legs] = e.contact[n]
-
-        row, k = privileged[n], 9
-        row[0], row[1], row[2] = into_body(quaternion, qvel[n, 0], qvel[n, 1], qvel[n, 2])
-        row[3] = clearance(c, qpos[n])[1] - c.height
-        row[4], row[5], row[6] = e.friction[n], e.mass[n], e.payload[n]
-        row[7], row[8] = e.strength[n], e.gain[n]
-        row[k : k + legs] = e.force[n]
-        row[k + legs : k + 2 * legs] = e.contact[n]
-        is_damaged = e.step[n] >= e.damage_step[n]
-        for j in range(joints):
-            row[k + 2 * legs + j] = e.dies[n, j] if is_damaged else 0.0
-
-
-def observation_names(joints: list[str], legs: list[str], clock: bool, contacts: bool) -> list[str]:
-    """Return the names of the actor's observations, shape (A,)."""
-    names = [f"gyro.{axis} / 4" for axis in "xyz"]
-    names += [f"gravity.{axis}" for axis in "xyz"]
-    names += [f"{joint} position - neutral" for joint in joints]
-    names += [f"{joint} velocity / 10" for joint in joints]
-    names += [f"{joint} last action" for joint in joints]
-    names += [f"command.{axis} / largest" for axis in ("forward", "left", "yaw")]
-    names += ["clock.sin", "clock.cos"] if clock else []
-    names += [f"{leg} contact" for leg in legs] if contacts else []
-    return names
-
-
-def privileged_names(joints: list[str], legs: list[str]) -> list[str]:
-    """Return the names of the critic's privileged observations, shape (P,)."""
-    names = [f"velocity.{axis}" for axis in ("forward", "left", "up")]
-    names += ["height - neutral", "friction", "mass factor", "payload", "strength", "gain"]
-    names += [f"{leg} force" for leg in legs] + [f"{leg} contact" for leg in legs]
-    return names + [f"{joint} dead" for joint in joints]
+        if push > 0.0 and e.step[n] % c.push_steps == 0:
+            s.qvel[n, 0] += uniform(e.random, n, -push, push)
+            s.qvel[n, 1] += uniform(e.random, n, -push, push)

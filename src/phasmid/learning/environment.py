@@ -14,17 +14,11 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from mujoco.batch import SimulationError
 
-from phasmid.learning.control_period import (
-    begin_period,
-    end_period,
-    observation_names,
-    observe,
-    privileged_names,
-)
-from phasmid.learning.episodes import draw_episodes, random_ranges, random_states
+from phasmid.learning.control_period import begin_period, end_period
+from phasmid.learning.episodes import draw_episodes, random_states
+from phasmid.learning.observation import Observer
 from phasmid.learning.physics import Physics
 from phasmid.learning.task import TERMS, Task, load_task
-from phasmid.robot import JOINTS
 
 CHOSEN = "command", "level", "kind"
 """What an option of a reset chooses in place of a random draw."""
@@ -78,24 +72,16 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             "autoreset_mode": self._mode,
         }
         self.physics = physics = Physics(task, num_envs, threads)
-        legs = [leg.name for leg in physics.robot.legs]
-        joints = [f"{leg}.{joint}" for leg in legs for joint in JOINTS]
-        table = task.observation
-        latest = observation_names(joints, legs, table.clock, table.contacts)
-        earlier = [f"{name}, {k} before" for k in range(1, table.history) for name in latest]
-        self.observation_names = latest + earlier
-        self.privileged_names = privileged_names(joints, legs)
-        width = len(latest)
-        self.single_observation_space = _unbounded(table.history * width)
+        self._observer = Observer(task, physics.robot, physics.constants, num_envs)
+        self.observation_names = self._observer.names
+        self.privileged_names = self._observer.privileged_names
+        self.single_observation_space = _unbounded(len(self.observation_names))
         self.privileged_observation_space = _unbounded(len(self.privileged_names))
-        self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (len(joints),), np.float32)
+        joints = 3 * len(physics.robot.legs)
+        self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (joints,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._ranges = random_ranges(task)
-        self._observed = np.zeros((num_envs, table.history, width))
-        self._privileged = np.zeros((num_envs, len(self.privileged_names)))
-        self._reward = np.zeros(num_envs)
-        self._fell, self._ended = np.zeros(num_envs, bool), np.zeros(num_envs, bool)
+        self._ended = np.zeros(num_envs, bool)
         self._all = np.arange(num_envs)
         self._renderer: mujoco.Renderer | None = None
         self._is_seeded = False
@@ -125,6 +111,7 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         options = options or {}
         mask = options.get("reset_mask")
         ids = self._all if mask is None else np.flatnonzero(mask)
+        self._ended[ids] = False
         self._begin(ids, {name: options[name] for name in CHOSEN if name in options})
         return self._observations(), self._information()
 
@@ -145,53 +132,35 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             ``final_info``.
         """
         e, physics = self.physics.episodes, self.physics
-        running = self._all
-        begun = np.empty(0, int)
-        if self._mode is AutoresetMode.NEXT_STEP and self._ended.any():
+        running, begun = self._all, self._all[:0]
+        if self._mode is AutoresetMode.NEXT_STEP:
             running, begun = np.flatnonzero(~self._ended), np.flatnonzero(self._ended)
-        self._fell[:] = False
-        self._reward[:] = 0.0
         begin_period(physics.constants, e, np.asarray(actions, float), running)
         try:
             physics.advance(running)
         except SimulationError as error:
             # MuJoCo left the state as it was before the step that failed; the episode ends here.
             physics.qpos[error.ids] = np.nan
-        end_period(
-            physics.constants,
-            e,
-            physics.qpos,
-            physics.qvel,
-            physics.sensors,
-            self._reward,
-            self._fell,
-            running,
-        )
+        end_period(physics.constants, e, physics.states, running)
         if len(begun):
             self._begin(begun)
-        self._observe(running)
-        terminated = self._fell.copy()
+        self._observer.observe(e, physics.states, running)
+        rewards, terminated = e.reward.copy(), e.fell.copy()
         truncated = (e.step >= physics.constants.steps) & ~terminated
         self._ended = terminated | truncated
-        rewards = self._reward.copy()
+        final: dict[str, Any] = {}
         if self._mode is AutoresetMode.SAME_STEP and self._ended.any():
-            ended = self._ended
-            final, information = self._observations(), self._information()
-            self._begin(np.flatnonzero(ended))
-            extra = {
-                "final_obs": final,
-                "_final_obs": ended,
-                "final_info": information,
-                "_final_info": ended,
-            }
-            return (
-                self._observations(),
-                rewards,
-                terminated,
-                truncated,
-                self._information() | extra,
-            )
-        return self._observations(), rewards, terminated, truncated, self._information()
+            ended = self._ended.copy()
+            final = {"final_obs": self._observations(), "_final_obs": ended}
+            final |= {"final_info": self._information(), "_final_info": ended}
+            self._begin(np.flatnonzero(self._ended))
+        return (
+            self._observations(),
+            rewards,
+            terminated,
+            truncated,
+            self._information() | final,
+        )
 
     def render(self) -> tuple[np.ndarray, ...] | None:
         """Return a picture of each robot, (height, width, 3), with the mode ``rgb_array``."""
@@ -207,39 +176,22 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     def _begin(self, ids: np.ndarray, chosen: Mapping[str, Any] = MappingProxyType({})) -> None:
         physics = self.physics
-        draw_episodes(physics.constants, physics.episodes, self._ranges, ids)
+        draw_episodes(physics.constants, physics.episodes, ids)
         for name, values in chosen.items():
             getattr(physics.episodes, name)[ids] = np.asarray(values)[ids]
         physics.place(ids)
-        self._ended[ids] = False
-        self._observe(ids)
-        self._observed[ids, 1:] = self._observed[ids, :1]
-
-    def _observe(self, ids: np.ndarray) -> None:
-        physics, table = self.physics, self.task.observation
-        self._observed[ids, 1:] = self._observed[ids, :-1]
-        observe(
-            physics.constants,
-            physics.episodes,
-            physics.qpos,
-            physics.qvel,
-            table.clock,
-            table.contacts,
-            self._observed[:, 0],
-            self._privileged,
-            ids,
-        )
+        self._observer.observe(physics.episodes, physics.states, ids, is_first=True)
 
     def _observations(self) -> np.ndarray:
-        flat = self._observed.reshape(self.num_envs, -1)
         # A robot whose state is no longer finite has ended its episode.
-        return np.nan_to_num(flat, posinf=0.0, neginf=0.0).astype(np.float32)
+        finite = np.nan_to_num(self._observer.observations, posinf=0.0, neginf=0.0)
+        return finite.astype(np.float32)
 
     def _information(self) -> dict[str, Any]:
         e = self.physics.episodes
         return {
             "command": e.command.copy(),
-            "privileged_observation": np.nan_to_num(self._privileged).astype(np.float32),
+            "privileged_observation": np.nan_to_num(self._observer.privileged).astype(np.float32),
             "level": e.level.copy(),
             "reward_sums": {name: e.sums[:, i].copy() for i, name in enumerate(TERMS)},
         }

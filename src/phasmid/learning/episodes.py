@@ -13,32 +13,27 @@ from phasmid.kinematics import hip_from_body, joint_angles, neutral_feet
 from phasmid.learning.task import TERMS, Task
 from phasmid.learning.terrain import Terrain, training_terrain
 from phasmid.robot import Robot
+from phasmid.tables import Table
 
 
 class Constants(NamedTuple):
     """Numbers of a task and its robot with L legs, for compiled functions.
 
     Attributes:
+        task: The task's numbers, by the names of its tables and fields; see `table_record`.
         dt: Control period [s].
         steps: Control periods of an episode.
         neutral: Joint angles of the neutral stance [rad], shape (3 L,).
         limits: Lowest and highest joint angle [rad], shape (2, 3 L).
-        scale: Offset of a target at an action of 1 [rad].
         change: Largest change of a target in a period [rad].
         height: Height of the body frame in the neutral stance [m].
         underside: Height of the trunk's underside in the body frame [m].
-        fallen: Cosine of the tilt beyond which the robot has fallen.
         stall: Stall torque of the servos [N·m].
         largest: Largest velocities: forward, left [m/s], yaw rate [rad/s].
-        single: Share of the commands in one direction.
-        zero: Share of the commands that are zero.
         command_steps: Control periods between commands.
-        push: Largest change of velocity by a push [m/s].
         push_steps: Control periods between pushes.
         lifts: Phases at which legs lift, shape (L,).
         swing: Part of a cycle for which a foot is in the air.
-        period: Duration of a cycle [s].
-        step_height: [m].
         hips: Hip positions in the body frame [m], shape (L, 3).
         R_body_hip: Rotations of the hips, shape (L, 3, 3).
         feet: Neutral feet in the body frame [m], shape (L, 3).
@@ -46,40 +41,26 @@ class Constants(NamedTuple):
         left: Offsets of the feet from the legs' planes [m], shape (L,).
         mirror: Number of the leg opposite to each leg, shape (L,).
         weights: Of the reward terms, per control period, shape (T,).
-        velocity_scale: [m/s].
-        yaw_scale: [rad/s].
-        reference_scale: [rad].
-        joint_noise: [rad].
-        gyro_noise: [rad/s].
-        gravity_noise: Of the gravity direction.
         trunk: Half of the trunk's length and width [m], shape (2,).
         terrain: The ground.
         first_levels: Levels of difficulty on which robots begin.
-        dead_servo: Share of the episodes in which a servo dies.
-        lost_leg: Share of the episodes in which a leg's servos die.
-        latest_damage: Latest control period in which they die.
+        latest_damage: Latest control period in which servos die.
     """
 
+    task: np.record
     dt: float
     steps: int
     neutral: np.ndarray
     limits: np.ndarray
-    scale: float
     change: float
     height: float
     underside: float
-    fallen: float
     stall: float
     largest: np.ndarray
-    single: float
-    zero: float
     command_steps: int
-    push: float
     push_steps: int
     lifts: np.ndarray
     swing: float
-    period: float
-    step_height: float
     hips: np.ndarray
     R_body_hip: np.ndarray
     feet: np.ndarray
@@ -87,22 +68,25 @@ class Constants(NamedTuple):
     left: np.ndarray
     mirror: np.ndarray
     weights: np.ndarray
-    velocity_scale: float
-    yaw_scale: float
-    reference_scale: float
-    joint_noise: float
-    gyro_noise: float
-    gravity_noise: float
     trunk: np.ndarray
     terrain: Terrain
     first_levels: int
-    dead_servo: float
-    lost_leg: float
     latest_damage: int
 
 
-STEEPEST_TILT = 1.0
-"""Tilt beyond which a robot has fallen [rad]."""
+def table_record(table: Table) -> np.record:
+    """Return the numbers of a table, and of the tables in it, by their names."""
+    parts = {
+        name: np.asarray(table_record(value) if isinstance(value, Table) else value)
+        for name, value in table
+    }
+    parts = {name: part for name, part in parts.items() if part.dtype.kind in "bifV" and part.size}
+    kinds = {name: part.dtype if part.dtype.names else np.float64 for name, part in parts.items()}
+    fields = [(name, kinds[name], part.shape) for name, part in parts.items()]
+    record: np.record = np.zeros(1, fields).view(np.recarray)[0]
+    for name, part in parts.items():
+        record[name] = part
+    return record
 
 
 def task_constants(task: Task, robot: Robot) -> Constants:
@@ -110,31 +94,25 @@ def task_constants(task: Task, robot: Robot) -> Constants:
     feet = neutral_feet(robot)
     legs = len(robot.legs)
     gait = load_gait(task.gait.name or next(iter(gaits_of(legs))), legs)
-    dt, table, noise = 1 / task.rate, task.commands, task.randomisation
+    dt, table = 1 / task.rate, task.commands
     terrain = training_terrain(task.terrain)
     mirrored = feet * np.array([1.0, -1.0, 1.0])
     distance = np.linalg.norm(feet[:, None] - mirrored, axis=-1)
     return Constants(
+        task=table_record(task),
         dt=dt,
         steps=max(1, round(task.duration / dt)),
         neutral=joint_angles(robot.arrays, hip_from_body(robot, feet)).ravel(),
         limits=np.vstack([leg.joint_limits for leg in robot.legs]).T.copy(),
-        scale=task.action.scale,
         change=task.action.speed_share * robot.servo.no_load_speed * dt,
         height=-float(feet[:, 2].mean()),
         underside=-robot.body.size[2] / 2,
-        fallen=float(np.cos(STEEPEST_TILT)),
         stall=robot.servo.stall_torque,
         largest=np.array([table.forward, table.left, table.yaw]),
-        single=table.single_share,
-        zero=table.zero_share,
         command_steps=max(1, round(table.interval / dt)),
-        push=noise.push,
-        push_steps=max(1, round(noise.push_interval / dt)),
+        push_steps=max(1, round(task.randomisation.push_interval / dt)),
         lifts=np.array(gait.offsets),
         swing=gait.swing_fraction,
-        period=task.gait.period,
-        step_height=task.gait.step_height,
         hips=np.array([leg.mount_position for leg in robot.legs]),
         R_body_hip=np.ascontiguousarray(robot.arrays.R_body_hip),
         feet=feet,
@@ -142,19 +120,27 @@ def task_constants(task: Task, robot: Robot) -> Constants:
         left=robot.arrays.lateral_offsets.sum(axis=1),
         mirror=distance.argmin(axis=1),
         weights=np.array([getattr(task.rewards, name) for name in TERMS]) * dt,
-        velocity_scale=task.rewards.velocity_scale,
-        yaw_scale=task.rewards.yaw_scale,
-        reference_scale=task.rewards.reference_scale,
-        joint_noise=noise.joint_noise,
-        gyro_noise=noise.gyro_noise,
-        gravity_noise=noise.gravity_noise,
         trunk=robot.body.size[:2] / 2,
         terrain=terrain,
         first_levels=min(task.terrain.first_levels, len(terrain.origins)),
-        dead_servo=task.damage.dead_servo,
-        lost_leg=task.damage.lost_leg,
         latest_damage=round(task.damage.latest / dt),
     )
+
+
+class States(NamedTuple):
+    """States of N robots in MuJoCo.
+
+    Attributes:
+        qpos: Positions of the bodies, orientations and joint angles, shape (N, 7 + 3 L).
+        qvel: Velocities, shape (N, 6 + 3 L).
+        sensors: Readings as of `learning_model`, shape (N, 7 L).
+        force: Applied forces and torques, shape (N, 6 + 3 L).
+    """
+
+    qpos: np.ndarray
+    qvel: np.ndarray
+    sensors: np.ndarray
+    force: np.ndarray
 
 
 class Episodes(NamedTuple):
@@ -190,7 +176,8 @@ class Episodes(NamedTuple):
         heading: Yaw at the start [rad], shape (N,).
         progress: Way along the commands [m], with yaw at the feet's distance, shape (N,).
         wanted: Commanded way [m], shape (N,).
-        fell: Whether the robot fell in this episode, shape (N,).
+        fell: Whether the robot fell in the period, shape (N,).
+        reward: Reward of the period, shape (N,).
         damage_step: Control period in which servos die, shape (N,).
         dies: 1 for the servos that die, shape (N, 3 L).
         sums: Sums of the reward terms over the episode, shape (N, T).
@@ -226,34 +213,24 @@ class Episodes(NamedTuple):
     progress: np.ndarray
     wanted: np.ndarray
     fell: np.ndarray
+    reward: np.ndarray
     damage_step: np.ndarray
     dies: np.ndarray
     sums: np.ndarray
 
 
+PER_JOINT = (
+    *("action", "previous_action", "target", "previous_target", "reference"),
+    *("torque", "saturated", "joint_offset", "dies"),
+)
+"""Arrays of episodes with one number per joint."""
+
+
 def empty_episodes(count: int, legs: int) -> Episodes:
     """Allocate episodes of N robots with L legs."""
-    shapes = {
-        "command": (3,),
-        "foot": (legs, 3),
-        "centre_of_mass": (3,),
-        "sums": (len(TERMS),),
-        **dict.fromkeys(("contact", "force", "duty"), (legs,)),
-        **dict.fromkeys(
-            (
-                "action",
-                "previous_action",
-                "target",
-                "previous_target",
-                "reference",
-                "torque",
-                "saturated",
-                "joint_offset",
-                "dies",
-            ),
-            (3 * legs,),
-        ),
-    }
+    shapes = {"command": (3,), "foot": (legs, 3), "centre_of_mass": (3,), "sums": (len(TERMS),)}
+    shapes |= dict.fromkeys(("contact", "force", "duty"), (legs,))
+    shapes |= dict.fromkeys(PER_JOINT, (3 * legs,))
     kinds = {"random": np.uint64, "fell": np.bool_}
     kinds |= dict.fromkeys(("step", "level", "kind", "damage_step"), np.int64)
     episodes = Episodes(
@@ -292,10 +269,11 @@ def uniform(random: np.ndarray, n: int, low: float, high: float) -> float:
 @internal
 def draw_command(c: Constants, e: Episodes, n: int) -> None:
     """Draw robot n's command: zero, along one direction, or any."""
+    zero, single = c.task.commands.zero_share, c.task.commands.single_share
     kind, only = uniform(e.random, n, 0.0, 1.0), int(uniform(e.random, n, 0.0, 3.0))
     for i in range(3):
         value = uniform(e.random, n, -1.0, 1.0) * c.largest[i]
-        is_zero = kind < c.zero or (kind < c.zero + c.single and i != only)
+        is_zero = kind < zero or (kind < zero + single and i != only)
         e.command[n, i] = 0.0 if is_zero else value
 
 
@@ -325,56 +303,39 @@ def draw_damage(c: Constants, e: Episodes, n: int) -> None:
     joint = int(uniform(e.random, n, 0.0, 3.0))
     e.damage_step[n] = int(uniform(e.random, n, 0.0, c.latest_damage + 1.0))
     e.dies[n] = 0.0
-    if which < c.lost_leg:
+    if which < c.task.damage.lost_leg:
         e.dies[n, 3 * leg : 3 * leg + 3] = 1.0
-    elif which < c.lost_leg + c.dead_servo:
+    elif which < c.task.damage.lost_leg + c.task.damage.dead_servo:
         e.dies[n, 3 * leg + joint] = 1.0
 
 
 @compiled
-def draw_episodes(c: Constants, e: Episodes, ranges: np.ndarray, ids: np.ndarray) -> None:
+def draw_episodes(c: Constants, e: Episodes, ids: np.ndarray) -> None:
     """Begin episodes: draw properties of the robot and the first command.
 
     Args:
         c: Constants of the task.
         e: Episodes, changed in place.
-        ranges: Lowest and highest value of each property, in the order of `random_ranges`, (P, 2).
         ids: The robots.
     """
+    r = c.task.randomisation
     for n in ids:
-        e.strength[n] = uniform(e.random, n, ranges[0, 0], ranges[0, 1])
-        e.gain[n] = uniform(e.random, n, ranges[1, 0], ranges[1, 1])
-        e.latency[n] = uniform(e.random, n, ranges[2, 0], ranges[2, 1])
-        e.friction[n] = uniform(e.random, n, ranges[3, 0], ranges[3, 1])
-        e.mass[n] = uniform(e.random, n, ranges[4, 0], ranges[4, 1])
-        e.payload[n] = uniform(e.random, n, ranges[5, 0], ranges[5, 1])
+        e.strength[n] = uniform(e.random, n, 1 - r.strength, 1 + r.strength)
+        e.gain[n] = uniform(e.random, n, 1 - r.gain, 1 + r.gain)
+        e.latency[n] = uniform(e.random, n, 0.0, r.latency)
+        e.friction[n] = uniform(e.random, n, r.friction[0], r.friction[1])
+        e.mass[n] = uniform(e.random, n, 1 - r.mass, 1 + r.mass)
+        e.payload[n] = uniform(e.random, n, 0.0, r.payload)
         for i in range(3):
-            e.centre_of_mass[n, i] = uniform(e.random, n, ranges[6, 0], ranges[6, 1])
+            e.centre_of_mass[n, i] = uniform(e.random, n, -r.centre_of_mass, r.centre_of_mass)
         for j in range(len(c.neutral)):
-            e.joint_offset[n, j] = uniform(e.random, n, ranges[7, 0], ranges[7, 1])
+            e.joint_offset[n, j] = uniform(e.random, n, -r.joint_offset, r.joint_offset)
             e.target[n, j] = e.previous_target[n, j] = e.reference[n, j] = c.neutral[j]
             e.action[n, j] = e.previous_action[n, j] = e.torque[n, j] = e.saturated[n, j] = 0.0
         draw_ground(c, e, n)
         draw_damage(c, e, n)
         e.phase[n] = uniform(e.random, n, 0.0, 1.0)
         e.step[n], e.work[n], e.progress[n], e.wanted[n], e.fell[n] = 0, 0.0, 0.0, 0.0, False
-        e.sums[n] = 0.0
+        e.reward[n], e.sums[n] = 0.0, 0.0
         e.contact[n], e.force[n], e.duty[n] = 1.0, 0.0, 1.0 - c.swing
         draw_command(c, e, n)
-
-
-def random_ranges(task: Task) -> np.ndarray:
-    """Return the range of each property that `draw_episodes` draws, shape (P, 2)."""
-    table = task.randomisation
-    return np.array(
-        [
-            (1 - table.strength, 1 + table.strength),
-            (1 - table.gain, 1 + table.gain),
-            (0.0, table.latency),
-            table.friction,
-            (1 - table.mass, 1 + table.mass),
-            (0.0, table.payload),
-            (-table.centre_of_mass, table.centre_of_mass),
-            (-table.joint_offset, table.joint_offset),
-        ]
-    )

@@ -8,11 +8,10 @@ from pathlib import Path
 import mujoco
 
 from phasmid.errors import OutputError
-from phasmid.learning.control_period import observation_names
 from phasmid.learning.episodes import task_constants
 from phasmid.learning.model import fast_specification, robot_motor
+from phasmid.learning.observation import joint_names, observation_names
 from phasmid.learning.task import TERMS, Task
-from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 
 
@@ -28,8 +27,7 @@ def exported_specification(task: Task) -> mujoco.MjSpec:
     constants = task_constants(task, robot)
     spec = fast_specification(robot, scenario, constants.terrain)
     motor = robot_motor(scenario, robot)
-    names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
-    for name in names:
+    for name in joint_names(robot):
         actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
         actuator.set_to_position(kp=motor.gain)
         actuator.forcelimited, actuator.forcerange = True, [-motor.stall, motor.stall]
@@ -59,26 +57,23 @@ def export_task(task: Task, folder: str | Path) -> tuple[Path, Path]:
     scenario = Scenario().replace(robot=task.robot)
     robot = scenario.load_robot()
     c, motor = task_constants(task, robot), robot_motor(scenario, robot)
-    legs = [leg.name for leg in robot.legs]
-    joints = [f"{leg}.{joint}" for leg in legs for joint in JOINTS]
-    table = task.observation
     constants = {
         "task": task.model_dump(),
         "control_period_s": c.dt,
-        "joints": joints,
-        "feet": [f"{leg}.foot" for leg in legs],
+        "joints": joint_names(robot),
+        "feet": [f"{leg}.foot" for leg in robot.leg_names],
         "neutral_rad": c.neutral.tolist(),
         "joint_limits_rad": c.limits.tolist(),
-        "action_scale_rad": c.scale,
+        "action_scale_rad": task.action.scale,
         "largest_target_change_rad": c.change,
         "neutral_height_m": c.height,
         "motor": motor._asdict(),
         "gait": {
             "lifts": c.lifts.tolist(),
             "swing_fraction": c.swing,
-            "period_s": c.period,
+            "period_s": task.gait.period,
         },
-        "latest_observations": observation_names(joints, legs, table.clock, table.contacts),
+        "latest_observations": observation_names(task, robot),
         "reward_weights": {name: getattr(task.rewards, name) for name in TERMS},
     }
     folder = Path(folder)

@@ -10,7 +10,8 @@ from jaxtyping import Int
 from mujoco.batch import Batch
 
 from phasmid.compiled import compiled
-from phasmid.learning.episodes import Episodes, empty_episodes, task_constants
+from phasmid.kinematics import yaw_quaternion
+from phasmid.learning.episodes import Episodes, States, empty_episodes, task_constants
 from phasmid.learning.model import (
     FAST_STEP,
     FULL_STEP,
@@ -57,9 +58,7 @@ class Physics:
         constants: Constants of the task.
         episodes: The robots' episodes.
         batch: MuJoCo's batch.
-        qpos: Positions of the bodies, orientations and joint angles, shape (N, 7 + 3 L).
-        qvel: Velocities, shape (N, 6 + 3 L).
-        sensors: Readings as of `learning_model`, shape (N, 7 L).
+        states: States of the robots, views of MuJoCo's memory.
         steps: Time steps of a control period.
         motor: The robot's motor at fast fidelity.
     """
@@ -76,9 +75,8 @@ class Physics:
             robot, scenario, self.constants.terrain, full=self.is_full
         )
         self.batch = batch = Batch(model, count, threads)
-        self.qpos, self.qvel = batch.bind("qpos"), batch.bind("qvel")
-        self.sensors = batch.bind("sensordata")
-        self._force = batch.bind("qfrc_applied")
+        self.states = States(*map(batch.bind, ("qpos", "qvel", "sensordata", "qfrc_applied")))
+        self.qpos, self.qvel = self.states.qpos, self.states.qvel
         self._friction = batch.expand("geom_friction")
         self._masses = [batch.expand(name) for name in ("body_mass", "body_inertia", "body_ipos")]
         self._feet = np.flatnonzero(model.geom_priority > 0)
@@ -107,10 +105,7 @@ class Physics:
         batch.reset(ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self.qpos[ids, :2] = c.terrain.origins[e.level[ids], e.kind[ids]]
         self.qpos[ids, 2] = c.height
-        self.qpos[ids, 3], self.qpos[ids, 6] = (
-            np.cos(e.heading[ids] / 2),
-            np.sin(e.heading[ids] / 2),
-        )
+        self.qpos[ids, 3:7] = yaw_quaternion(e.heading[ids])
         self.qpos[ids, 7:] = c.neutral
         self._friction[ids[:, None], self._feet, 0] = e.friction[ids, None]
         mass, inertia, com = self._masses
@@ -143,11 +138,10 @@ class Physics:
         # MuJoCo prints and logs warnings of robots that diverge; their episodes end.
         with collect_engine_warnings([]):
             for step in range(self.steps):
-                state = e, step, period, self.qpos, self.qvel, self._force, ids
                 if self._servos is None:
-                    apply_motors(self.motor, *state)
+                    apply_motors(self.motor, e, self.states, step, period, ids)
                 else:
-                    apply_servos(c.limits, self._servos, *state)
+                    apply_servos(c.limits, self._servos, e, self.states, step, period, ids)
                 batch.step(ids)
 
 
@@ -155,11 +149,9 @@ class Physics:
 def apply_motors(
     motor: Motor,
     e: Episodes,
+    s: States,
     step: int,
     dt: float,
-    qpos: np.ndarray,
-    qvel: np.ndarray,
-    force: np.ndarray,
     ids: np.ndarray,
 ) -> None:
     """Apply the motors' torques for the next time step, at fast fidelity.
@@ -170,11 +162,9 @@ def apply_motors(
     Args:
         motor: The robot's motor.
         e: Episodes, changed in place.
+        s: States; the torques are written.
         step: Time step of the control period.
-        dt: [s].
-        qpos: Shape (N, 7 + 3 L).
-        qvel: Shape (N, 6 + 3 L).
-        force: Applied torques [N·m], written, shape (N, 6 + 3 L).
+        dt: Time step [s].
         ids: The robots.
     """
     joints = e.target.shape[1]
@@ -185,8 +175,8 @@ def apply_motors(
         is_damaged = e.step[n] >= e.damage_step[n]
         for j in range(joints):
             target = e.previous_target[n, j] if is_late else e.target[n, j]
-            speed = qvel[n, 6 + j]
-            push = gain * (target - e.joint_offset[n, j] - qpos[n, 7 + j])
+            speed = s.qvel[n, 6 + j]
+            push = gain * (target - e.joint_offset[n, j] - s.qpos[n, 7 + j])
             if is_damaged and e.dies[n, j] > 0.0:
                 push = 0.0
             elif abs(push) >= stall:
@@ -194,7 +184,7 @@ def apply_motors(
                 e.saturated[n, j] += dt
             hold = motor.friction + motor.load_loss * abs(push)
             torque = push - hold * min(max(speed / SLOW, -1.0), 1.0)
-            force[n, 6 + j] = torque
+            s.force[n, 6 + j] = torque
             torque -= motor.damping * speed
             e.torque[n, j] = torque
             e.work[n] += max(torque * speed, 0.0) * dt
@@ -205,11 +195,9 @@ def apply_servos(
     limits: np.ndarray,
     servos: Servos,
     e: Episodes,
+    s: States,
     step: int,
     dt: float,
-    qpos: np.ndarray,
-    qvel: np.ndarray,
-    force: np.ndarray,
     ids: np.ndarray,
 ) -> None:
     """Advance the servos by a time step and apply their torques, at full fidelity.
@@ -218,11 +206,9 @@ def apply_servos(
         limits: Lowest and highest joint angle [rad], shape (2, 3 L).
         servos: Changed in place.
         e: Episodes, changed in place.
+        s: States; the torques are written.
         step: Time step of the control period.
-        dt: [s].
-        qpos: Shape (N, 7 + 3 L).
-        qvel: Shape (N, 6 + 3 L).
-        force: Applied torques [N·m], written, shape (N, 6 + 3 L).
+        dt: Time step [s].
         ids: The robots.
     """
     joints = e.target.shape[1]
@@ -239,17 +225,17 @@ def apply_servos(
                     state[j].shutdown = FAILED
         servo_step(
             goal,
-            qpos[n, 7:],
-            qvel[n, 6:],
+            s.qpos[n, 7:],
+            s.qvel[n, 6:],
             limits,
             parameters,
             state,
             servos.delayed[n],
-            force[n, 6:],
+            s.force[n, 6:],
         )
         for j in range(joints):
-            torque = force[n, 6 + j]
+            torque = s.force[n, 6 + j]
             e.torque[n, j] = torque
-            e.work[n] += max(torque * qvel[n, 6 + j], 0.0) * dt
+            e.work[n] += max(torque * s.qvel[n, 6 + j], 0.0) * dt
             if abs(state[j].duty) >= parameters[0].most:
                 e.saturated[n, j] += dt

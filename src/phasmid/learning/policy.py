@@ -13,15 +13,11 @@ from jaxtyping import Float
 
 from phasmid.control import Command, JointTargets, Observation
 from phasmid.errors import InvalidInput
-from phasmid.learning.control_period import (
-    begin_period,
-    observation_names,
-    observe,
-    privileged_names,
-)
-from phasmid.learning.episodes import empty_episodes, task_constants
+from phasmid.learning.control_period import begin_period
+from phasmid.learning.episodes import States, empty_episodes, task_constants
+from phasmid.learning.observation import Observer
 from phasmid.learning.task import Task
-from phasmid.robot import JOINTS, Robot
+from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 
 TASK_KEY = "phasmid_task"
@@ -137,22 +133,18 @@ class PolicyController:
             )
         self.task = task
         robot = robot or Scenario().replace(robot=task.robot).load_robot()
-        self._constants = task_constants(task, robot)._replace(
-            joint_noise=0.0, gyro_noise=0.0, gravity_noise=0.0
-        )
-        legs = [leg.name for leg in robot.legs]
-        table = task.observation
-        joints = [f"{leg}.{joint}" for leg in legs for joint in JOINTS]
-        width = len(observation_names(joints, legs, table.clock, table.contacts))
-        if self.policy.observations not in (width * table.history, None):
+        exact = {"joint_noise": 0.0, "gyro_noise": 0.0, "gravity_noise": 0.0}
+        self._constants = task_constants(task.replace(randomisation=exact), robot)
+        self._shape = len(robot.legs), 3
+        self._observer = Observer(task, robot, self._constants, 1)
+        width = len(self._observer.names)
+        if self.policy.observations not in (width, None):
             raise InvalidInput(
                 f"the policy takes {self.policy.observations} observations, and a robot of "
-                f"{len(legs)} legs has {width * table.history} in this task."
+                f"{len(robot.legs)} legs has {width} in this task."
             )
-        self._shape = len(legs), 3
-        self._observed = np.zeros((1, table.history, width))
-        self._privileged = np.zeros((1, len(privileged_names(joints, legs))))
-        self._qpos, self._qvel = np.zeros((1, 7 + len(joints))), np.zeros((1, 6 + len(joints)))
+        joints, none = 3 * len(robot.legs), np.zeros((1, 0))
+        self._states = States(np.zeros((1, 7 + joints)), np.zeros((1, 6 + joints)), none, none)
         self._begin(0.0)
 
     @property
@@ -173,11 +165,9 @@ class PolicyController:
             self._due += self._constants.dt
             self._episode.command[0] = self._within_reach(observation.time, command)
             is_first = math.isnan(self._last_time)
-            self._observed[0, 1:] = self._observed[0, :-1]
             self._read(observation)
-            if is_first:
-                self._observed[0, 1:] = self._observed[0, :1]
-            actions = self.policy(self._observed.reshape(1, -1))
+            self._observer.observe(self._episode, self._states, ONE, is_first=is_first)
+            actions = self.policy(self._observer.observations)
             begin_period(self._constants, self._episode, actions.astype(float), ONE)
         position = self._episode.target[0].reshape(self._shape).copy()
         return JointTargets(position, np.zeros(self._shape))
@@ -230,22 +220,11 @@ class PolicyController:
             # Servos measure no speed: the mean since the last action.
             velocity = (position - self._last_position) / (o.time - self._last_time)
         self._last_time, self._last_position = o.time, position.copy()
-        self._qpos[0, 3:7], self._qpos[0, 7:] = o.orientation, position
-        self._qvel[0, 3:6], self._qvel[0, 6:] = o.angular_velocity, velocity
+        qpos, qvel = self._states.qpos[0], self._states.qvel[0]
+        qpos[3:7], qpos[7:] = o.orientation, position
+        qvel[3:6], qvel[6:] = o.angular_velocity, velocity
         if o.contact is not None:
             self._episode.contact[0] = o.contact
-        table = self.task.observation
-        observe(
-            self._constants,
-            self._episode,
-            self._qpos,
-            self._qvel,
-            table.clock,
-            table.contacts,
-            self._observed[:, 0],
-            self._privileged,
-            ONE,
-        )
 
 
 def save_policy(onnx: Any, task: Task, path: str | Path) -> Path:

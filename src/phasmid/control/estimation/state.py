@@ -19,7 +19,7 @@ from phasmid.control.records import record_of
 from phasmid.control.types import Contact
 from phasmid.dynamics.matrices import link_moments
 from phasmid.errors import InvalidInput
-from phasmid.kinematics.arguments import geometry
+from phasmid.kinematics.leg import geometry
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 

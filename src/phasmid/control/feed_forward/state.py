@@ -13,7 +13,7 @@ from jaxtyping import Float
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.records import record_of
 from phasmid.dynamics.matrices import link_moments, moments_about_origin
-from phasmid.kinematics.arguments import geometry
+from phasmid.kinematics.leg import geometry
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 
