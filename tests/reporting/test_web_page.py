@@ -217,7 +217,6 @@ def test_frames_decode_to_the_recordings_poses(walk, eight_legs, legs):
     X_world_body[:3, :3] = kinematics.quaternion_rotation(sample["body_orientation"].values)
     X_world_body[:3, 3] = sample["body_position"].values
     truth = robot_corners(source.robot, sample["joint_position"].values, X_world_body)
-    truth = truth.reshape(-1, 3)
     # Half a step of a vertex and of a link's place, each below 0.5 m over 32767, on each of three
     # axes; and half a step of a quaternion's four entries, which turns by at most 4 / 32767 over
     # an arm below 0.5 m, for the link and for the body.
