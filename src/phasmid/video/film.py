@@ -113,10 +113,7 @@ def camera_of(frames: Run, size: tuple[int, int]) -> tuple[View, Float[np.ndarra
     path = smoothed(position, 0.5 * frames.scenario.stride.period / every)
     displacement, terrain = path - path[0], frames.scenario.load_terrain()
     points = np.concatenate(
-        [
-            robot_corners(frames.robot, q[k], X_world_body[k]).reshape(-1, 3) - displacement[k]
-            for k in rows
-        ]
+        [robot_corners(frames.robot, q[k], X_world_body[k]) - displacement[k] for k in rows]
     )
     azimuth = math.atan2(X_world_body[0, 1, 0], X_world_body[0, 0, 0])
     azimuth += AZIMUTH if terrain.is_level else UNEVEN_AZIMUTH
