@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.recording.file import check_new_file
     from phasmid.reporting.catalogue import CATALOGUE, check_figure, draw_groups, find_figure
     from phasmid.reporting.run import gather
-    from phasmid.reporting.style import NARROWEST, WIDEST, laid_out
+    from phasmid.reporting.style import NARROWEST, NORMAL_WIDTH, WIDEST, Layout
 
     if options.list:
         width = max(map(len, CATALOGUE))
@@ -103,13 +103,13 @@ def run(options: argparse.Namespace) -> int:
     # Refuse before anything is drawn.
     for kind in chosen:
         check_figure(runs, kind)
+    layout = Layout(NORMAL_WIDTH if wide is None else wide / 1000, title=not options.no_title)
     for kind in chosen:
-        with laid_out(None if wide is None else wide / 1000, title=not options.no_title):
-            figures = draw_groups(runs, kind, legs)
-            for figure, files in zip(figures, targets[kind.name], strict=True):
-                _write(figure, files, dpi)
-                if not options.quiet:
-                    print("\n".join(plain(str(path)) for path in files))
+        figures = draw_groups(runs, kind, legs, layout)
+        for figure, files in zip(figures, targets[kind.name], strict=True):
+            _write(figure, files, dpi)
+            if not options.quiet:
+                print("\n".join(plain(str(path)) for path in files))
     return 0
 
 

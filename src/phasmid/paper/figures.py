@@ -14,7 +14,6 @@ from phasmid.motion import plan
 from phasmid.paper.comparisons import model_force_and_torque
 from phasmid.paper.evidence import DRIVES, Evidence, Trial
 from phasmid.recording import JOINTS
-from phasmid.reporting.panels import figure_legend
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -217,4 +216,6 @@ def _legend(figure: Figure, entries: list[tuple[str, str, Any, float]], columns:
         for label, colour, dash, width in entries
     ]
     top = 1 - 0.50 / float(figure.get_figheight())
-    figure_legend(figure, handles, columns, left=0.1, top=top)
+    look: dict[str, Any] = {"columnspacing": 1.4, "labelspacing": 0.3, "borderaxespad": 0.2}
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0.1, top)}
+    figure.legend(handles=handles, ncols=columns, **place, **look)
