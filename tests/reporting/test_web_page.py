@@ -119,7 +119,6 @@ def test_without_scripts_the_still_picture_and_all_numbers_are_there(page, folde
     assert still in page
     text = " ".join(read(page).text)
     for words in (
-        "Simulated torques stay within the servos' stall",
         "Servos hold?",
         "phasmid walk scenario.toml",
         "How far?",
