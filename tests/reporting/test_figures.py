@@ -84,12 +84,6 @@ def test_no_name_leaves_its_figure_or_is_taken_for_a_formula(walk, tmp_path, nam
     assert name[:5] in text
 
 
-def test_letters_without_a_glyph_are_no_warning(walk, tmp_path):
-    robot = replace(load_robot("phantomx-paper"), name="歩く")
-    figure = plot(walk(duration=1.0, interval=0.05, robot=robot), "joint-torque", legs=(1,))
-    save_figure(figure, tmp_path / "a.png")
-
-
 def test_of_a_long_walk_the_last_cycles_are_drawn(walk):
     recording = walk(duration=24.0, interval=0.05)
     figure = plot(recording, "joint-torque", legs=(1,))
@@ -186,9 +180,3 @@ def test_the_picture_tells_every_standing_foots_force(short_walk, monkeypatch):
     # They lie over the image, so that no leg can hide them.
     others = [*axis.images, *axis.lines]
     assert min(arrow.get_zorder() for arrow in arrows) > max(one.get_zorder() for one in others)
-
-
-def test_a_picture_needs_a_pose(walk):
-    recording = walk(duration=1.0, interval=0.05, drop=("body_orientation",))
-    with pytest.raises(InvalidInput, match="has no body_position and body_orientation"):
-        draw_robot(recording, 0.5)

@@ -70,7 +70,7 @@ def bars(axis):
 @pytest.mark.parametrize("name", DRAWN)
 @pytest.mark.parametrize(
     ("count", "page"),
-    [(1, {}), (2, {}), (1, {"width": 0.085, "title": False}), (2, {"width": 0.085})],
+    [(1, {}), (2, {"width": 0.085})],
 )
 def test_every_axis_has_a_unit_and_no_text_leaves_its_figure(full_walk, name, count, page):
     from matplotlib.text import Text
@@ -359,9 +359,6 @@ def test_runs_are_compared_line_by_line_and_told_apart_by_what_differs(walk):
     ("name", "drop", "error", "hint"),
     [
         ("gait-diagram", ("stance", "contact"), "stance or contact", "from its plan"),
-        ("support-margin", ("body_position",), "body_position", "phasmid.simulate"),
-        ("servo-envelope", ("joint_torque", "joint_torque_model"), "joint_torque", "simulate"),
-        ("friction-demand", ("foot_force", "foot_force_model"), "foot_force", "simulate"),
         ("foot-path", ("foot_position",), "foot_position", "simulate"),
         ("residuals", ("joint_torque_model",), "joint_torque_model", "phasmid.analyse"),
         ("servo-current", (), "servo_current", "--drive servo"),

@@ -261,9 +261,3 @@ def test_without_a_pose_the_page_says_so(walk):
     assert scene_of(page) is None
     assert "robot's pose is not recorded" in page
     read(page)
-
-
-def test_the_page_of_the_papers_run_is_below_5_MB(paper_walk):
-    page = page_html(paper_walk, summarise(paper_walk), [])
-    # Its thirteen figures have 1.2 MB in all, its still picture 0.4 MB; base64 adds a third.
-    assert len(page.encode()) + (1.2e6 + 0.4e6) * 4 / 3 < 5e6
