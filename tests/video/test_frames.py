@@ -74,6 +74,9 @@ def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(run, frames):
         strip.show(time)
         # Five cycles of 2 s.
         assert strip.axis.get_xlim() == pytest.approx((first, first + 10.0))
+        # A veil lies over the time after the cursor.
+        veil = strip.axis.patches[0]
+        assert (veil.get_x(), veil.get_x() + veil.get_width()) == (time, pytest.approx(first + 10))
 
 
 def test_each_legs_line_is_its_force_in_its_colour(run, frames):
