@@ -110,7 +110,7 @@ def draw(robot):
     X_world_body = np.eye(4)
     X_world_body[2, 3] = -float(robot.legs[0].neutral_foot[2])
     q = kinematics.joint_angles(robot.arrays, robot.arrays.neutral_foot)
-    corners = robot_corners(robot, q, X_world_body).reshape(-1, 3)
+    corners = robot_corners(robot, q, X_world_body)
     view = fitted_view(corners, camera_axes(AZIMUTH, ELEVATION), SIZE, (0.86, 0.86))
     ground = load_scenario("paper").load_terrain()
     renderer = SceneRenderer(robot, ground, X_world_body[None, :2, 3], view, 0.1)

@@ -321,15 +321,6 @@ def test_a_time_step_that_is_too_long_is_warned_of(short_walk, force, torque, pr
     assert "way 0.62 mm" in " ".join(printed(summary).split())
 
 
-def test_robots_with_more_and_fewer_legs_are_summarised(walk, eight_legs):
-    robot, scenario = eight_legs
-    recording = walk(duration=4.0, interval=0.02, robot=robot, scenario=scenario)
-    summary = summarise(recording)
-    assert len(summary["torque"]["simulation"]["peak"]) == 8
-    assert summary["normal_force"]["simulation"]["sum_over_weight"] == pytest.approx(1.0)
-    assert "8 left front" in printed(summary)
-
-
 def test_a_walk_that_ends_just_before_a_switch_is_judged_as_one_that_ends_on_it():
     """Feet touch down some milliseconds before the switch at 2 s, the last sample or later.
 

@@ -119,7 +119,6 @@ def test_without_scripts_the_still_picture_and_all_numbers_are_there(page, folde
     assert still in page
     text = " ".join(read(page).text)
     for words in (
-        "Simulated torques stay within the servos' stall",
         "Servos hold?",
         "phasmid walk scenario.toml",
         "How far?",
@@ -217,7 +216,6 @@ def test_frames_decode_to_the_recordings_poses(walk, eight_legs, legs):
     X_world_body[:3, :3] = kinematics.quaternion_rotation(sample["body_orientation"].values)
     X_world_body[:3, 3] = sample["body_position"].values
     truth = robot_corners(source.robot, sample["joint_position"].values, X_world_body)
-    truth = truth.reshape(-1, 3)
     # Half a step of a vertex and of a link's place, each below 0.5 m over 32767, on each of three
     # axes; and half a step of a quaternion's four entries, which turns by at most 4 / 32767 over
     # an arm below 0.5 m, for the link and for the body.
@@ -263,9 +261,3 @@ def test_without_a_pose_the_page_says_so(walk):
     assert scene_of(page) is None
     assert "robot's pose is not recorded" in page
     read(page)
-
-
-def test_the_page_of_the_papers_run_is_below_5_MB(paper_walk):
-    page = page_html(paper_walk, summarise(paper_walk), [])
-    # Its thirteen figures have 1.2 MB in all, its still picture 0.4 MB; base64 adds a third.
-    assert len(page.encode()) + (1.2e6 + 0.4e6) * 4 / 3 < 5e6

@@ -74,16 +74,3 @@ def test_a_video_that_breaks_off_leaves_nothing(tmp_path, name):
     with pytest.raises(OutputError, match="could not be drawn"):
         encode(breaking(), tmp_path / name, 30.0, 40)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_an_older_video_stays_until_the_new_one_is_whole(tmp_path):
-    path = tmp_path / "a.gif"
-    path.write_bytes(b"old")
-
-    def looked_at():
-        for image in frames(30):
-            assert path.read_bytes() == b"old"
-            yield image
-
-    encode(looked_at(), path, 15.0, 30)
-    assert path.read_bytes().startswith(b"GIF89a")

@@ -65,27 +65,30 @@ def test_a_frame_holds_picture_words_and_forces(run, frames):
 
 def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(run, frames):
     _, figure, _ = drawn(constant(run, 0.4), frames)
-    strip = figure._strip
+    strip = figure.strip
     strip.show(0.2)
     assert strip.axis.get_xlim() == pytest.approx((0.0, 0.4))
     _, figure, _ = drawn(constant(run, 60.0), frames)
-    strip = figure._strip
+    strip = figure.strip
     for time, first in ((0.0, 0.0), (30.0, 30.0 - PAST * 10.0), (60.0, 50.0)):
         strip.show(time)
         # Five cycles of 2 s.
         assert strip.axis.get_xlim() == pytest.approx((first, first + 10.0))
+        # A veil lies over the time after the cursor.
+        veil = strip.axis.patches[0]
+        assert (veil.get_x(), veil.get_x() + veil.get_width()) == (time, pytest.approx(first + 10))
 
 
 def test_each_legs_line_is_its_force_in_its_colour(run, frames):
     _, figure, _ = drawn(constant(run, 0.4), frames)
-    lines = figure._strip.axis.lines[:6]
+    lines = figure.strip.axis.lines[:6]
     for leg, line in enumerate(lines):
         assert line.get_color() == leg_colour(leg)
         np.testing.assert_allclose(line.get_ydata(), 2.0 + 2.0 * leg)
-    words = [text.get_text() for text in figure._strip.axis.texts]
-    assert words[:4] == ["leg 1", "2.0 N", "leg 2", "4.0 N"]
-    assert words[-2:] == ["sum", "42.0 N"]
-    assert newtons(-0.01) == "0.0 N"
+    words = [" ".join(text.get_text().split()) for text in figure.strip.axis.texts]
+    assert words[:2] == ["leg 1 2.0 N", "leg 2 4.0 N"]
+    assert words[-1] == "sum 42.0 N"
+    assert newtons(-0.01).strip() == "0.0 N"
 
 
 def test_arrows_point_where_the_force_does_in_the_legs_colour(run, frames):

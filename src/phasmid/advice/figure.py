@@ -8,7 +8,7 @@ import numpy as np
 
 from phasmid.advice.advice import MINUTES, Advice
 from phasmid.reporting.panels import Entry, Panels
-from phasmid.reporting.style import INK, JOINT_COLOURS, LIMIT_COLOUR, Figure, styled
+from phasmid.reporting.style import INK, JOINT_COLOURS, LIMIT_COLOUR, Figure, Layout, styled
 from phasmid.robot import JOINTS
 
 WIDTH = 0.26
@@ -34,8 +34,7 @@ def advice_figure(advice: Advice) -> Figure:
         f"{1000 * advice.speed:.3g} mm/s, payload {advice.scenario.model.payload:g} kg",
         "simulated with the servos' own law" if known else "simulated with ideal servos",
     ]
-    title = f"Torque and heat of the servos, {advice.robot.name}"
-    drawing = Panels(title, notes, [2.3, 2.1] if known else [2.3], share_y=False, gap=0.2)
+    drawing = Panels(Layout(), [2.3, 2.1] if known else [2.3], share_y=False)
     torque = drawing.axes[0]
     entries: list[Entry] = []
     for k, (joint, colour) in enumerate(zip(JOINTS, JOINT_COLOURS, strict=True)):
@@ -64,7 +63,8 @@ def advice_figure(advice: Advice) -> Figure:
         axis.set_ylim(bottom=advice.scenario.servo.ambient_temperature)
     names = [leg.name.replace("_", " ") for leg in advice.robot.legs]
     drawing.axes[-1].set_xticks(legs, names)
-    return drawing.add_legend(entries, columns=6)
+    title = f"Torque and heat of the servos, {advice.robot.name}"
+    return drawing.complete(title, notes, entries, columns=6)
 
 
 def _draw_warmth(axis: Any, at: np.ndarray, warmth: list[np.ndarray], colour: str) -> None:

@@ -65,14 +65,13 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.recording.file import check_new_file
     from phasmid.reporting.catalogue import CATALOGUE, check_figure, draw_groups, find_figure
     from phasmid.reporting.run import gather
-    from phasmid.reporting.style import laid_out
+    from phasmid.reporting.style import NORMAL_WIDTH, Layout
 
     if options.list:
         print_table([(kind.name, kind.sentence) for kind in CATALOGUE.values()])
         return 0
     paths, names = _sort_out(options.things, CATALOGUE)
     kinds = _kinds(options.format)
-    width = None if options.width_mm is None else options.width_mm / 1000
     labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
     folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
     with print_damage():
@@ -90,13 +89,14 @@ def run(options: argparse.Namespace) -> int:
     # Refuse before anything is drawn.
     for kind in chosen:
         check_figure(runs, kind)
+    width = NORMAL_WIDTH if options.width_mm is None else options.width_mm / 1000
+    layout = Layout(width, title=not options.no_title)
     for kind in chosen:
-        with laid_out(width, title=not options.no_title):
-            figures = draw_groups(runs, kind, legs)
-            for figure, files in zip(figures, targets[kind.name], strict=True):
-                _write(figure, files, options.dpi)
-                if not options.quiet:
-                    print("\n".join(plain(str(path)) for path in files))
+        figures = draw_groups(runs, kind, legs, layout)
+        for figure, files in zip(figures, targets[kind.name], strict=True):
+            _write(figure, files, options.dpi)
+            if not options.quiet:
+                print("\n".join(plain(str(path)) for path in files))
     return 0
 
 

@@ -21,7 +21,6 @@ class View:
         axes: Its right, up and backward directions as rows, shape (3, 3).
         focal: Focal length [pixels].
         size: Width and height of the picture [pixels].
-        shift: Position of the optical axis in the picture, from the upper left [pixels].
         distance: Distance from the eye to the robot's middle [m].
     """
 
@@ -29,7 +28,6 @@ class View:
     axes: Float[np.ndarray, "3 3"]
     focal: float
     size: tuple[int, int]
-    shift: tuple[float, float]
     distance: float
 
     @property
@@ -45,7 +43,7 @@ class View:
         """Return points [m] in the picture, to the right and down [pixels]."""
         x, y, back = np.moveaxis((points - self.eye) @ self.axes.T, -1, 0)
         scale = self.focal / np.maximum(-back, 1e-3)
-        return np.stack([self.shift[0] + scale * x, self.shift[1] - scale * y], axis=-1)
+        return np.stack([self.size[0] / 2 + scale * x, self.size[1] / 2 - scale * y], axis=-1)
 
 
 def camera_axes(azimuth: float, elevation: float) -> Float[np.ndarray, "3 3"]:
@@ -66,22 +64,23 @@ def fitted_view(
     axes: Float[np.ndarray, "3 3"],
     size: tuple[int, int],
     fill: tuple[float, float],
-    centre: tuple[float, float] = (0.5, 0.5),
 ) -> View:
-    """Return the camera whose picture is filled by points.
+    """Return the camera in whose picture points lie in the middle.
 
     Args:
         points: Points of the robot [m].
         axes: Directions of the camera, as of `camera_axes`.
         size: Width and height of the picture [pixels].
         fill: Largest share of width and height that the points take.
-        centre: Position of their middle [widths and heights of the picture].
     """
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     distance = FAR * float(np.linalg.norm(points - middle, axis=1).max())
-    view = View(middle + distance * axes[2], axes, 1.0, size, (0.0, 0.0), distance)
-    seen = view.project(points)
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    focal = float(np.min(np.array(fill) * size / (high - low)))
-    across, down = np.array(centre) * size - focal * (low + high) / 2
-    return replace(view, focal=focal, shift=(float(across), float(down)))
+    view = View(middle + distance * axes[2], axes, float(size[0]), size, distance)
+    # Perspective: the outline changes a little as the camera moves.
+    for _ in range(4):
+        seen = view.project(points)
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        right, down = (low + high - size) / 2 * distance / view.focal
+        view = view.moved(right * axes[0] - down * axes[1])
+        view = replace(view, focal=view.focal * float(np.min(np.array(fill) * size / (high - low))))
+    return view

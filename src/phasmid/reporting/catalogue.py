@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import string
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from phasmid.recording import Recording, load_recording
 from phasmid.reporting import path_figures, time_figures
 from phasmid.reporting.drawing import walk_figure
 from phasmid.reporting.run import Needs, Run, gather, shown_part
-from phasmid.reporting.style import Figure, laid_out, styled
+from phasmid.reporting.style import DEFAULT_LAYOUT, NORMAL_WIDTH, Figure, Layout, styled
 from phasmid.reporting.time_figures import (
     ANGLES,
     FORCES,
@@ -28,7 +28,7 @@ from phasmid.reporting.time_figures import (
     quantity_figure,
 )
 
-Draw = Callable[[Sequence[Run], Legs, str], Figure]
+Draw = Callable[[Sequence[Run], Legs, Layout], Figure]
 
 LEGS_PER_FIGURE = 3
 
@@ -63,7 +63,7 @@ class FigureKind:
         name: Its name, and the stem of its file.
         sentence: Its content.
         needs: Groups of channels; it requires one of each.
-        draw: Function from runs, leg numbers and a note to the figure.
+        draw: Function from runs, leg numbers and a layout to the figure.
         groups: Function from a number of legs to the legs of each figure.
         in_folder: It is a file of a run's folder.
         in_page: It is part of a run's page.
@@ -217,7 +217,7 @@ def plot(
     *,
     legs: Sequence[int] | None = None,
     labels: Sequence[str] | None = None,
-    width: float | None = None,
+    width: float = NORMAL_WIDTH,
     title: bool = True,
 ) -> Figure:
     """Draw one figure of a recording, or of several that are compared.
@@ -241,12 +241,14 @@ def plot(
     kind = find_figure(name)
     given = list(recordings) if isinstance(recordings, list | tuple) else [recordings]
     loaded = [load_recording(one) if isinstance(one, str | Path) else one for one in given]
-    with laid_out(width, title=title):
-        return draw_groups(gather(loaded, labels), kind, legs)[0]
+    return draw_groups(gather(loaded, labels), kind, legs, Layout(width, title))[0]
 
 
 def draw_groups(
-    runs: Sequence[Run], kind: FigureKind, legs: Sequence[int] | None = None
+    runs: Sequence[Run],
+    kind: FigureKind,
+    legs: Sequence[int] | None = None,
+    layout: Layout = DEFAULT_LAYOUT,
 ) -> list[Figure]:
     """Draw all figures of one kind: one for each of its groups of legs.
 
@@ -254,6 +256,7 @@ def draw_groups(
         runs: One, or several that are compared.
         kind: The kind of figure.
         legs: Leg numbers, from 1, of a single figure instead.
+        layout: Width and heading.
 
     Raises:
         InvalidInput: A required channel is not recorded, there is no such leg, or the figure cannot
@@ -266,8 +269,9 @@ def draw_groups(
             raise InvalidInput(f"there is no leg {leg}; legs are 1 to {count}.")
     groups = [tuple(legs)] if legs else kind.groups(count)
     parts, note = (runs, "") if kind.whole else shown_part(runs)
-    with styled():
-        return [kind.draw(parts, group, note) for group in groups]
+    layout = replace(layout, note=note)
+    with styled(layout.type_scale):
+        return [kind.draw(parts, group, layout) for group in groups]
 
 
 def check_figure(runs: Sequence[Run], kind: FigureKind) -> None:

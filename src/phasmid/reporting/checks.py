@@ -1,10 +1,9 @@
-"""Claims on a walk with their verdicts, and warnings of infeasible or doubtful results."""
+"""Warnings of infeasible or doubtful results."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from phasmid.errors import plain
@@ -41,104 +40,6 @@ AT_LIMIT = 1.005
 and no warning shall say 100 %."""
 
 
-@dataclass(frozen=True)
-class Claim:
-    """A requirement on a walk, and its verdict.
-
-    Attributes:
-        what: The requirement.
-        found: The measured value.
-        limit: Its limit.
-        holds: The verdict.
-        warning: Sentence on a requirement that does not hold; empty where the run says it itself.
-    """
-
-    what: str
-    found: str
-    limit: str
-    holds: bool
-    warning: str = ""
-
-
-def claims(summary: dict[str, Any]) -> Iterator[Claim]:
-    """Yield the claims on a walk.
-
-    Args:
-        summary: The sections of `phasmid.reporting.summarise`. Torques are the simulated ones, or
-            else the model's.
-    """
-    run, robot = summary["run"], summary["robot"]
-    servo, unable = short(robot["servo"]), "these servos cannot make this walk."
-    if run.get("ending"):
-        reason = str(run.get("ending_reason") or run["ending"].lower())
-        yield Claim("The walk comes to its end", reason, "", run["ending"] == "COMPLETED")
-    verdict = summary.get("servo_verdict", {})
-    if verdict.get("lines"):
-        answer, _, reason = verdict["lines"][0].partition(": ")
-        yield Claim(
-            "The servos hold the robot for long",
-            f"{answer.lower()}: {reason}",
-            f"{verdict['continuous_torque']:.3g} N·m rms",
-            verdict["holding"] == "HOLDS",
-        )
-    kinds = summary.get("torque", {})
-    torque = kinds.get("simulation") or kinds.get("model")
-    if torque:
-        share = torque["largest_over_stall"]
-        yield Claim(
-            "Simulated torques stay within the servos' stall",
-            f"{torque['largest']:.3f} N·m, {100 * share:.0f} % of stall",
-            f"{robot['stall_torque']:.3g} N·m ({servo})",
-            share < AT_LIMIT,
-            f"The largest torque is {100 * share:.0f} % of the {servo}'s stall: {unable}",
-        )
-    speed = summary.get("speed")
-    if speed:
-        share = speed["largest_over_no_load"]
-        sentence = f"The fastest joint turns at {100 * share:.0f} % of the {servo}'s no-load speed"
-        yield Claim(
-            "Joints turn no faster than the servos can",
-            f"{speed['largest']:.2f} rad/s, {100 * share:.0f} % of no-load speed",
-            f"{robot['no_load_speed']:.3g} rad/s ({servo})",
-            share < AT_LIMIT,
-            # Servos with a law of their own may be turned faster by a load.
-            "" if summary.get("servos") else f"{sentence}: {unable}",
-        )
-    margin = summary.get("support", {}).get("least_margin")
-    if margin is not None:
-        sentence = "At times fewer than three feet stand, or all stand in a line"
-        if math.isfinite(margin):
-            sentence = f"The centre of mass leaves the support polygon by {-1000 * margin:.1f} mm"
-        yield Claim(
-            "The centre of mass stays over the feet that stand",
-            f"{1000 * margin:.1f} mm at the least",
-            "0 mm",
-            margin >= -5e-5,
-            f"{sentence}: the robot tips.",
-        )
-    slip = summary.get("slip", {}).get("mean")
-    if slip is not None:
-        yield Claim(
-            "Feet stay where they stand",
-            f"{1000 * slip:.2f} mm slip a step on average",
-            f"{1000 * NOTABLE_SLIP:g} mm",
-            slip <= NOTABLE_SLIP,
-            f"Feet slip {1000 * slip:.1f} mm a step on average.",
-        )
-    force = summary.get("normal_force", {}).get("simulation", {})
-    swing = force.get("largest_in_swing")
-    if swing is not None:
-        limit = NOTABLE_SWING_LOAD * robot["weight"]
-        yield Claim(
-            "Swinging legs touch nothing",
-            f"up to {swing:.3g} N",
-            f"{limit:.2g} N",
-            swing <= limit,
-            f"Swinging legs touch the ground: up to {swing:.3g} N outside "
-            f"{1000 * force['swing_margin_time']:g} ms of the switches.",
-        )
-
-
 def warnings(summary: dict[str, Any], source: Source) -> list[str]:
     """Return sentences on infeasible or doubtful results.
 
@@ -150,10 +51,45 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
         *_way(summary),
         *_ground(summary, source),
         *_servos(summary, source),
-        *(claim.warning for claim in claims(summary) if not claim.holds),
+        *_limits(summary),
+        *_feet(summary),
         *_time_step(summary),
     ]
-    return [*filter(None, found), *idle_fields(source.scenario, source.robot)]
+    return [*found, *idle_fields(source.scenario, source.robot)]
+
+
+def _limits(summary: dict[str, Any]) -> Iterator[str]:
+    """Warn of torques and speeds beyond the servos, and of a robot that tips."""
+    servo = short(summary["robot"]["servo"])
+    unable = f"the {servo}'s {{}}: these servos cannot make this walk."
+    torque = summary["torque"].get("simulation") or summary["torque"].get("model") or {}
+    share = torque.get("largest_over_stall", 0.0)
+    if share >= AT_LIMIT:
+        yield f"The largest torque is {100 * share:.0f} % of {unable.format('stall')}"
+    share = summary["speed"].get("largest_over_no_load", 0.0)
+    # Servos with a law of their own may be turned faster by a load.
+    if share >= AT_LIMIT and not summary["servos"]:
+        yield f"The fastest joint turns at {100 * share:.0f} % of {unable.format('no-load speed')}"
+    margin = summary["support"].get("least_margin")
+    if margin is not None and margin < -5e-5:
+        sentence = "At times fewer than three feet stand, or all stand in a line"
+        if math.isfinite(margin):
+            sentence = f"The centre of mass leaves the support polygon by {-1000 * margin:.1f} mm"
+        yield f"{sentence}: the robot tips."
+
+
+def _feet(summary: dict[str, Any]) -> Iterator[str]:
+    """Warn of feet that slip in stance or touch the ground in swing."""
+    slip = summary["slip"].get("mean", 0.0)
+    if slip > NOTABLE_SLIP:
+        yield f"Feet slip {1000 * slip:.1f} mm a step on average."
+    force = summary["normal_force"].get("simulation") or {}
+    swing = force.get("largest_in_swing", 0.0)
+    if swing > NOTABLE_SWING_LOAD * summary["robot"]["weight"]:
+        yield (
+            f"Swinging legs touch the ground: up to {swing:.3g} N outside "
+            f"{1000 * force['swing_margin_time']:g} ms of the switches."
+        )
 
 
 def _way(summary: dict[str, Any]) -> Iterator[str]:

@@ -22,31 +22,29 @@ from phasmid.reporting.renderer import SceneRenderer, Segment, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose, robot_corners
 from phasmid.reporting.run import Run, Source, read_run, short
 from phasmid.reporting.style import (
+    DEFAULT_LAYOUT,
     FAINT,
     INK,
     NORMAL_WIDTH,
     Figure,
-    Text,
-    layout,
+    Layout,
     leg_colour,
     new_figure,
-    points,
-    shrink,
     styled,
 )
 from phasmid.reporting.time_figures import Legs, draw_bars
 from phasmid.robot import Appearance
 from phasmid.terrain import Ground
 
-WIDTH, DPI = 10.0, 120
-"""Default width of the picture [inches], and its pixels per inch at that width."""
+DPI = 166
+"""Pixels per inch of the picture at the default width; at any other it has as many pixels."""
 
 ELEVATION = math.radians(27.0)
 AZIMUTH, UNEVEN_AZIMUTH = math.radians(-56.0), math.radians(-118.0)
 """Directions from the robot to the camera; uneven ground is seen from behind, against its steps."""
 
-UNEVEN_SHARE = 0.78
-"""Size of the robot on uneven ground over that on level ground."""
+FILL, UNEVEN_FILL = 0.74, 0.60
+"""Shares of the picture that the robot takes on level and on uneven ground."""
 
 SQUARE = 0.1
 """Side of the squares on the ground [m]."""
@@ -59,24 +57,27 @@ ENDINGS = {"FELL": "fell", "DIVERGED": "diverged", "STOPPED": "stopped", "CUT": 
 """Words for recordings that were not completed."""
 
 
-def walk_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def walk_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw `walk_picture` of one run, with all legs."""
-    del legs, note
-    return walk_picture(runs[0].recording)
+    del legs
+    return walk_picture(runs[0].recording, layout=layout)
 
 
-def walk_picture(recording: Recording, appearance: Appearance | None = None) -> Figure:
+def walk_picture(
+    recording: Recording, appearance: Appearance | None = None, layout: Layout = DEFAULT_LAYOUT
+) -> Figure:
     """Draw the robot in mid-walk, the paths of its feet and, underneath, its gait.
 
     Args:
         recording: Recording with the body's pose and joint angles, simulated or planned.
         appearance: The robot's meshes, where they do not come with phasmid.
+        layout: Width and caption.
 
     Raises:
         InvalidInput: The pose is not recorded.
     """
     moment = swing_moment(read_run(recording))
-    return draw_robot(recording, moment, gait=True, appearance=appearance)
+    return draw_robot(recording, moment, gait=True, appearance=appearance, layout=layout)
 
 
 def swing_moment(run: Run) -> float:
@@ -97,6 +98,7 @@ def draw_robot(
     *,
     gait: bool = False,
     appearance: Appearance | None = None,
+    layout: Layout = DEFAULT_LAYOUT,
 ) -> Figure:
     """Draw the robot at one moment, with the forces on its feet.
 
@@ -105,6 +107,7 @@ def draw_robot(
         time: Time of the nearest recorded sample [s].
         gait: Draw a gait diagram under the picture.
         appearance: The robot's meshes, where they do not come with phasmid.
+        layout: Width and caption.
 
     Raises:
         InvalidInput: The body's pose or the joint angles are not recorded.
@@ -112,38 +115,34 @@ def draw_robot(
     run = read_run(recording, appearance)
     position, orientation, angles = run.pose("this picture")
     now = int(np.argmin(np.abs(run.time - time)))
-    page = layout()
-    wide = WIDTH if page.width == NORMAL_WIDTH else page.width
-    # However wide it is, the picture has as many pixels.
-    tall, dpi = 0.54 * wide, DPI * WIDTH / wide
-    gait = gait and run.has("stance")
-    strip = points(0.55 + 0.145 * len(run.robot.legs)) if gait else 0.0
+    wide, scale, dpi = layout.inches, layout.type_scale, DPI * NORMAL_WIDTH / layout.width
+    tall, gait = 0.54 * wide, gait and run.has("stance")
+    strip = scale * (0.66 + 0.145 * len(run.robot.legs)) if gait else 0.0
     size = (round(wide * dpi), round(tall * dpi))
     X_world_body, q = body_pose(position[now], orientation[now]), angles[now]
     view = _view(run, X_world_body, q, size)
-    with styled():
+    paths = _foot_paths(run, now)
+    joints = _joint_positions(run, X_world_body, q)
+    with styled(scale):
         figure = new_figure(wide, tall + strip, dpi)
         axis = figure.add_axes((0, strip / (tall + strip), 1, tall / (tall + strip)))
         axis.set_axis_off()
         axis.set(xlim=(0, size[0]), ylim=(size[1], 0))
-        words = _write_caption(axis, run, now) if page.title else []
-        paths = _foot_paths(run, now, view, words)
-        joints = _joint_positions(run, X_world_body, q)
         if opengl_lack() is None:
             picture = _rendered(run, view, X_world_body, q, paths)
             axis.imshow(picture, extent=(0, *size, 0), aspect="auto", interpolation="none")
         else:
-            _draw_stick_figure(axis, run, view, X_world_body, joints, paths)
+            _draw_stick_figure(axis, run, view, joints, paths)
         _draw_forces(axis, run, view, now)
         for leg, (x, y) in enumerate(view.project(joints[:, KNEE] + [0, 0, 0.13 * run.hip_span])):
-            bold: dict[str, Any] = {"color": leg_colour(leg), "fontweight": "bold"}
-            bold |= {"fontsize": points(13), "ha": "center"}
-            _write_outlined(axis, x, y, str(leg + 1), 3.0, **bold)
+            bold = {"color": leg_colour(leg), "fontweight": "bold", "fontsize": "large"}
+            _write_outlined(axis, x, y, str(leg + 1), ha="center", **bold)
+        if layout.title:
+            _write_caption(axis, run, now)
         if gait:
-            left, below = points(1.25) / wide, points(0.40) / (tall + strip)
-            height = (strip - points(0.52)) / (tall + strip)
-            below_picture = figure.add_axes((left, below, 0.965 - left, height))
-            _draw_gait(below_picture, run, now)
+            left, below = scale * 1.35 / wide, scale * 0.48 / (tall + strip)
+            height = (strip - scale * 0.56) / (tall + strip)
+            _draw_gait(figure.add_axes((left, below, 0.965 - left, height)), run, now)
     return figure
 
 
@@ -152,45 +151,32 @@ def _view(source: Source, X_world_body: np.ndarray, q: np.ndarray, size: tuple[i
     level = source.scenario.load_terrain().is_level
     yaw = math.atan2(X_world_body[1, 0], X_world_body[0, 0])
     axes = camera_axes(yaw + (AZIMUTH if level else UNEVEN_AZIMUTH), ELEVATION)
-    corners = robot_corners(source.robot, q, X_world_body).reshape(-1, 3)
-    share = 1.0 if level else UNEVEN_SHARE
-    return fitted_view(corners, axes, size, (0.80 * share, 0.78 * share), (0.53, 0.54))
+    corners = robot_corners(source.robot, q, X_world_body)
+    share = FILL if level else UNEVEN_FILL
+    return fitted_view(corners, axes, size, (share, share))
 
 
-def _write_caption(axis: Axes, run: Run, now: int) -> list[Text]:
-    """Write title and caption into the picture's corner; return the texts."""
-    lines = [run.drive_words, f"t = {run.time[now]:.2f} s"]
+def _write_caption(axis: Axes, run: Run, now: int) -> None:
+    """Write title and caption into the picture's corner."""
     step = 1000 * run.scenario.stride.step_length
-    lines[1] += f" · step {step:.4g} mm · squares {1000 * SQUARE:g} mm"
+    lines = [
+        run.drive_words,
+        f"t = {run.time[now]:.2f} s · step {step:.4g} mm · squares {1000 * SQUARE:g} mm",
+    ]
     ending = ENDINGS.get(run.attribute("ending"))
     if ending:
         lines.append(f"{ending} at {run.time[-1]:.2f} s")
     if run.scenario.terrain.kind != "flat":
         lines.insert(0, f"terrain: {run.scenario.terrain.kind}")
-    forces = _forces(run, now)
-    if forces is not None:
-        seen = run.has("foot_force")
-        what = "ground on foot" if seen else f"{short(run.attribute('force_model'))} forces"
-        lines.append(f"arrows: {what}; {_newtons(forces[2].max())} the largest normal force")
-    width = float(axis.bbox.width)
+    if run.normal_force is not None:
+        what = f"{short(run.attribute('force_model'))} forces"
+        what = "ground on foot" if run.has("foot_force") else what
+        largest = _newtons(run.normal_force[now].max())
+        lines.append(f"arrows: {what}, at most {largest}")
     title = f"{short(run.robot.name)}, {short(run.gait.name)} gait"
-    look: dict[str, Any] = {"va": "top", "transform": axis.transAxes}
-    texts = [axis.text(0.025, 0.96, title, fontsize=points(14), fontweight="bold", **look)]
-    shrink(texts[0], 0.95 * width, least=points(9.0))
-    line_height = points(12.6) / 72 * float(axis.figure.dpi) / float(axis.bbox.height)
-    for number, line in enumerate(lines):
-        low = 0.96 - (1.7 + number) * line_height
-        texts.append(axis.text(0.025, low, line, fontsize=points(8.5), color=FAINT, **look))
-        shrink(texts[-1], 0.38 * width, least=points(6.0))
-    return texts
-
-
-def _forces(run: Run, now: int) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Return foot positions [m], forces and normal forces [N]; simulated, or the model's."""
-    feet, force, normal = run.channel("foot_position"), run.foot_force, run.normal_force
-    if feet is None or force is None or normal is None:
-        return None
-    return feet[now], force[now], normal[now]
+    corner: dict[str, Any] = {"va": "top", "transform": axis.transAxes}
+    axis.text(0.02, 0.97, title, fontsize="large", fontweight="bold", **corner)
+    axis.text(0.02, 0.91, "\n".join(lines), fontsize="small", color=FAINT, **corner)
 
 
 def _newtons(force: float) -> str:
@@ -199,26 +185,14 @@ def _newtons(force: float) -> str:
     return f"{force:#.3g} N" if force < 99.95 else f"{force:.0f} N"
 
 
-def _foot_paths(run: Run, now: int, view: View, words: Sequence[Text]) -> list[np.ndarray]:
-    """Return each foot's path of two cycles [m], within the picture and clear of the caption."""
+def _foot_paths(run: Run, now: int) -> list[np.ndarray]:
+    """Return the path of each foot in the last two cycles [m]."""
     feet = run.channel("foot_position")
     if feet is None:
         return []
     start = int(np.searchsorted(run.time, run.time[now] - 2 * run.scenario.stride.period))
     rows = np.unique(np.linspace(start, now, 120).astype(int))
-    seen, gap = view.project(feet[rows]), 0.02 * view.size[0]
-    free = np.all((seen > gap) & (seen < np.array(view.size) - gap), axis=-1)
-    if words:
-        from matplotlib.transforms import Bbox
-
-        box = Bbox.union([text.get_window_extent() for text in words])
-        bottom = words[0].axes.bbox.y1 - box.y0  # type: ignore[union-attr]
-        free &= (seen[..., 0] > box.x1 + gap) | (seen[..., 1] > bottom + gap)
-    paths = []
-    for leg in range(feet.shape[1]):
-        hidden = np.flatnonzero(~free[:, leg])
-        paths.append(feet[rows[hidden[-1] + 1 if len(hidden) else 0 :], leg])
-    return paths
+    return list(np.moveaxis(feet[rows], 1, 0))
 
 
 def _rendered(
@@ -252,67 +226,56 @@ def _draw_stick_figure(
     axis: Axes,
     source: Source,
     view: View,
-    X_world_body: np.ndarray,
     joints: np.ndarray,
     paths: Sequence[np.ndarray],
 ) -> None:
     """Draw ground, foot paths and the robot's links as lines."""
     _draw_grid(axis, source.scenario.load_terrain(), view)
     for leg, path in enumerate(paths):
-        axis.plot(*view.project(path).T, color=leg_colour(leg), linewidth=points(1.6))
+        axis.plot(*view.project(path).T, color=leg_colour(leg), linewidth=1.4)
     # Painted from the farthest leg to the nearest; the trunk lies between.
-    depth = (joints[:, -1] - view.eye) @ view.axes[2]
-    middle = (view.middle - view.eye) @ view.axes[2]
-    line: dict[str, Any] = {"marker": "o", "solid_capstyle": "round", "markeredgecolor": "white"}
+    depth = (joints[:, -1] - view.middle) @ view.axes[2]
+    line: dict[str, Any] = {"marker": "o", "markersize": 6, "markeredgecolor": "white"}
     for leg, p_world_leg in enumerate(joints):
-        line |= {"color": leg_colour(leg), "zorder": 4 if depth[leg] > middle else 2.5}
-        seen = view.project(p_world_leg).T
-        axis.plot(*seen, linewidth=points(5.0), markersize=points(7.0), **line)
-    hips = view.project(joints[:, 0])
+        line |= {"color": leg_colour(leg), "zorder": 4 if depth[leg] > 0 else 2.5}
+        axis.plot(*view.project(p_world_leg).T, linewidth=4, **line)
     around = np.argsort(np.arctan2(*(source.robot.arrays.p_body_hip[:, :2].T[::-1])))
-    axis.fill(*hips[around].T, facecolor="#7d8796", edgecolor=INK, linewidth=2, zorder=3)
-    front = X_world_body[:3, 3] + np.outer([0.0, 0.3 * source.hip_span], X_world_body[:3, 0])
-    tail, tip = view.project(front).tolist()
-    arrow = {"arrowstyle": "-|>", "color": "white", "linewidth": 2}
-    axis.annotate("", tip, tail, arrowprops=arrow, zorder=3.5)
+    hips = view.project(joints[around, 0])
+    axis.fill(*hips.T, facecolor="#7d8796", edgecolor=INK, linewidth=2, zorder=3)
 
 
 def _draw_grid(axis: Axes, terrain: Ground, view: View) -> None:
-    """Draw the ground as lines at the distance of `SQUARE`, paler farther away."""
-    reach = view.distance / 2.5
-    count = math.ceil(reach / SQUARE)
-    place = np.round(view.middle[:2] / SQUARE) * SQUARE
-    along = np.linspace(-reach, reach, 121)
+    """Draw the ground as lines at the distance of `SQUARE`."""
+    count = math.ceil(view.distance / 2.5 / SQUARE)
+    middle = np.round(view.middle[:2] / SQUARE)
+    along = np.linspace(-count, count, 121)
     for k in range(-count, count + 1):
-        aside = np.full(along.shape, k * SQUARE)
-        fade = max(1.0 - abs(k) / (count + 1), 0.05)
-        for x, y in ((along, aside), (aside, along)):
-            x, y = place[0] + x, place[1] + y
+        aside = np.full(along.shape, float(k))
+        for line in ((along, aside), (aside, along)):
+            x, y = SQUARE * (middle[:, None] + line)
             seen = view.project(np.stack([x, y, terrain.height(x, y)], axis=-1))
-            axis.plot(*seen.T, color="#c3c9d3", linewidth=0.8, alpha=fade, zorder=1)
+            axis.plot(*seen.T, color="#dde1e7", linewidth=0.8, zorder=1)
 
 
 def _draw_forces(axis: Axes, run: Run, view: View, now: int) -> None:
     """Draw arrows at the feet, and the normal force beside each stance foot."""
-    forces, stance = _forces(run, now), run.channel("stance")
-    if forces is None:
+    feet, force, normal = run.channel("foot_position"), run.foot_force, run.normal_force
+    if feet is None or force is None or normal is None:
         return
-    feet, force, normal = forces
-    draw_force_arrows(axis, run, view, feet, force, [FORCE_COLOUR] * len(feet))
-    pixel = view.size[0] / 1000
-    for leg, (x, y) in enumerate(view.project(feet)):
-        loaded = np.linalg.norm(force[leg]) > 0.01 * run.weight
+    stance = run.channel("stance")
+    draw_force_arrows(axis, run, view, feet[now], force[now], [FORCE_COLOUR] * len(feet[now]))
+    for leg, (x, y) in enumerate(view.project(feet[now])):
+        loaded = np.linalg.norm(force[now, leg]) > 0.01 * run.weight
         if loaded or (stance is not None and stance[now, leg]):
-            look: dict[str, Any] = {"color": FORCE_TEXT, "fontsize": points(8.5)}
-            place = x + 10 * pixel, y + 4 * pixel
-            _write_outlined(axis, *place, _newtons(normal[leg]), 2.5, **look)
+            newtons, aside = _newtons(normal[now, leg]), 0.01 * view.size[0]
+            _write_outlined(axis, x + aside, y, newtons, color=FORCE_TEXT, fontsize="small")
 
 
-def _write_outlined(axis: Axes, x: float, y: float, words: str, width: float, **look: Any) -> None:
-    """Write words with a white outline of a width [pt]."""
+def _write_outlined(axis: Axes, x: float, y: float, words: str, **look: Any) -> None:
+    """Write words with a white outline."""
     from matplotlib.patheffects import withStroke
 
-    outline = [withStroke(linewidth=width, foreground="white")]
+    outline = [withStroke(linewidth=2.5, foreground="white")]
     axis.text(x, y, words, va="center", zorder=7, path_effects=outline, **look)
 
 

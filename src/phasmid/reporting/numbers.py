@@ -337,6 +337,34 @@ def torque_and_speed(run: Run) -> tuple[np.ndarray, np.ndarray, str]:
     raise run.absent((lacking,), "torque over speed")
 
 
+def joint_power(run: Run) -> dict[str, np.ndarray]:
+    """Return each kind of power of all joints together [W], shape (N,).
+
+    Returns:
+        ``net``, the sum over joints of torque times speed; ``given``, that of the positive parts,
+        as braking recovers nothing; ``absolute``, that of the magnitudes; and with recorded servo
+        currents ``electrical``, the positive part of output times supply voltage times current: the
+        bridge chops the supply, and draws that share of the winding's current.
+
+    Raises:
+        InvalidInput: A channel is absent.
+    """
+    tau, qd, _ = torque_and_speed(run)
+    work, duty, current = tau * qd, run.channel("servo_duty"), run.channel("servo_current")
+    kinds = {"net": work, "given": np.maximum(work, 0.0), "absolute": np.abs(work)}
+    if duty is not None and current is not None:
+        supply = run.scenario.servo.supply(run.robot.servo)
+        kinds["electrical"] = np.maximum(duty * supply * current, 0.0)
+    return {name: power.sum(axis=(1, 2)) for name, power in kinds.items()}
+
+
+def cost_of_transport(run: Run, energy: float, distance: float | None) -> float | None:
+    """Return energy [J] over weight and distance [m]; None for an unknown distance or nearly 0."""
+    if distance is None or distance < SHORTEST_DISTANCE:
+        return None
+    return energy / (run.weight * distance)
+
+
 def energy(run: Run, distance: float | None) -> dict[str, Any]:
     """Return the mechanical work of the joints and the cost of transport.
 
@@ -345,38 +373,25 @@ def energy(run: Run, distance: float | None) -> dict[str, Any]:
         distance: Distance of the body [m]; None where unknown.
 
     Returns:
-        ``work`` [J]: the integral of the sum over joints of max(torque · speed, 0), as braking
-        recovers nothing; ``mean_power`` [W]; ``cost_of_transport``: work over
-        weight and distance; ``drawn_power`` [W]: mean power that servos of their own law draw from
-        their supply, most of which becomes heat. Empty without torques and speeds.
+        ``work`` [J]: the integral of the power ``given``; ``mean_power`` [W];
+        ``cost_of_transport`` of the work; ``drawn_power`` [W]: mean ``electrical`` power, most of
+        which becomes heat. Empty without torques and speeds.
     """
+    lasts, weights = float(run.time[-1] - run.time[0]), durations(run.time)
     try:
-        tau, qd, name = torque_and_speed(run)
+        power, name = joint_power(run), torque_and_speed(run)[2]
     except InvalidInput:
         return {}
-    lasts, weights = float(run.time[-1] - run.time[0]), durations(run.time)
     if lasts <= 0:
         return {}
-    work = float(np.maximum(tau * qd, 0.0).sum(axis=(1, 2)) @ weights)
-    found = {"channel": name, "work": work, "mean_power": work / lasts}
-    if distance is not None and distance >= SHORTEST_DISTANCE:
-        found["cost_of_transport"] = work / (run.weight * distance)
-    drawn = drawn_power(run)
-    if drawn is not None:
-        found["drawn_power"] = float(drawn.sum(axis=(1, 2)) @ weights) / lasts
-    return found
-
-
-def drawn_power(run: Run) -> np.ndarray | None:
-    """Return each servo's power from its supply [W], shape (N, L, 3); None where unknown.
-
-    The bridge chops the supply: of the winding's current it draws that share. Nothing is recovered.
-    """
-    duty, current = run.channel("servo_duty"), run.channel("servo_current")
-    if duty is None or current is None:
-        return None
-    supply = run.scenario.servo.supply(run.robot.servo)
-    return np.maximum(duty * supply * current, 0.0)
+    total = {kind: float(values @ weights) for kind, values in power.items()}
+    return {
+        "channel": name,
+        "work": total["given"],
+        "mean_power": total["given"] / lasts,
+        "cost_of_transport": cost_of_transport(run, total["given"], distance),
+        "drawn_power": total["electrical"] / lasts if "electrical" in total else None,
+    }
 
 
 def servo_verdict(run: Run) -> dict[str, Any]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
 from phasmid.reporting.steps import intervals
-from phasmid.reporting.style import FAINT, Figure, layout, new_figure, points, shrink, wrap
+from phasmid.reporting.style import FAINT, FONT_SIZE, Figure, Layout, new_figure
 
 if TYPE_CHECKING:
     import matplotlib.axes
@@ -18,30 +19,32 @@ Axes: TypeAlias = "matplotlib.axes.Axes"
 Entry: TypeAlias = tuple[str, dict[str, Any]]
 """Label and line properties of a legend's entry."""
 
-LINE, LEGEND_LINE = 0.154, 0.175
-"""Height of a line of the subtitle, and of the legend [inches]."""
+EDGE, TITLE, LINE, FOOT = 0.1, 0.24, 0.17, 0.5
+"""Margin at the edges; height of the title, of a line under it, and of the lowest axis [inches]."""
 
-TITLE_TOP, SUBTITLE_TOP, LEGEND_TOP, PANELS_TOP = 0.10, 0.33, 0.43, 0.88
-"""Distances from the upper edge, with one line of subtitle and of legend [inches]."""
+ABOVE, BELOW, BESIDE, WITH_TICKS = 0.28, 0.42, 0.22, 0.6
+"""Height of a panel's title and of its axis; gaps between columns that share their vertical axis,
+and that do not [inches]."""
 
-FOOT, ABOVE_PANELS = 0.47, 0.20
-"""Space for the lowest axis, and the gap above the first row that its height includes [inches]."""
+LETTER = 0.07
+"""Mean width of a letter [inches]."""
+
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 class Panels:
-    """A figure with empty panels under a heading; `add_legend` completes it.
+    """A figure with empty panels; `complete` writes heading and legend above them.
+
+    Margins and gaps are in inches, so that type fits them at any width of the figure.
 
     Args:
-        title: Title of the figure.
-        notes: Parts of the subtitle; empty ones are left out.
-        heights: Height of each row of panels with the gap above it [inches].
+        layout: Width and heading.
+        heights: Height of each row of panels, with their titles [inches].
         columns: Number of panels in a row.
         share_x: All panels share one horizontal axis.
         share_y: All panels share one vertical axis; ``"col"``: those of a column.
-        left: Left edge of the panels [widths of the figure].
-        right: Right edge of the panels [widths of the figure].
-        gap: Gap between rows [heights of a panel].
-        space: Gap between columns [widths of a panel].
+        left: Width of the labels on the left [inches].
+        title_lines: Lines of the panels' titles.
 
     Attributes:
         figure: The figure.
@@ -51,31 +54,20 @@ class Panels:
 
     def __init__(
         self,
-        title: str,
-        notes: Sequence[str],
+        layout: Layout,
         heights: Sequence[float],
         *,
         columns: int = 1,
         share_x: bool = True,
         share_y: bool | Literal["col"] = True,
-        left: float = 0.108,
-        right: float = 0.98,
-        gap: float = 0.34,
-        space: float = 0.2,
+        left: float = 0.8,
+        title_lines: int = 1,
     ) -> None:
-        page = layout()
-        self.figure: Figure = new_figure(page.width, 1.0)
-        left, right = page.margin_scale * left, 1 - page.margin_scale * (1 - right)
-        self._left, self._height, self._lines = left, sum(heights), 1
-        if page.title:
-            edge: dict[str, Any] = {"x": left, "y": 0, "va": "top", "ha": "left"}
-            width = (0.98 - left) * float(self.figure.bbox.width)
-            heading = self.figure.text(s=title, fontsize=points(11.5), fontweight="bold", **edge)
-            shrink(heading, width, least=points(8.5))
-            look = edge | {"fontsize": points(8.5), "color": FAINT, "linespacing": 1.3}
-            subtitle = self.figure.text(s="", **look)
-            self._lines = wrap(subtitle, [note for note in notes if note], width)
-        gaps = {"hspace": gap, "wspace": min(page.margin_scale * space, 1.0)}
+        self._layout, self._heights, self._left = layout, heights, left
+        self._above = ABOVE + LINE * (title_lines - 1)
+        self._below = 0.0 if share_x else BELOW
+        self._beside = BESIDE if share_y is True else WITH_TICKS
+        self.figure: Figure = new_figure(layout.inches, sum(heights))
         grid = self.figure.subplots(
             len(heights),
             columns,
@@ -83,96 +75,100 @@ class Panels:
             sharey=share_y,
             squeeze=False,
             height_ratios=list(heights),
-            gridspec_kw={"left": left, "right": right, **gaps},
         )
         self.rows: list[list[Axes]] = grid.tolist()
         self.axes: list[Axes] = grid.ravel().tolist()
-        if page.is_narrow:
-            # Tick labels keep their width.
-            for axis in self.axes:
-                count = max(2, int(axis.get_position().width * page.width / 0.3))
-                axis.locator_params(axis="x", nbins=count, steps=[1, 2, 5, 10])
+        for axis in self.axes:
+            axis.locator_params(axis="x", steps=[1, 2, 5, 10])
+            # Ticks that are made when the figure is saved have this size too.
+            axis.tick_params(labelsize=FONT_SIZE * layout.type_scale)
 
-    def add_legend(
-        self, entries: Sequence[Entry], columns: int = 0, lines_below: int = 0
+    def shortened(self, words: str) -> str:
+        """Return words, cut off at the width of all panels."""
+        space = self._layout.inches - 2 * EDGE - self._layout.type_scale * self._left
+        letters = int(space / (1.15 * LETTER * self._layout.type_scale))
+        return textwrap.shorten(words, letters, placeholder=" …")
+
+    def complete(
+        self,
+        title: str,
+        notes: Sequence[str],
+        entries: Sequence[Entry],
+        columns: int = 0,
     ) -> Figure:
-        """Draw the legend, and return the figure in the height that it needs.
+        """Write heading and legend, and return the figure in the height that it needs.
 
         Args:
-            entries: From left to right, then from above.
+            title: Title of the figure.
+            notes: Parts of the subtitle; empty ones are left out.
+            entries: Entries of the legend, from left to right, then from above.
             columns: Most entries side by side; by default all of them.
-            lines_below: Empty lines between the legend and the panels.
         """
-        from matplotlib.lines import Line2D
+        figure, scale, width = self.figure, self._layout.type_scale, self._layout.inches
+        down, texts = EDGE, []
+        if self._layout.title:
+            # Lines break between notes.
+            notes = [note.replace(" ", NO_BREAK) for note in [*notes, self._layout.note] if note]
+            words = f"{NO_BREAK}· ".join(notes)
+            lines = textwrap.wrap(words, int((width - 2 * EDGE) / (LETTER * scale)))
+            heading = figure.text(0, 0, title, fontsize="large", fontweight="bold")
+            subtitle = figure.text(0, 0, "\n".join(lines), color=FAINT, linespacing=1.15)
+            subtitle.set_text(subtitle.get_text().replace(NO_BREAK, " "))
+            texts = [(heading, down), (subtitle, down + scale * TITLE)]
+            down += scale * (TITLE + LINE * len(lines)) + 0.03
+        entries = [(self.shortened(label), look) for label, look in entries]
+        legend, rows = _fitting_legend(figure, entries, columns or len(entries))
+        top = down + scale * (LINE * rows + self._above)
+        height = top + sum(self._heights) + scale * (FOOT - self._above)
+        figure.set_figheight(height)
+        for text, place in texts:
+            text.set(x=EDGE / width, y=1 - place / height, verticalalignment="top")
+        legend.set_bbox_to_anchor((EDGE / width, 1 - down / height))
+        self._place(top, height)
+        figure.align_ylabels(self.axes)
+        return figure
 
-        columns = columns or len(entries)
-        width = (0.99 - self._left) * float(self.figure.bbox.width)
-        edge = self._left - 0.008 * layout().margin_scale
-        while True:
-            # Matplotlib fills a legend column by column.
-            order = [k for c in range(columns) for k in range(c, len(entries), columns)]
-            handles = [Line2D([], [], label=entries[k][0], **entries[k][1]) for k in order]
-            legend = figure_legend(self.figure, handles, columns, left=edge)
-            if columns == 1 or legend.get_window_extent().width <= width:
-                break
-            legend.remove()
-            columns -= 1
-        top = self._place(-(-len(entries) // columns) + lines_below)
-        legend.set_bbox_to_anchor((edge, top))
-        return self.figure
-
-    def _place(self, legend_rows: int) -> float:
-        """Place heading and panels; return the upper edge of the legend [heights of the figure]."""
-        scale, titled = layout().type_scale, layout().title
-        # Without a title the legend moves to the upper edge.
-        heading = scale * (LINE * (self._lines - 1) if titled else 0.06 - LEGEND_TOP)
-        top = scale * PANELS_TOP + heading + scale * LEGEND_LINE * (legend_rows - 1)
-        height = top + scale * FOOT + self._height - scale * ABOVE_PANELS
-        self.figure.set_figheight(height)
-        self.figure.subplots_adjust(top=1 - top / height, bottom=scale * FOOT / height)
-        for text, edge in zip(self.figure.texts, (TITLE_TOP, SUBTITLE_TOP), strict=False):
-            text.set_y(1 - scale * edge / height)
-        return 1 - (scale * LEGEND_TOP + heading) / height
+    def _place(self, top: float, height: float) -> None:
+        """Place the panels below a distance from the upper edge of the figure [inches]."""
+        scale, width = self._layout.type_scale, self._layout.inches
+        rows, columns = len(self.rows), len(self.rows[0])
+        above, beside = scale * (self._above + self._below), scale * self._beside
+        left, right = scale * self._left, width - 2 * EDGE
+        self.figure.subplots_adjust(
+            left=left / width,
+            right=right / width,
+            bottom=scale * FOOT / height,
+            top=1 - top / height,
+            hspace=above * rows / (sum(self._heights) - rows * above),
+            wspace=beside * columns / (right - left - (columns - 1) * beside),
+        )
 
 
-def figure_legend(
-    figure: Figure, handles: Sequence[Any], columns: int, *, left: float, top: float = 1.0
-) -> Any:
-    """Add a legend to a figure, and return it.
+def _fitting_legend(figure: Figure, entries: Sequence[Entry], columns: int) -> tuple[Any, int]:
+    """Return a legend of at most so many columns that fits the figure, and its number of rows."""
+    from matplotlib.lines import Line2D
 
-    Args:
-        figure: The figure.
-        handles: Labelled lines, column by column.
-        columns: Number of entries side by side.
-        left: Left edge [widths of the figure].
-        top: Upper edge [heights of the figure].
-    """
-    return figure.legend(
-        handles=list(handles),
-        loc="upper left",
-        bbox_to_anchor=(left, top),
+    # Matplotlib fills a legend column by column.
+    order = [k for c in range(columns) for k in range(c, len(entries), columns)]
+    legend = figure.legend(
+        handles=[Line2D([], [], label=entries[k][0], **entries[k][1]) for k in order],
         ncols=columns,
+        loc="upper left",
         columnspacing=1.4,
-        borderaxespad=0.2,
-        labelspacing=0.3 if len(handles) > columns else 0.5,
+        labelspacing=0.35,
+        borderaxespad=0,
+        borderpad=0,
     )
-
-
-def name_row(axis: Axes, words: str) -> None:
-    """Write words above the title of the first panel of a row."""
-    above: dict[str, Any] = {"xytext": (0, 15), "textcoords": "offset points"}
-    text = axis.annotate(words, (0, 1), xycoords="axes fraction", fontsize=points(8.5), **above)
-    shrink(text, (0.98 - axis.get_position().x0) * float(axis.figure.bbox.width), least=points(6.0))
-
-
-def name_panel(axis: Axes, words: str, size: float = 9.5) -> None:
-    """Write a panel's title, at most of a size [pt] and small enough for its width."""
-    title = axis.set_title(words, fontsize=points(size))
-    shrink(title, float(axis.bbox.width), least=points(6.5))
+    if columns > 1 and legend.get_window_extent().width > figure.bbox.width - 2 * EDGE * figure.dpi:
+        legend.remove()
+        return _fitting_legend(figure, entries, columns - 1)
+    return legend, -(-len(entries) // columns)
 
 
 def listed_legs(legs: Sequence[int]) -> str:
-    """Return legs in words, such as ``legs 1, 2 and 3``."""
+    """Return legs in words, such as ``legs 1, 2 and 3`` or ``legs 1 to 6``."""
+    if len(legs) > 3 and list(legs) == list(range(legs[0], legs[-1] + 1)):
+        return f"legs {legs[0]} to {legs[-1]}"
     numbers = ", ".join(map(str, legs[:-1])) + (" and " if legs[1:] else "") + str(legs[-1])
     return f"leg{'s' if legs[1:] else ''} {numbers}"
 

@@ -11,9 +11,9 @@ import numpy as np
 from phasmid import kinematics
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.numbers import torque_and_speed
-from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs, name_panel, name_row
+from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs
 from phasmid.reporting.run import Run, Source, shared_caption
-from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, layout, leg_colour, thin
+from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, Layout, leg_colour, thin
 from phasmid.reporting.time_figures import Legs, leg_entries
 from phasmid.robot import Servo
 from phasmid.robot.motor import Motor
@@ -28,38 +28,34 @@ Limits: TypeAlias = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 """From speed [rad/s] to the lowest and the highest torque at it [N·m]."""
 
 
-def envelope_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw torque over speed of coxae, femora and tibiae, a row of panels for each run.
 
     Raises:
         InvalidInput: No torques have speeds beside them.
     """
-    del note
-    found = [torque_and_speed(run) for run in runs]
     alone = len(runs) == 1
-    notes = [*shared_caption(runs), _shares(runs[0], *found[0][:2]) if alone else ""]
-    heights = [2.75 if alone else 2.45] * len(runs)
-    title = "Torque and speed of the servos"
-    drawing = Panels(title, notes, heights, columns=3, space=0.10, gap=0.42)
-    for run, axes, (tau, qd, name) in zip(runs, drawing.rows, found, strict=True):
+    lines = 1 if alone else 2
+    drawing = Panels(layout, [2.9] * len(runs), columns=3, title_lines=lines)
+    for run, axes in zip(runs, drawing.rows, strict=True):
+        tau, qd, name = torque_and_speed(run)
         for joint, axis in enumerate(axes):
             _draw_joint(axis, run, tau[..., joint], qd[..., joint], legs)
             axis.set_title(JOINTS[joint])
+            axis.set_xlabel("speed [rad/s]" if axes is drawing.rows[-1] else "")
         if not alone:
-            name_row(axes[0], f"{run.label} · {_shares(run, tau, qd)}")
+            axes[0].set_title(f"{drawing.shortened(run.label)}\n{JOINTS[0]}")
         model = " by the model" if name.endswith("_model") else ""
         axes[0].set_ylabel(f"torque{model} [N·m]")
-    for axis in axes:
-        axis.set_xlabel("speed [rad/s]")
     blank: Entry = ("", {"color": "none"})
     entries = [
         *leg_entries(runs[0], legs),
         *[blank] * (-len(legs) % 3),
         ("steady limit of the servo", {"color": LIMIT_COLOUR}),
         ("continuous torque", ADVICE_LINE),
-        blank,
     ]
-    return drawing.add_legend(entries, columns=3, lines_below=0 if alone else 1)
+    notes = [*shared_caption(runs), _shares(runs[0], tau, qd) if alone else ""]
+    return drawing.complete("Torque and speed of the servos", notes, entries, columns=3)
 
 
 def servo_limits(source: Source) -> tuple[Limits, str]:
@@ -170,28 +166,28 @@ def _draw_joint(axis: Axes, run: Run, tau: np.ndarray, qd: np.ndarray, legs: Leg
     axis.set_ylim(min(low, -largest), max(high, largest))
 
 
-def foot_path_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def foot_path_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw foot paths in body axes (left) and in the world (right), from above and from the side.
 
     Each run has two rows of panels.
     """
     alone = len(runs) == 1
     drawing = Panels(
-        f"Foot paths of {listed_legs(legs)}",
-        [*shared_caption(runs), note],
-        [3.2, 2.0] * len(runs),
+        layout,
+        [3.3, 2.3] * len(runs),
         columns=2,
         share_x=False,
         share_y=False,
-        gap=0.42,
+        title_lines=1 if alone else 2,
     )
     for number, run in enumerate(runs):
-        block = drawing.axes[4 * number : 4 * number + 4]
-        _draw_paths(block, run, legs)
+        above, side = drawing.rows[2 * number : 2 * number + 2]
+        _draw_paths([*above, *side], run, legs)
         if not alone:
-            name_row(block[0], run.label)
+            above[0].set_title(f"{drawing.shortened(run.label)}\n{above[0].get_title(loc='left')}")
     entries = [*leg_entries(runs[0], legs), ("body", BODY_LINE)]
-    return drawing.add_legend(entries, columns=4, lines_below=0 if alone else 1)
+    title = f"Foot paths of {listed_legs(legs)}"
+    return drawing.complete(title, shared_caption(runs), entries, columns=4)
 
 
 def feet_in_body(run: Run) -> np.ndarray:
@@ -220,18 +216,11 @@ def _draw_paths(axes: Sequence[Axes], run: Run, legs: Legs) -> None:
             side.plot(*_path(run.time, x, z), **line)
     above_body.plot(0.0, 0.0, marker="+", markersize=8, color=FAINT, linestyle="")
     above_world.plot(*_path(run.time, 1000 * body[:, 0], 1000 * body[:, 1]), **BODY_LINE)
-    for axis, name in (
-        (above_body, "in body axes, from above"),
-        (above_world, "in the world, from above"),
-        (side_body, "in body axes, from the right"),
-        (side_world, "in the world, from the right"),
-    ):
-        if layout().is_narrow:
-            name = name.replace("in ", "").replace("from ", "").replace("the ", "")
-        name_panel(axis, name)
+    names = ("body axes, above", "world, above", "body axes, side", "world, side")
+    for axis, name in zip(axes, names, strict=True):
+        axis.set_title(name)
         axis.set_xlabel("x, forward [mm]")
         axis.margins(x=0.05, y=0.1)
-        axis.locator_params(nbins=3 if layout().is_narrow else 6)
     above_body.set_ylabel("y, left [mm]")
     side_body.set_ylabel("z, up [mm]")
     for axis in (above_body, above_world):

@@ -7,6 +7,7 @@ The figure of a walk, the video and the documentation draw with it. Where there 
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import sys
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ from phasmid.errors import OutputError, plain
 from phasmid.reporting.camera import FAR, View
 from phasmid.reporting.robot_mesh import link_poses, mesh_pieces, quaternions
 from phasmid.reporting.style import rgb
-from phasmid.reporting.terrain_mesh import CELL, floor_image, indexed, landscape
+from phasmid.reporting.terrain_mesh import CELL, floor_image, landscape
 from phasmid.robot import Robot
 from phasmid.terrain import Ground
 
@@ -186,9 +187,13 @@ class SceneRenderer:
         self._data.mocap_quat[:] = quaternions(X[:, :3, :3])
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
-        self._renderer.update_scene(self._data)
+        camera = mujoco.MjvCamera()
+        x, y, z = view.axes[2]
+        camera.lookat, camera.distance = view.middle, view.distance
+        camera.azimuth = math.degrees(math.atan2(-y, -x))
+        camera.elevation = -math.degrees(math.asin(z))
+        self._renderer.update_scene(self._data, camera)
         scene = self._renderer.scene
-        _aim(scene, view)
         floor = self._model.geom("floor").id
         for geom in scene.geoms[: scene.ngeom]:
             if geom.objid == floor:
@@ -211,15 +216,17 @@ class SceneRenderer:
         spec: Any = mujoco.MjSpec()
         visual = spec.visual
         visual.global_.offwidth, visual.global_.offheight = view.size
+        visual.global_.fovy = math.degrees(2 * math.atan(view.size[1] / 2 / view.focal))
         visual.quality.offsamples, visual.quality.shadowsize = SAMPLES, SHADOW_PIXELS
         # Distances of shadow and fog are multiples of the extent.
         reach = view.distance / FAR
         spec.stat.extent, spec.stat.center = 1.5 * reach, view.middle
         visual.map.shadowclip = 1.0
+        visual.map.znear, visual.map.zfar = 0.3 * FAR / 1.5, 3.0 * FAR / 1.5
         visual.map.fogstart = (FAR + 1.5) / 1.5
         visual.map.fogend = (FAR + 7.0) / 1.5
         visual.rgba.fog = (1, 1, 1, 1)
-        visual.headlight.ambient, visual.headlight.diffuse = [0.52] * 3, [0.18] * 3
+        visual.headlight.ambient, visual.headlight.diffuse = [0.56] * 3, [0.18] * 3
         visual.headlight.specular = [0.08] * 3
         spec.add_texture(
             name="sky",
@@ -250,20 +257,6 @@ class SceneRenderer:
             spec.add_material(name=name, rgba=(*colour, 1.0), specular=0.5, shininess=0.35)
             _add_geom(bodies[link + 1], f"piece{k}", name, meshname=f"mesh{mesh}")
         return spec
-
-
-def _aim(scene: Any, view: View) -> None:
-    """Place the renderer's cameras; the optical axis need not be the picture's middle."""
-    near = 0.3 * view.distance
-    width, height = view.size
-    for camera in scene.camera:
-        camera.pos, camera.forward, camera.up = view.eye, -view.axes[2], view.axes[1]
-        camera.frustum_near, camera.frustum_far = near, 3.0 * view.distance
-        camera.frustum_top = view.shift[1] / view.focal * near
-        camera.frustum_bottom = (view.shift[1] - height) / view.focal * near
-        camera.frustum_center = (width / 2 - view.shift[0]) / view.focal * near
-        camera.frustum_width = width / 2 / view.focal * near
-        camera.orthographic = 0
 
 
 def _add_rod(scene: Any, start: np.ndarray, end: np.ndarray, radius: float, colour: str) -> None:
@@ -302,7 +295,7 @@ def _add_floor(
         _add_geom(spec.worldbody, "floor", "floor", type=plane, size=[0, 0, 0.1])
         return
     cell = max(CELL, size / MOST_CELLS)
-    vertices, faces = indexed(landscape(terrain, corner + size / 2, size / 2, cell))
+    vertices, faces = landscape(terrain, corner + size / 2, size / 2, cell)
     _add_mesh(spec, "floor", vertices, faces, (vertices[:, :2] - corner) / size)
     _add_geom(spec.worldbody, "floor", "floor", meshname="floor")
 

@@ -14,7 +14,7 @@ from phasmid import units
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording
-from phasmid.reporting.style import RUN_LINES
+from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
 from phasmid.scenario import option_keys, recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
@@ -23,8 +23,8 @@ from phasmid.tables import quantity
 LEAST = 1e-6
 """Least stall torque [N·m] and no-load speed [rad/s], so that shares of them are finite."""
 
-LONGEST_NAME = 80
-"""Longest name that a figure shows [characters]."""
+LONGEST_NAME, LONGEST_LEG_NAME, LONGEST_LABEL = 60, 20, 80
+"""Longest names of robots and legs, and longest differences of runs, in figures [characters]."""
 
 MOST_RUNS = len(RUN_LINES)
 """Most runs in one figure."""
@@ -229,11 +229,13 @@ class Run(Source):
 
     def leg_name(self, leg: int) -> str:
         """Return a leg's number, from 1, and name, such as ``2 right middle``."""
-        return f"{leg} {short(self.robot.legs[leg - 1].name).replace('_', ' ')}"
+        name = short(self.robot.legs[leg - 1].name, LONGEST_LEG_NAME)
+        return f"{leg} {name.replace('_', ' ')}"
 
-    def leg_title(self, leg: int) -> str:
-        """Return the title of a leg's panel, such as ``Leg 2, right middle``."""
-        return f"Leg {self.leg_name(leg).replace(' ', ', ', 1)}"
+    def leg_title(self, leg: int, layout: Layout) -> str:
+        """Return the title of a leg's panel, such as ``Leg 2, right middle`` or ``Leg 2``."""
+        number, name = self.leg_name(leg).split(" ", 1)
+        return f"Leg {number}" if layout.is_narrow else f"Leg {number}, {name}"
 
 
 def read_run(recording: Recording, appearance: Appearance | None = None) -> Run:
@@ -315,10 +317,10 @@ def how_to_get(name: str) -> str:
     return "phasmid walk and phasmid.simulate record it"
 
 
-def short(name: str) -> str:
-    """Return a name on one line, cut off at `LONGEST_NAME`."""
+def short(name: str, longest: int = LONGEST_NAME) -> str:
+    """Return a name on one line, cut off at a length."""
     name = plain(name)
-    return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME].rstrip()}…"
+    return name if len(name) <= longest else f"{name[:longest].rstrip()}…"
 
 
 def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None) -> list[Run]:
@@ -337,7 +339,7 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
     if labels is not None and len(labels) != count:
         raise InvalidInput(f"{len(labels)} labels were given for {count} runs; each needs one.")
     runs = [read_run(recording) for recording in recordings]
-    unlike = [short(difference) for difference in differences(runs)]
+    unlike = [short(words, LONGEST_LABEL) for words in differences(runs)]
     if labels:
         words = [
             ": ".join(filter(None, pair)) for pair in zip(map(short, labels), unlike, strict=True)

@@ -205,9 +205,4 @@ def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> No
     except BaseException:
         old.rename(target)
         raise
-    try:
-        shutil.rmtree(old, ignore_errors=True)
-    except BaseException:
-        # Only the removal of the older run was interrupted.
-        shutil.rmtree(old, ignore_errors=True)
-        raise
+    shutil.rmtree(old, ignore_errors=True)

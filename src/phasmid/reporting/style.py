@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import io
-import textwrap
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,12 +18,9 @@ from phasmid.errors import InvalidInput
 
 if TYPE_CHECKING:
     import matplotlib.figure
-    import matplotlib.text
 
 Figure: TypeAlias = "matplotlib.figure.Figure"
 """A matplotlib figure; the name is kept as text so that importing it is quick."""
-
-Text: TypeAlias = "matplotlib.text.Text"
 
 JOINT_COLOURS = ("#004488", "#bb5566", "#d9a21b")
 """Coxa, femur and tibia: Paul Tol's high contrast, distinct in grey too."""
@@ -76,31 +71,48 @@ LACKING_COLOUR = "#fbe3df"
 MOST_POINTS = 2000
 """Most points drawn of one line: twice as many as a figure has pixels across."""
 
-NORMAL_WIDTH = 7.2
-"""Default width of a figure [inches]."""
+NORMAL_WIDTH, NARROWEST, WIDEST = 0.18288, 0.06, 0.5
+"""Default width of a figure, and its bounds [m]."""
 
-NARROWEST, WIDEST = 0.06, 0.5
-"""Bounds of the width of a figure [m]."""
+FONT_SIZE = 9.0
+"""Size of type at the default width [pt]."""
 
 SMALLEST_TYPE = 0.78
-"""Smallest scale of type: 7 pt for axis labels, which are legible in print."""
+"""Smallest scale of type: 7 pt, which is legible in print."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Layout of the figures.
+    """Layout of a figure.
 
     Attributes:
-        width: Width of the figures [inches].
+        width: Width of the figure [m].
         title: Draw a title and a subtitle.
+        note: Last part of the subtitle.
+
+    Raises:
+        InvalidInput: The width is out of range.
     """
 
     width: float = NORMAL_WIDTH
     title: bool = True
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        if not NARROWEST <= self.width <= WIDEST:
+            raise InvalidInput(
+                f"width is {self.width:g} m; it must be from {NARROWEST:g} to {WIDEST:g} m.",
+                hint="0.085, a column of a paper",
+            )
+
+    @property
+    def inches(self) -> float:
+        """Width of the figure [inches]."""
+        return self.width / 0.0254
 
     @property
     def type_scale(self) -> float:
-        """Size of all type, relative to that at the normal width."""
+        """Size of all type, relative to that at the default width."""
         return min(1.0, max((self.width / NORMAL_WIDTH) ** 0.5, SMALLEST_TYPE))
 
     @property
@@ -108,42 +120,8 @@ class Layout:
         """True where panels side by side have no space for long words."""
         return self.width < 0.7 * NORMAL_WIDTH
 
-    @property
-    def margin_scale(self) -> float:
-        """Margins that hold type, as shares of the width, relative to the normal ones."""
-        return self.type_scale * NORMAL_WIDTH / self.width
 
-
-_LAYOUT: ContextVar[Layout] = ContextVar("layout", default=Layout())  # noqa: B039
-
-
-def layout() -> Layout:
-    """Return the present layout."""
-    return _LAYOUT.get()
-
-
-@contextmanager
-def laid_out(width: float | None, *, title: bool = True) -> Iterator[None]:
-    """Draw and save figures in a width [m], by default the normal one, and with or without title.
-
-    Raises:
-        InvalidInput: The width is out of range.
-    """
-    if width is not None and not NARROWEST <= width <= WIDEST:
-        raise InvalidInput(
-            f"width is {width:g} m; it must be from {NARROWEST:g} to {WIDEST:g} m.",
-            hint="0.085, a column of a paper",
-        )
-    token = _LAYOUT.set(Layout(NORMAL_WIDTH if width is None else width / 0.0254, title))
-    try:
-        yield
-    finally:
-        _LAYOUT.reset(token)
-
-
-def points(size: float) -> float:
-    """Return a size of type at the present width [pt]."""
-    return size * layout().type_scale
+DEFAULT_LAYOUT = Layout()
 
 
 def leg_colour(leg: int) -> str:
@@ -156,41 +134,31 @@ def rgb(colour: str) -> Float[np.ndarray, "3"]:
     return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
 
 
+def _hex(colour: Float[np.ndarray, "3"]) -> str:
+    return "#" + "".join(f"{round(255 * part):02x}" for part in colour)
+
+
 def darker(colour: str) -> str:
     """Return a dark variant of a colour, for a second line on top of the first."""
-    return "#" + "".join(f"{round(0.6 * int(colour[k : k + 2], 16)):02x}" for k in (1, 3, 5))
+    return _hex(0.6 * rgb(colour))
 
 
 def paler(colour: str) -> str:
     """Return a pale variant of a colour, for an area behind a line of the first."""
-    parts = (255 - round(0.35 * (255 - int(colour[k : k + 2], 16))) for k in (1, 3, 5))
-    return "#" + "".join(f"{part:02x}" for part in parts)
+    return _hex(1 - 0.35 * (1 - rgb(colour)))
 
 
 @contextmanager
-def styled() -> Iterator[None]:
+def styled(type_scale: float = 1.0) -> Iterator[None]:
     """Draw and save in phasmid's style, regardless of the user's matplotlib settings."""
     import matplotlib
 
-    settings = dict(_settings())
-    for name in TYPE_SIZES:
-        settings[name] *= layout().type_scale
+    settings = {**_settings(), "font.size": FONT_SIZE * type_scale}
     with warnings.catch_warnings():
         # Letters that the font lacks are shown as boxes.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         with matplotlib.rc_context(settings):
             yield
-
-
-TYPE_SIZES = (
-    "font.size",
-    "axes.labelsize",
-    "axes.titlesize",
-    "xtick.labelsize",
-    "ytick.labelsize",
-    "legend.fontsize",
-)
-"""Settings that are sizes of type [pt]."""
 
 
 @cache
@@ -212,59 +180,6 @@ def new_figure(width: float, height: float, dpi: float | None = None) -> Figure:
     figure = NewFigure(figsize=(width, height), dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
-
-
-def wrap(text: Text, parts: Sequence[str], width: float) -> int:
-    """Write parts separated by dots, in lines no wider than a width.
-
-    Args:
-        text: A text of a figure.
-        parts: The parts, in order.
-        width: Available width [pixels].
-
-    Returns:
-        The number of lines.
-    """
-
-    def fits(words: str) -> bool:
-        text.set_text(words)
-        return bool(text.get_window_extent().width <= width)
-
-    lines: list[str] = []
-    for part in parts:
-        if lines and fits(f"{lines[-1]} · {part}"):
-            lines[-1] += f" · {part}"
-        elif fits(part):
-            lines.append(part)
-        else:
-            share = width / float(text.get_window_extent().width)
-            lines += textwrap.wrap(part, int(0.9 * share * len(part)))
-    if len(lines) == 2 and not fits(" · ".join(lines)):
-        # A little smaller, it may fit one line.
-        share = 0.99 * width / float(text.get_window_extent().width)
-        if share > 0.92:
-            text.set_fontsize(share * float(text.get_fontsize()))
-            lines = [" · ".join(lines)]
-    text.set_text("\n".join(lines))
-    return max(len(lines), 1)
-
-
-def shrink(text: Text, width: float, least: float) -> None:
-    """Reduce the size of a text, then cut it off, until it fits a width.
-
-    Args:
-        text: A text of a figure.
-        width: Available width [pixels].
-        least: Smallest size of type [pt].
-    """
-    words = text.get_text()
-    needed = text.get_window_extent().width
-    if needed <= width:
-        return
-    text.set_fontsize(max(least, 0.99 * width / needed * float(text.get_fontsize())))
-    while words and text.get_window_extent().width > width:
-        words = words[: int(0.95 * len(words))]
-        text.set_text(f"{words.rstrip()} …")
 
 
 NO_DATES: dict[str, dict[str, Any]] = {

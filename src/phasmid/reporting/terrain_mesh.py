@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
@@ -25,8 +26,8 @@ COARSE = 512
 
 def landscape(
     ground: Ground, middle: Float[np.ndarray, "2"], reach: float, cell: float = CELL
-) -> Float[np.ndarray, "triangles 3 3"]:
-    """Return the terrain around a place; its triangles face up, or out of the sides of steps.
+) -> tuple[Float[np.ndarray, "vertices 3"], Int[np.ndarray, "triangles 3"]]:
+    """Return vertices [m] and triangles of the terrain around a place, facing outwards.
 
     Args:
         ground: The terrain.
@@ -35,59 +36,37 @@ def landscape(
         cell: Side of the triangles of curved ground [m].
     """
     if isinstance(ground.shape, Blocky):
-        return _of_blocks(ground, middle, reach)
+        return _of_blocks(ground, ground.shape, middle, reach)
     count = math.ceil(reach / cell)
     side = np.arange(-count, count + 1) * cell
     # On a grid of the world, so that the picture does not shimmer as the robot moves on.
     x, y = np.meshgrid(*(cell * np.round(m / cell) + side for m in middle), indexing="ij")
-    return _quads(np.stack([x, y, ground.height(x, y)], axis=-1))
-
-
-def _quads(grid: Float[np.ndarray, "rows columns 3"]) -> Float[np.ndarray, "triangles 3 3"]:
-    """Return two triangles for each cell of a grid of points, counter-clockwise from above."""
-    a, b, c, d = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    halves = [np.stack([a, b, c], axis=-2), np.stack([a, c, d], axis=-2)]
-    return np.concatenate([half.reshape(-1, 3, 3) for half in halves])
+    corner = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = (
+        k.ravel() for k in (corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:])
+    )
+    faces = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)])
+    return np.stack([x, y, ground.height(x, y)], axis=-1).reshape(-1, 3), faces
 
 
 def _of_blocks(
-    ground: Ground, middle: Float[np.ndarray, "2"], reach: float
-) -> Float[np.ndarray, "triangles 3 3"]:
-    """Return tops and sides of the blocks near a place."""
-    assert isinstance(ground.shape, Blocky)
-    c, s = math.cos(ground.yaw), math.sin(ground.yaw)
-    own = np.array([c * middle[0] + s * middle[1], c * middle[1] - s * middle[0]])
-    blocks = ground.shape.blocks
-    bottom = min(block.top for block in blocks) - 0.01
-    triangles = []
-    for block in blocks:
-        low = np.maximum([block.u[0], block.v[0]], own - reach)
-        high = np.minimum([block.u[1], block.v[1]], own + reach)
-        if (low >= high).any():
-            continue
-        outline = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
-        rings = [np.c_[outline, np.full(4, z)] for z in (bottom, block.top)]
-        top = rings[1]
-        triangles += [top[[0, 1, 2]], top[[0, 2, 3]]]
-        below, above = (np.concatenate([ring, ring[:1]]) for ring in rings)
-        for k in range(4):
-            triangles.append(np.stack([below[k], below[k + 1], above[k + 1]]))
-            triangles.append(np.stack([below[k], above[k + 1], above[k]]))
-    turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-    return np.array(triangles).reshape(-1, 3, 3) @ turn
-
-
-def indexed(
-    corners: Float[np.ndarray, "triangles 3 3"],
+    ground: Ground, shape: Blocky, middle: Float[np.ndarray, "2"], reach: float
 ) -> tuple[Float[np.ndarray, "vertices 3"], Int[np.ndarray, "triangles 3"]]:
-    """Return triangles as distinct vertices [m], rounded to 16 bits, and their indices."""
-    step = max(float(np.abs(corners).max()), 1e-9) / 32767
-    steps = np.rint(corners.reshape(-1, 3) / step).astype(np.int64)
-    keys = (steps + 32768) @ np.array([1 << 34, 1 << 17, 1])
-    _, first, faces = np.unique(keys, return_index=True, return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    a, b, c = faces.T
-    return steps[first] * step, faces[(a != b) & (b != c) & (c != a)]
+    """Return the blocks near a place."""
+    import trimesh
+
+    c, s = math.cos(ground.yaw), math.sin(ground.yaw)
+    R_world_terrain = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    near = middle @ R_world_terrain[:2, :2]
+    bottom = min(block.top for block in shape.blocks) - 0.01
+    boxes = []
+    for block in shape.blocks:
+        low = np.maximum([block.u[0], block.v[0]], near - reach)
+        high = np.minimum([block.u[1], block.v[1]], near + reach)
+        if (low < high).all():
+            boxes.append(trimesh.creation.box(bounds=[[*low, bottom], [*high, block.top]]))
+    solid: Any = trimesh.util.concatenate(boxes)
+    return solid.vertices @ R_world_terrain.T, solid.faces
 
 
 def floor_image(

@@ -39,7 +39,6 @@ def print_summary(
     Raises:
         InvalidInput: There is no such leg.
     """
-    from rich.cells import cell_len
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -73,20 +72,15 @@ def print_summary(
         [f"{number} {names[number - 1].replace('_', ' ')}", *leg_row(summary, number - 1)]
         for number in shown
     ]
-    columns = zip(heads, units, *(row[1:] for row in rows), strict=True)
-    needed = [max(len(str(cell)) for cell in column) for column in columns]
     # A long name gives way, never a number.
-    longest = max(cell_len(row[0]) for row in rows)
-    room = min(max(width - sum(needed) - 2 * len(needed), 12), longest)
-    table.add_column("leg", no_wrap=True, overflow="ellipsis", width=room)
-    for title, least in zip(heads, needed, strict=True):
+    table.add_column("leg", no_wrap=True, overflow="ellipsis", min_width=12)
+    for column, title in enumerate(heads, 1):
+        least = max(len(row[column]) for row in rows)
         table.add_column(title, justify="right", no_wrap=True, min_width=least)
     table.add_row("", *units, style="dim")
     for row in rows:
         table.add_row(*row)
-    # A terminal too narrow for the numbers wraps them; rich would cut them off.
-    table.width = sum(needed) + 2 * len(needed) + room
-    console.print(table, crop=False)
+    console.print(table, width=width)
     for line in textwrap.wrap(note(summary), width, break_on_hyphens=False):
         console.print(Text(line, style="dim"))
     warnings = summary.get("warnings", ())

@@ -7,31 +7,23 @@ has all its lines; several are compared, with a line each.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from phasmid.gait import support_margin
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording.channels import CHANNELS, JOINTS
 from phasmid.reporting.numbers import (
-    SHORTEST_DISTANCE,
     centre_of_mass,
-    drawn_power,
+    cost_of_transport,
+    joint_power,
     torque_and_speed,
     travel,
 )
-from phasmid.reporting.panels import (
-    Axes,
-    Entry,
-    Panels,
-    listed_legs,
-    name_panel,
-    shade,
-    spans,
-    time_axis,
-)
+from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs, shade, spans, time_axis
 from phasmid.reporting.run import Run, shared_caption, shown_part
 from phasmid.reporting.steps import SETTLING, away_from_switches, durations
 from phasmid.reporting.style import (
@@ -43,12 +35,10 @@ from phasmid.reporting.style import (
     POWER_COLOURS,
     STANCE_COLOUR,
     Figure,
+    Layout,
     darker,
-    layout,
     leg_colour,
     paler,
-    points,
-    shrink,
     thin,
 )
 
@@ -103,134 +93,104 @@ SERVO_QUANTITIES = (
 
 MODEL_DASH = (0, (3.2, 1.8))
 
-COXA_APART = ("coxa", "femur and tibia")
-"""Panels of each leg's angles: the coxa turns by some degrees, the others by ten times as much."""
 
+def quantity_figure(runs: Sequence[Run], legs: Legs, layout: Layout, quantity: Quantity) -> Figure:
+    """Draw a quantity, a row of panels for each leg.
 
-def quantity_figure(runs: Sequence[Run], legs: Legs, note: str, quantity: Quantity) -> Figure:
-    """Draw a quantity of one run, simulated and computed, or of several runs."""
-    return (_quantity_of_run if len(runs) == 1 else _quantity_of_runs)(runs, legs, note, quantity)
-
-
-def _quantity_of_run(runs: Sequence[Run], legs: Legs, note: str, quantity: Quantity) -> Figure:
-    run = runs[0]
-    # Shape (N, legs, lines of a leg).
-    seen, computed = (
-        values if values is None else quantity.scale * values.reshape(*values.shape[:2], -1)
-        for values in (run.channel(name) for name in (*quantity.channels, "")[:2])
-    )
-    title = quantity.title
-    if quantity is ANGLES and seen is None:
-        title = "Planned joint angles"
-    notes = {
-        TORQUES: [run.model_words],
-        FORCES: [run.model_words, f"weight {run.weight:.4g} N"],
-    }.get(quantity, [])
-    if quantity in SERVO_QUANTITIES:
-        notes = [f"{run.scenario.servo.supply(run.robot.servo):g} V"]
-    columns = COXA_APART if quantity is ANGLES else ("",)
+    A single run has the joints' lines in one panel, simulated and computed; of several, each joint
+    has a panel with a line for each run. The angles of the coxa, which turns by some degrees, have
+    a panel of their own.
+    """
+    alone, run = len(runs) == 1, runs[0]
+    groups: tuple[tuple[int, ...], ...] = ((0, 1, 2),) if alone else ((0,), (1,), (2,))
+    if quantity is FORCES:
+        groups = ((0,),)
+    elif quantity is ANGLES and alone:
+        groups = ((0,), (1, 2))
+    used = [[name for name in quantity.channels if one.has(name)] for one in runs]
     drawing = Panels(
-        f"{title} of {listed_legs(legs)}",
-        [*run.caption, *notes, note],
-        [1.65] * len(legs),
-        columns=len(columns),
-        share_y="col",
-        space=0.24,
+        layout,
+        [1.6 if alone else 1.3] * len(legs),
+        columns=len(groups),
+        share_y="col" if quantity is ANGLES else True,
     )
-    stance = run.channel("stance")
+    stance = run.channel("stance") if alone else None
     for leg, row in zip(legs, drawing.rows, strict=True):
-        colours = (leg_colour(leg - 1),) if quantity is FORCES else JOINT_COLOURS
-        for joint, colour in enumerate(colours):
-            of = (slice(None), leg - 1, joint)
-            pair = (None if seen is None else seen[of], None if computed is None else computed[of])
-            _draw_pair(row[min(joint, len(row) - 1)], run.time, pair, colour)
-        for axis, part in zip(row, columns, strict=True):
-            named = run.leg_title(leg) if axis is row[0] else ""
-            if part and layout().is_narrow:
-                named = named.split(",")[0]
-            name_panel(axis, ": ".join(filter(None, (named, part))))
+        for axis, joints in zip(row, groups, strict=True):
+            words = [run.leg_title(leg, layout)] if axis is row[0] else []
+            words += [" and ".join(JOINTS[j] for j in joints)] if len(groups) > 1 else []
+            axis.set_title(": ".join(words))
             if stance is not None:
                 shade(axis, run.time, stance[:, leg - 1], STANCE_COLOUR)
+            for one, names in zip(runs, used, strict=True):
+                for name in names if alone else names[:1]:
+                    values = one.recording[name].values
+                    values = quantity.scale * values.reshape(*values.shape[:2], -1)
+                    for joint in joints:
+                        colour = leg_colour(leg - 1) if quantity is FORCES else JOINT_COLOURS[joint]
+                        line = _line(colour, name == names[0], len(names)) if alone else one.line
+                        # A single sample makes no line.
+                        mark = "o" if len(one.time) == 1 else ""
+                        axis.plot(*thin(one.time, values[:, leg - 1, joint]), marker=mark, **line)
         row[0].set_ylabel(quantity.label)
     for axis in row:
         shaded = axis is row[0] and stance is not None
         time_axis(axis, run.time, "shaded: stance" if shaded else "")
-    drawing.figure.align_ylabels(drawing.axes[:: len(columns)])
-    labels: list[Entry] = []
-    if quantity is not FORCES:
-        labels = [(name, {"color": c}) for name, c in zip(JOINTS, JOINT_COLOURS, strict=True)]
-    if quantity not in SERVO_QUANTITIES:
-        name = "simulated" if run.is_simulated else "recorded"
-        labels.append((quantity.computed if seen is None else name, {"color": FAINT}))
-        if seen is not None and computed is not None:
-            dashed = {"color": INK, "linestyle": MODEL_DASH}
-            labels.append((f"{quantity.computed} (darker)", dashed))
-    return drawing.add_legend(labels)
-
-
-def _draw_pair(
-    axis: Axes,
-    time: np.ndarray,
-    pair: tuple[np.ndarray | None, np.ndarray | None],
-    colour: str,
-) -> None:
-    """Draw the simulated line, and the computed one darker and dashed on top."""
-    seen, computed = pair
-    # A single sample makes no line.
-    mark: dict[str, Any] = {"marker": "o" if len(time) == 1 else ""}
-    if seen is not None:
-        width = 1.5 if computed is None else 1.9
-        axis.plot(*thin(time, seen), color=colour, linewidth=width, **mark)
-    if computed is not None and seen is None:
-        axis.plot(*thin(time, computed), color=colour, **mark)
-    elif computed is not None:
-        mark |= {"color": darker(colour), "linewidth": 1.1, "linestyle": MODEL_DASH}
-        axis.plot(*thin(time, computed), **mark)
-
-
-def _quantity_of_runs(runs: Sequence[Run], legs: Legs, note: str, quantity: Quantity) -> Figure:
-    used = [run.first_channel(quantity.channels) for run in runs]
-    kinds = " or ".join(CHANNELS[name].long_name for name in quantity.channels if name in used)
-    found = [run.recording[name].values for run, name in zip(runs, used, strict=True)]
-    # Shape (N, legs, panels of a row).
-    lines = [values.reshape(*values.shape[:2], -1) for values in found]
-    columns = lines[0].shape[2]
-    drawing = Panels(
-        f"{quantity.title} of {listed_legs(legs)}",
-        [*shared_caption(runs), kinds, note],
-        [1.4 if columns > 1 else 1.5] * len(legs),
-        columns=columns,
-        space=0.13,
+    title = quantity.title
+    if quantity is ANGLES and not any(one.has("joint_position") for one in runs):
+        title = "Planned joint angles"
+    notes = _conditions(runs, quantity, [names[0] for names in used])
+    return drawing.complete(
+        f"{title} of {listed_legs(legs)}",
+        [*shared_caption(runs), *notes],
+        _quantity_entries(run, quantity, used[0]) if alone else run_entries(runs),
+        columns=0 if alone else 1,
     )
-    for leg, row in zip(legs, drawing.rows, strict=True):
-        for joint, axis in enumerate(row):
-            if columns == 1:
-                name_panel(axis, runs[0].leg_title(leg))
-            elif layout().is_narrow:
-                name_panel(axis, (f"leg {leg} · " if joint == 0 else "") + JOINTS[joint], 8.5)
-            else:
-                name_panel(axis, f"{runs[0].leg_name(leg)} · {JOINTS[joint]}", 8.5)
-            for run, values in zip(runs, lines, strict=True):
-                axis.plot(*thin(run.time, quantity.scale * values[:, leg - 1, joint]), **run.line)
-        row[0].set_ylabel(quantity.label)
-    for axis in row:
-        time_axis(axis, runs[0].time)
-        if columns > 1 and not layout().is_narrow:
-            axis.locator_params(axis="x", nbins=5)
-    drawing.figure.align_ylabels(drawing.axes[::columns])
-    return drawing.add_legend(run_entries(runs), columns=1)
 
 
-def gait_diagram(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def _conditions(runs: Sequence[Run], quantity: Quantity, used: Sequence[str]) -> list[str]:
+    """Return what a figure's subtitle says of its quantity."""
+    run = runs[0]
+    if len(runs) > 1:
+        return [" or ".join(dict.fromkeys(CHANNELS[name].long_name for name in used))]
+    if quantity in SERVO_QUANTITIES:
+        return [f"{run.scenario.servo.supply(run.robot.servo):g} V"]
+    weight = f"weight {run.weight:.4g} N" if quantity is FORCES else ""
+    return [run.model_words if quantity is not ANGLES else "", weight]
+
+
+def _line(colour: str, is_first: bool, count: int) -> dict[str, Any]:
+    """Return the look of a line, or of the computed one dashed and darker on top of it."""
+    if is_first:
+        return {"color": colour, "linewidth": 1.9 if count > 1 else 1.5}
+    return {"color": darker(colour), "linewidth": 1.1, "linestyle": MODEL_DASH}
+
+
+def _quantity_entries(run: Run, quantity: Quantity, used: Sequence[str]) -> list[Entry]:
+    """Return the legend of a single run: joints, then simulated and computed lines."""
+    entries: list[Entry] = []
+    if quantity is not FORCES:
+        entries = [(name, {"color": c}) for name, c in zip(JOINTS, JOINT_COLOURS, strict=True)]
+    if len(quantity.channels) > 1:
+        seen = "simulated" if run.is_simulated else "recorded"
+        is_seen = used[0] == quantity.channels[0]
+        entries.append((seen if is_seen else quantity.computed, {"color": FAINT}))
+    if len(used) > 1:
+        dashed = {"color": INK, "linestyle": MODEL_DASH}
+        entries.append((f"{quantity.computed} (darker)", dashed))
+    return entries
+
+
+def gait_diagram(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw bars of each leg's planned stance and, narrower and darker, of its contact."""
     alone = len(runs) == 1
-    notes = [*shared_caption(runs), _agreement(runs[0], legs) if alone else "", note]
-    height = 0.27 * len(legs) + 0.35
-    drawing = Panels("Gait diagram", notes, [height] * len(runs), left=0.19, share_y=False)
+    heights = [0.27 * len(legs) + 0.3] * len(runs)
+    drawing = Panels(layout, heights, left=1.35, share_y=False)
     for axis, run in zip(drawing.axes, runs, strict=True):
         draw_bars(axis, run, legs)
         if not alone:
-            name_panel(axis, " · ".join(filter(None, (run.label, _agreement(run, legs)))))
+            words = " · ".join(filter(None, (run.label, _agreement(run, legs))))
+            axis.set_title(drawing.shortened(words))
     time_axis(drawing.axes[-1], runs[0].time)
     entries: list[Entry] = [
         (words, {"color": colour, "linewidth": 6.0})
@@ -240,7 +200,8 @@ def gait_diagram(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
         )
         if any(run.has(name) for run in runs)
     ]
-    return drawing.add_legend(entries)
+    notes = [*shared_caption(runs), _agreement(runs[0], legs) if alone else ""]
+    return drawing.complete("Gait diagram", notes, entries)
 
 
 def _agreement(run: Run, legs: Legs) -> str:
@@ -271,7 +232,6 @@ def draw_bars(axis: Axes, run: Run, legs: Legs) -> None:
     axis.set_yticks(np.arange(len(legs)), [run.leg_name(leg) for leg in legs])
     for label, leg in zip(axis.get_yticklabels(), legs, strict=True):
         label.set_color(leg_colour(leg - 1))
-        shrink(label, 0.9 * float(axis.bbox.x0), least=points(5.0))
     axis.tick_params(axis="y", length=0)
     axis.grid(visible=False, axis="y")
     axis.spines["left"].set_visible(False)
@@ -280,41 +240,36 @@ def draw_bars(axis: Axes, run: Run, legs: Legs) -> None:
 STANDING = {"contact": "feet in contact", "stance": "feet in planned stance"}
 
 
-def support_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def support_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw the distance of the centre of mass from the edge of the support polygon.
 
     All legs count. A single run has a line of its contacts and one of its planned stance.
     """
     del legs
-    alone = len(runs) == 1
-    margins = [
-        {
-            name: margin_over_time(run, name)
-            for name in [n for n in STANDING if run.has(n)][: 2 if alone else 1]
-        }
-        for run in runs
-    ]
-    of_what = sorted({next(iter(found.values()))[1] for found in margins})
-    margin = next(iter(margins[0].values()))[0]
-    least = _least_margin(runs[0], margin) if alone else ""
-    notes = [*shared_caption(runs), f"of the {' or the '.join(of_what)}", least, note]
-    drawing = Panels("Support margin", notes, [2.7])
+    alone, entries, reference = len(runs) == 1, [], set()
+    drawing = Panels(layout, [2.6])
     axis = drawing.axes[0]
-    labels: list[Entry] = []
-    for run, found in zip(runs, margins, strict=True):
-        for number, (name, (values, _)) in enumerate(found.items()):
-            look: dict[str, Any] = {"color": JOINT_COLOURS[2 * number]}
-            look["linestyle"] = ("-", MODEL_DASH)[number]
-            line = look if alone else run.line
-            known = np.where(np.isfinite(values), 1000 * values, np.nan)
-            axis.plot(*thin(run.time, known), **line)
-            labels.append((STANDING[name], line))
-    undefined = ~np.isfinite(margin) & alone
+    for run in runs:
+        known = [name for name in STANDING if run.has(name)]
+        for number, name in enumerate(known if alone else known[:1]):
+            margin, what = margin_over_time(run, name)
+            reference.add(what)
+            line = run.line
+            if alone:
+                line = {"color": JOINT_COLOURS[2 * number], "linestyle": ("-", MODEL_DASH)[number]}
+            defined = np.where(np.isfinite(margin), 1000 * margin, np.nan)
+            axis.plot(*thin(run.time, defined), **line)
+            entries.append((STANDING[name] if alone else run.label, line))
+            if number == 0:
+                first = margin
+    undefined = ~np.isfinite(first) & alone
     shade(axis, runs[0].time, undefined, LACKING_COLOUR)
     axis.axhline(0.0, color=LIMIT_COLOUR, linewidth=1.0)
     axis.set_ylabel("margin [mm]")
     time_axis(axis, runs[0].time, "shaded: fewer than three feet" if undefined.any() else "")
-    return drawing.add_legend(labels if alone else run_entries(runs), columns=0 if alone else 1)
+    least = _least_margin(runs[0], first) if alone else ""
+    notes = [*shared_caption(runs), f"of the {' or the '.join(sorted(reference))}", least]
+    return drawing.complete("Support margin", notes, entries, columns=0 if alone else 1)
 
 
 def margin_over_time(run: Run, standing: str) -> tuple[np.ndarray, str]:
@@ -356,46 +311,43 @@ LIMIT_LINE: dict[str, Any] = {
 }
 
 
-def friction_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def friction_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw tangential over normal force of each stance foot, and the coefficient of friction."""
     found = [friction_demand(run) for run in runs]
-    alone = len(runs) == 1
-    threshold = f"stances under at least {LEAST_LOAD * runs[0].weight:.2g} N"
+    alone, run = len(runs) == 1, runs[0]
     columns = 2 if len(legs) > 1 else 1
-    drawing = Panels(
-        f"Friction demand of {listed_legs(legs)}",
-        [*shared_caption(runs), threshold if alone else "", note],
-        [1.45] * -(-len(legs) // columns),
-        columns=columns,
-        space=0.10,
-    )
-    stance = runs[0].channel("stance") if alone else None
-    highest = 0.0
-    for number, (axis, leg) in enumerate(zip(drawing.axes, legs, strict=False)):
-        name_panel(axis, runs[0].leg_title(leg))
+    drawing = Panels(layout, [1.35] * -(-len(legs) // columns), columns=columns)
+    stance = run.channel("stance") if alone else None
+    for axis, leg in zip(drawing.axes, legs, strict=False):
+        axis.set_title(run.leg_title(leg, layout))
         if stance is not None:
-            shade(axis, runs[0].time, stance[:, leg - 1], STANCE_COLOUR)
-        for run, (demand, limit) in zip(runs, found, strict=True):
-            line = {"color": leg_colour(leg - 1)} if alone else run.line
-            axis.plot(*thin(run.time, demand[:, leg - 1]), **line)
-            axis.plot(*thin(run.time, limit[:, leg - 1]), **LIMIT_LINE)
-            largest = np.nanmax(demand[:, leg - 1], initial=0.0)
-            highest = max(highest, float(limit.max()), float(largest))
-        first = number % columns == 0
-        if first:
-            axis.set_ylabel("demand [1]")
-        if number >= len(legs) - columns:
-            shaded = first and stance is not None
-            time_axis(axis, runs[0].time, "shaded: stance" if shaded else "")
-            axis.xaxis.set_tick_params(labelbottom=True)
+            shade(axis, run.time, stance[:, leg - 1], STANCE_COLOUR)
+        for one, (demand, limit) in zip(runs, found, strict=True):
+            line = {"color": leg_colour(leg - 1)} if alone else one.line
+            axis.plot(*thin(one.time, demand[:, leg - 1]), **line)
+            axis.plot(*thin(one.time, limit[:, leg - 1]), **LIMIT_LINE)
+    for row in drawing.rows:
+        row[0].set_ylabel("demand [1]")
     for axis in drawing.axes[len(legs) :]:
         axis.set_visible(False)
-    drawing.axes[0].set_ylim(0.0, 1.12 * highest)
-    limits: Entry = ("coefficient of friction", LIMIT_LINE)
-    if not alone:
-        return drawing.add_legend([*run_entries(runs), limits], columns=1)
-    words = "tangential over normal force" + ("" if runs[0].has("foot_force") else " of the model")
-    return drawing.add_legend([(words, {"color": leg_colour(0)}), limits])
+    for axis in drawing.axes[: len(legs)][-columns:]:
+        time_axis(axis, run.time)
+        axis.tick_params(labelbottom=True)
+    drawing.axes[0].set_ylim(bottom=0.0)
+    entries: list[Entry] = run_entries(runs)
+    if alone:
+        words = "tangential over normal force" + ("" if run.has("foot_force") else " of the model")
+        entries = [(words, {"color": leg_colour(0)})]
+    entries.append(("coefficient of friction", LIMIT_LINE))
+    if stance is not None:
+        entries.append(("planned stance", {"color": STANCE_COLOUR, "linewidth": 6.0}))
+    threshold = f"stances under at least {LEAST_LOAD * run.weight:.2g} N" if alone else ""
+    return drawing.complete(
+        f"Friction demand of {listed_legs(legs)}",
+        [*shared_caption(runs), threshold],
+        entries,
+        columns=0 if alone else 1,
+    )
 
 
 def friction_demand(run: Run) -> tuple[np.ndarray, np.ndarray]:
@@ -441,33 +393,8 @@ POWER_LINES: dict[str, tuple[str, Any]] = {
 }
 """Label and dash of each kind of power."""
 
-COSTS = ("given", "electrical")
-"""Kinds of power whose cost of transport the subtitle states."""
 
-
-@dataclass(frozen=True, eq=False)
-class Power:
-    """Power of all joints together.
-
-    Attributes:
-        name: A key of `POWER_LINES`.
-        power: Power of each sample [W], shape (N,).
-        energy: Its integral by the trapezoidal rule [J], shape (N,).
-        cost_of_transport: Energy over weight and distance; None where the distance is unknown or 0.
-    """
-
-    name: str
-    power: np.ndarray
-    energy: np.ndarray
-    cost_of_transport: float | None
-
-    @property
-    def cost(self) -> str:
-        """Cost of transport in words."""
-        return "unknown" if self.cost_of_transport is None else f"{self.cost_of_transport:.2f}"
-
-
-def power_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def power_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw the power of all joints together and, under it, its integral since the start.
 
     A single run has a line of every kind of power; several have that of their positive power.
@@ -475,107 +402,39 @@ def power_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
     """
     del legs
     parts, note = shown_part(runs)
-    found = [power_of(run) for run in runs]
-    alone = len(parts) == 1
-    model = " by the model" if torque_and_speed(runs[0])[2].endswith("_model") else ""
-    costs = [f"{kind.cost} ({kind.name})" for kind in found[0] if kind.name in COSTS]
-    cost = f"cost of transport {', '.join(costs)}" if alone else ""
-    title = f"Power and energy of all joints{model}"
-    notes = [*shared_caption(parts), cost, note]
-    drawing = Panels(title, notes, [2.1, 1.9], share_y=False, gap=0.12)
-    labels: list[Entry] = []
-    for run, whole, kinds in zip(parts, runs, found, strict=True):
+    alone, entries, costs = len(runs) == 1, [], []
+    drawing = Panels(replace(layout, note=note), [1.9, 1.9], share_y=False)
+    for run, whole in zip(parts, runs, strict=True):
         rows = np.searchsorted(whole.time, run.time)
-        for kind, colour in zip(kinds, POWER_COLOURS, strict=False):
-            label, dash = POWER_LINES[kind.name]
+        way = travel(whole).get("distance")
+        kinds = joint_power(whole)
+        for (name, power), colour in zip(kinds.items(), POWER_COLOURS, strict=False):
+            energy = cumulative_trapezoid(power, whole.time, initial=0)
+            transport = cost_of_transport(whole, float(energy[-1]), way)
+            cost = "unknown" if transport is None else f"{transport:.2f}"
+            label, dash = POWER_LINES[name]
             line = {"color": colour, "linestyle": dash, "linewidth": 1.3}
+            if name in ("given", "electrical"):
+                costs.append(f"{cost} ({name})")
             if not alone:
-                if kind.name != "given":
+                if name != "given":
                     continue
-                line, label = run.line, f"{run.label} · cost of transport {kind.cost}"
-            for axis, values in zip(drawing.axes, (kind.power, kind.energy), strict=True):
+                line, label = run.line, f"{run.label} · cost of transport {cost}"
+            for axis, values in zip(drawing.axes, (power, energy), strict=True):
                 axis.plot(*thin(run.time, values[rows]), **line)
-            labels.append((label, line))
+            entries.append((label, line))
     given = "" if alone else " given"
     drawing.axes[0].set_ylabel(f"power{given} [W]")
     drawing.axes[1].set_ylabel(f"energy{given} [J]")
     time_axis(drawing.axes[1], parts[0].time)
-    drawing.figure.align_ylabels(drawing.axes)
-    return drawing.add_legend(labels, columns=0 if alone else 1)
-
-
-def power_of(run: Run) -> list[Power]:
-    """Return each kind of power of joints and servos of a whole run.
-
-    Returns:
-        ``net``, the sum over joints of torque times speed; ``given``, that of the positive parts,
-        as braking recovers nothing; ``absolute``, that of the magnitudes; and with recorded servo
-        currents ``electrical``, the positive part of output times supply voltage times current.
-
-    Raises:
-        InvalidInput: A channel is absent.
-    """
-    tau, qd, _ = torque_and_speed(run)
-    way = travel(run).get("distance") or 0.0
-    work, drawn = tau * qd, drawn_power(run)
-    kinds = {"net": work, "given": np.maximum(work, 0.0), "absolute": np.abs(work)}
-    if drawn is not None:
-        kinds["electrical"] = drawn
-    found = []
-    for name, values in kinds.items():
-        power = values.sum(axis=(1, 2))
-        means = (power[1:] + power[:-1]) / 2 * np.diff(run.time)
-        energy = np.concatenate([[0.0], np.cumsum(means)])
-        cost = float(energy[-1]) / (run.weight * way) if way >= SHORTEST_DISTANCE else None
-        found.append(Power(name, power, energy, cost))
-    return found
-
-
-def residuals_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
-    """Draw normal forces and joint torques of the model less the simulated ones.
-
-    A single run has a line for each leg; several have the rms over these legs.
-    """
-    chosen = [leg - 1 for leg in legs]
-    found = [[values[:, chosen] for values in residuals(run)] for run in runs]
-    calm = [_calm(run) for run in runs]
-    alone = len(runs) == 1
-    if not alone:
-        found = [[np.sqrt(np.mean(v**2, axis=1, keepdims=True)) for v in rows] for rows in found]
-    models = {run.model_words for run in runs}
-    title = f"Model less simulation, {listed_legs(legs) if alone else 'rms over the feet'}"
-    notes = [*shared_caption(runs), *(models if len(models) == 1 else []), note]
-    drawing = Panels(title, notes, [1.35] * 4, share_y=False, gap=0.26, left=0.13)
-    names = ["normal force", *(f"{joint} torque" for joint in JOINTS)]
-    for row, (axis, name) in enumerate(zip(drawing.axes, names, strict=True)):
-        axis.set_ylabel("force [N]" if row == 0 else "torque [N·m]")
-        for run, values, quiet in zip(runs, found, calm, strict=True):
-            if not alone:
-                axis.plot(*thin(run.time, values[row][:, 0]), **run.line)
-                continue
-            shade(axis, run.time, ~quiet, STANCE_COLOUR)
-            for leg, line in zip(chosen, values[row].T, strict=True):
-                colour, away = leg_colour(leg), np.where(quiet, line, np.nan)
-                axis.plot(*thin(run.time, line), color=paler(colour), linewidth=0.8)
-                axis.plot(*thin(run.time, away), color=colour, linewidth=1.2)
-        # The axis is limited to values away from switches.
-        lines = [np.abs(values[row]) for values in found]
-        most = max(float(line.max(initial=0.0)) for line in lines)
-        still = max(float(line[q].max(initial=0.0)) for line, q in zip(lines, calm, strict=True))
-        words = ""
-        if 0.0 < 3 * still < most:
-            axis.set_ylim(-1.6 * still if alone else 0.0, 1.6 * still)
-            unit = "N" if row == 0 else "N·m"
-            cut = "" if layout().is_narrow else " are cut off"
-            words = f"   (impacts up to {most:.2g} {unit}{cut})"
-        name_panel(axis, name + words)
-    shaded = alone and runs[0].has("stance")
-    words = f"shaded: {1000 * SETTLING:g} ms around the switches of legs" if shaded else ""
-    time_axis(drawing.axes[-1], runs[0].time, words)
-    drawing.figure.align_ylabels(drawing.axes)
-    if alone:
-        return drawing.add_legend(leg_entries(runs[0], legs), columns=3)
-    return drawing.add_legend(run_entries(runs), columns=1)
+    cost = f"cost of transport {', '.join(costs)}" if alone else ""
+    model = " by the model" if torque_and_speed(runs[0])[2].endswith("_model") else ""
+    return drawing.complete(
+        f"Power and energy of all joints{model}",
+        [*shared_caption(parts), cost],
+        entries,
+        columns=0 if alone else 1,
+    )
 
 
 RESIDUAL_CHANNELS = (
@@ -585,15 +444,54 @@ RESIDUAL_CHANNELS = (
     "joint_torque_model",
 )
 
+RESIDUALS = (
+    ("normal force", "force [N]"),
+    *((f"{joint} torque", "torque [N·m]") for joint in JOINTS),
+)
+"""Title and label of each panel of residuals."""
 
-def residuals(run: Run) -> list[np.ndarray]:
-    """Return normal forces [N] of the model less the simulated ones, then torques [N·m].
 
-    Returns:
-        Four arrays of shape (N, L): normal force, coxa, femur, tibia.
+def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
+    """Draw normal forces and joint torques of the model less the simulated ones.
+
+    A single run has a line for each leg; several have the rms over these legs.
     """
-    seen, model, tau, tau_model = (run.recording[name].values for name in RESIDUAL_CHANNELS)
-    return [model - seen, *np.moveaxis(tau_model - tau, -1, 0)]
+    alone, chosen = len(runs) == 1, [leg - 1 for leg in legs]
+    drawing = Panels(layout, [1.3] * len(RESIDUALS), share_y=False, left=0.95)
+    still = np.zeros(len(RESIDUALS))
+    for run in runs:
+        calm = _calm(run)
+        seen, model, tau, tau_model = (run.recording[name].values for name in RESIDUAL_CHANNELS)
+        differences = [model - seen, *np.moveaxis(tau_model - tau, -1, 0)]
+        for row, (axis, values) in enumerate(zip(drawing.axes, differences, strict=True)):
+            values = values[:, chosen]
+            if not alone:
+                values = np.sqrt(np.mean(values**2, axis=1, keepdims=True))
+                axis.plot(*thin(run.time, values[:, 0]), **run.line)
+            else:
+                shade(axis, run.time, ~calm, STANCE_COLOUR)
+            for leg, line in zip(chosen if alone else [], values.T, strict=False):
+                colour, away = leg_colour(leg), np.where(calm, line, np.nan)
+                axis.plot(*thin(run.time, line), color=paler(colour), linewidth=0.8)
+                axis.plot(*thin(run.time, away), color=colour, linewidth=1.2)
+            still[row] = max(still[row], np.abs(values[calm]).max(initial=0.0))
+    for axis, (name, label), most in zip(drawing.axes, RESIDUALS, still, strict=True):
+        axis.set_ylabel(label)
+        # The axis is limited to values away from switches.
+        low, high = axis.get_ylim()
+        cut = 0.0 < 3 * most < max(-low, high)
+        axis.set_title(f"{name}   (impacts are cut off)" if cut else name)
+        if cut:
+            axis.set_ylim(-1.6 * most if alone else 0.0, 1.6 * most)
+    shaded = f"shaded: {1000 * SETTLING:g} ms around the switches of legs"
+    time_axis(axis, runs[0].time, shaded if alone and runs[0].has("stance") else "")
+    models = {run.model_words for run in runs}
+    return drawing.complete(
+        f"Model less simulation, {listed_legs(legs) if alone else 'rms over the feet'}",
+        [*shared_caption(runs), *(models if len(models) == 1 else [])],
+        leg_entries(runs[0], legs) if alone else run_entries(runs),
+        columns=3 if alone else 1,
+    )
 
 
 def _calm(run: Run) -> np.ndarray:
@@ -604,60 +502,43 @@ def _calm(run: Run) -> np.ndarray:
     return np.asarray(np.all(away_from_switches(run.time, stance), axis=1))
 
 
-SENSOR_CHANNELS = (
-    "joint_position_measured",
-    "joint_load_measured",
-    "foot_normal_force_measured",
-    "imu_angular_velocity",
-    "imu_acceleration",
+LEG, FEMUR, Y, Z = 0, 1, 1, 2
+
+SENSORS: tuple[tuple[str, str, str, tuple[int, ...], float], ...] = (
+    ("femur [°]", "joint_position_measured", "joint_position", (LEG, FEMUR), DEGREES),
+    ("femur load [1]", "joint_load_measured", "servo_duty", (LEG, FEMUR), 1.0),
+    ("foot [N]", "foot_normal_force_measured", "foot_normal_force", (LEG,), 1.0),
+    ("gyro y [°/s]", "imu_angular_velocity", "body_angular_velocity", (Y,), DEGREES),
+    ("acc. z [m/s²]", "imu_acceleration", "", (Z,), 1.0),
 )
+"""Label, measured and true channel, index of the value that is drawn, and its scale."""
+
+SENSOR_CHANNELS = tuple(measured for _, measured, *_ in SENSORS)
 """Measured channels that are drawn; one suffices."""
 
 TRUE_LINE: dict[str, Any] = {"color": "#b9bec7", "linewidth": 2.4}
 MEASURED_LINE: dict[str, Any] = {"color": darker(JOINT_COLOURS[1]), "linewidth": 1.0}
 
-LEG, FEMUR, Y, Z = 0, 1, 1, 2
 
-
-def sensor_figure(runs: Sequence[Run], legs: Legs, note: str) -> Figure:
+def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw measured over true values of leg 1 and the body in the last cycle of one run."""
-    del legs, note
+    del legs
     last = float(runs[0].time[-1])
     run = runs[0].between(last - runs[0].scenario.stride.period, last)
-    spin, orientation = run.channel("body_angular_velocity"), run.channel("body_orientation")
-    if spin is not None and orientation is not None:
-        spin = np.einsum("tji,tj->ti", quaternion_rotation(orientation), spin)
-    femur, foot = (slice(None), LEG, FEMUR), (slice(None), LEG)
-    position, load, normal = (
-        run.channel(n) for n in ("joint_position", "servo_duty", "foot_normal_force")
-    )
-    panels = [
-        (label, scale * measured[index], None if true is None else scale * true[index])
-        for label, measured, true, index, scale in zip(
-            ("femur [°]", "femur load [1]", "foot [N]", "gyro y [°/s]", "acc. z [m/s²]"),
-            map(run.channel, SENSOR_CHANNELS),
-            (position, load, normal, spin, None),
-            (femur, femur, foot, (slice(None), Y), (slice(None), Z)),
-            (DEGREES, 1.0, 1.0, DEGREES, 1.0),
-            strict=True,
-        )
-        if measured is not None
-    ]
-    drawing = Panels(
-        "Measured and true values, last cycle, leg 1 and body",
-        run.caption,
-        [1.1] * len(panels),
-        share_y=False,
-        left=0.13,
-        right=0.965,
-        gap=0.2,
-    )
-    for axis, (label, measured, true) in zip(drawing.axes, panels, strict=True):
-        if true is not None:
-            axis.plot(*thin(run.time, true), **TRUE_LINE)
+    panels = [row for row in SENSORS if run.has(row[1])]
+    drawing = Panels(layout, [1.1] * len(panels), share_y=False, left=0.95)
+    for axis, (label, measured, true, index, scale) in zip(drawing.axes, panels, strict=True):
+        values, orientation = run.channel(true), run.channel("body_orientation")
+        if true == "body_angular_velocity" and values is not None and orientation is not None:
+            # A gyroscope measures in body axes.
+            values = np.einsum("tji,tj->ti", quaternion_rotation(orientation), values)
+        place: Any = (slice(None), *index)
+        if values is not None:
+            axis.plot(*thin(run.time, scale * values[place]), **TRUE_LINE)
         # A reading stands until the next one arrives.
-        axis.step(run.time, measured, where="post", **MEASURED_LINE)
+        reading = scale * run.recording[measured].values[place]
+        axis.step(run.time, reading, where="post", **MEASURED_LINE)
         axis.set_ylabel(label)
     time_axis(drawing.axes[-1], run.time)
-    drawing.figure.align_ylabels(drawing.axes)
-    return drawing.add_legend([("true", TRUE_LINE), ("measured", MEASURED_LINE)])
+    title = "Measured and true values, last cycle, leg 1 and body"
+    return drawing.complete(title, run.caption, [("true", TRUE_LINE), ("measured", MEASURED_LINE)])

@@ -15,7 +15,6 @@ from phasmid.reporting.drawing import AZIMUTH, UNEVEN_AZIMUTH
 from phasmid.reporting.robot_mesh import body_pose, robot_corners
 from phasmid.reporting.run import Run
 from phasmid.scenario import Scenario
-from phasmid.terrain import Ground
 
 SHOWN = (
     "body_position",
@@ -34,14 +33,11 @@ MOST_FRAMES = 54_000
 LOOKS = 12
 """Moments at which the robot is measured, so that the camera holds all of it."""
 
-ELEVATIONS = [math.radians(degrees) for degrees in range(24, 70, 3)]
-"""Elevations of the camera, in the order in which they are tried."""
+ELEVATION, UNEVEN_ELEVATION = math.radians(24.0), math.radians(36.0)
+"""Elevations of the camera; on uneven ground it looks over steps before it."""
 
 WIDE, HIGH = 0.56, 0.80
 """Shares of the picture's width and height that the robot takes."""
-
-CLEARANCE = 0.03
-"""Least height of the line of sight over the ground [m]."""
 
 SQUARE = 0.1
 """Approximate side of the squares on the ground [m]."""
@@ -100,7 +96,7 @@ def frame_times(
 def camera_of(frames: Run, size: tuple[int, int]) -> tuple[View, Float[np.ndarray, "frames 3"]]:
     """Return the camera of the first frame, and its displacement in each frame [m].
 
-    It follows the robot smoothly, from the least elevation at which the ground hides nothing.
+    It follows the robot smoothly.
 
     Args:
         frames: The frames.
@@ -113,18 +109,12 @@ def camera_of(frames: Run, size: tuple[int, int]) -> tuple[View, Float[np.ndarra
     path = smoothed(position, 0.5 * frames.scenario.stride.period / every)
     displacement, terrain = path - path[0], frames.scenario.load_terrain()
     points = np.concatenate(
-        [
-            robot_corners(frames.robot, q[k], X_world_body[k]).reshape(-1, 3) - displacement[k]
-            for k in rows
-        ]
+        [robot_corners(frames.robot, q[k], X_world_body[k]) - displacement[k] for k in rows]
     )
     azimuth = math.atan2(X_world_body[0, 1, 0], X_world_body[0, 0, 0])
     azimuth += AZIMUTH if terrain.is_level else UNEVEN_AZIMUTH
-    for elevation in ELEVATIONS:
-        view = fitted_view(points, camera_axes(azimuth, elevation), size, (WIDE, HIGH))
-        if terrain.is_level or _sees(view, displacement, terrain):
-            break
-    return view, displacement
+    axes = camera_axes(azimuth, ELEVATION if terrain.is_level else UNEVEN_ELEVATION)
+    return fitted_view(points, axes, size, (WIDE, HIGH)), displacement
 
 
 def smoothed(
@@ -138,13 +128,6 @@ def smoothed(
     line = np.linspace(values[0], values[-1], len(values))
     width = min(width, len(values) / 4)
     return np.asarray(line + gaussian_filter1d(values - line, width, axis=0, mode="nearest"))
-
-
-def _sees(view: View, displacement: Float[np.ndarray, "frames 3"], terrain: Ground) -> bool:
-    """Return whether the ground leaves all lines of sight free."""
-    part = np.linspace(0.15, 1.0, 30)[:, None, None]
-    points = view.middle + displacement + part * (view.eye - view.middle)
-    return bool((points[..., 2] > terrain.height(points[..., 0], points[..., 1]) + CLEARANCE).all())
 
 
 def square_side(scenario: Scenario) -> float:

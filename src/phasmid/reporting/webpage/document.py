@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -14,13 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from phasmid import units
 from phasmid.errors import plain
 from phasmid.recording import Recording
 from phasmid.recording.ros import rows_at
 from phasmid.recording.table import columns, text_cell
-from phasmid.reporting.checks import claims
-from phasmid.reporting.run import Run, read_run, short
+from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import leg_colour
 from phasmid.reporting.summary import Summary
 from phasmid.reporting.text import facts, head, headline, leg_row, note
@@ -58,15 +56,6 @@ TABLE_RATE = 50.0
 
 MOST_CELLS = 400_000
 """Most numbers in the table: a longer run has fewer rows a second."""
-
-ENDED = {
-    "COMPLETED": "It came to its end",
-    "FELL": "The robot fell",
-    "DIVERGED": "The simulation diverged",
-    "INCOMPLETE": "It ended before all waypoints were reached",
-    "STOPPED": "It was stopped",
-    "CUT": "Its recording was cut off",
-}
 
 VERSIONS = {
     "phasmid_version": "phasmid",
@@ -123,7 +112,6 @@ def page_html(
     sections = [
         ("replay", "Replay", _player(run, scene, still)),
         ("summary", "Summary", _summary(summary)),
-        ("claims", "Claims and warnings", _claims(summary)),
         ("figures", "Figures", _figures(pictures)),
         ("data", "Data, files and how to repeat it", _data(recording, summary, run)),
     ]
@@ -144,7 +132,6 @@ def page_html(
         script=script,
         kind="Report of a run" if summary["run"].get("kind") else "Report of a recording",
         headline=escape(words),
-        sentence=escape(sentence(summary, run)),
         links=f"<ul>{links}</ul>",
         sections="\n".join(
             f'<section id="{name}" aria-labelledby="{name}-title">'
@@ -165,36 +152,6 @@ def _hash(text: str) -> str:
     """Return the hash by which the page's policy admits its own style and script."""
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
     return f"'sha256-{digest}'"
-
-
-def sentence(summary: Summary, run: Run) -> str:
-    """Return the run and its ending in a sentence or two."""
-    facts, robot, way = summary["run"], summary["robot"], summary.get("travel", {})
-    stride = run.scenario.stride
-    verb = {"simulation": "simulated", "model": "computed"}.get(facts.get("kind", ""), "recorded")
-    words = (
-        f"{facts['duration']:.4g} s of the scenario “{short(run.scenario.name)}” {verb}: the robot "
-        f"{short(robot['name'])} with {len(robot['legs'])} legs and {robot['mass']:.3g} kg "
-    )
-    if facts.get("follows") == "trajectory":
-        words += "follows a trajectory of its joints"
-    else:
-        step, period = units.text(stride.step_length, "mm"), units.text(stride.period, "s")
-        words += f"walks with the {short(run.gait.name)} gait, steps of {step} and {period} a cycle"
-    kind = run.scenario.terrain.kind
-    words += ", on level ground" if kind == "flat" else f", on the terrain “{kind}”"
-    if facts.get("drive"):
-        words += f", with {short(facts['drive'])} drive"
-    words += f". {ENDED.get(facts.get('ending', ''), 'It ended')}"
-    if facts["planned_duration"] - facts["duration"] > 1e-9:
-        longest = f"{facts['planned_duration']:.4g} s"
-        words += f" at {facts['duration']:.4g} s"
-        words += f", at most {longest}" if "waypoints" in facts else f" of {longest} planned"
-    if "distance" in way:
-        words += f", {1000 * way['distance']:.0f} mm from where it began"
-        if way.get("commanded_distance", 0.0) > 1e-3:
-            words += f" ({1000 * way['commanded_distance']:.0f} mm commanded)"
-    return words + "."
 
 
 def _player(run: Run, scene: dict[str, Any] | None, still: bytes | None) -> str:
@@ -260,18 +217,8 @@ def _chip(leg: int) -> str:
     )
 
 
-def _table(name: str, heads: Iterable[str], rows: Iterable[str], kind: str = "") -> str:
-    """Return a table that scrolls by itself; heads and rows are HTML."""
-    titles = "".join(f'<th scope="col">{title}</th>' for title in heads)
-    return (
-        f'<div class="scrolls" tabindex="0" role="region" aria-label="{name}"><table{kind}><thead>'
-        f"<tr>{titles}</tr></thead>"
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
-    )
-
-
 def _summary(summary: Summary) -> str:
-    """Return the facts and the table of the terminal as HTML."""
+    """Return the facts, the table and the warnings of the terminal as HTML."""
     rows = ""
     for label, fact in (*head(summary), *facts(summary)):
         # A line without a label continues the one before it.
@@ -285,24 +232,17 @@ def _summary(summary: Summary) -> str:
         cells = "".join(f"<td>{escape(cell)}</td>" for cell in leg_row(summary, leg))
         lines.append(f'<tr><th scope="row">{_chip(leg)}{_leg(leg, name)}</th>{cells}</tr>')
     heads = ["Leg", force, "Slip [mm]<br>&nbsp;", *joints]
-    table = _table("Numbers of each leg", heads, lines, ' class="numbers"')
-    words = f'<p class="note">{escape(note(summary))}</p>'
-    return f'<dl class="facts">{rows}</dl>\n<h3>Leg by leg</h3>\n{table}\n{words}'
-
-
-def _claims(summary: Summary) -> str:
-    lines = []
-    for claim in claims(summary):
-        verdict = ("holds", "holds") if claim.holds else ("fails", "does not hold")
-        lines.append(
-            f'<tr><th scope="row">{escape(claim.what)}</th>'
-            f'<td><span class="verdict {verdict[0]}">{verdict[1]}</span></td>'
-            f"<td>{escape(plain(claim.found))}</td><td>{escape(claim.limit)}</td></tr>"
-        )
-    table = _table("Claims", ("Claim", "Verdict", "Found", "Limit"), lines) if lines else ""
-    words = "".join(f"<li>{escape(plain(text))}</li>" for text in summary.get("warnings", ()))
-    words = f'<ul class="warnings">{words}</ul>' if words else "<p>There is none.</p>"
-    return f"{table}\n<h3>Warnings</h3>\n{words}"
+    titles = "".join(f'<th scope="col">{title}</th>' for title in heads)
+    warnings = "".join(f"<li>{escape(plain(text))}</li>" for text in summary["warnings"])
+    if warnings:
+        warnings = f'<h3>Warnings</h3>\n<ul class="warnings">{warnings}</ul>'
+    return (
+        f'<dl class="facts">{rows}</dl>\n<h3>Leg by leg</h3>\n'
+        '<div class="scrolls" tabindex="0" role="region" aria-label="Numbers of each leg">'
+        f'<table class="numbers"><thead><tr>{titles}</tr></thead>'
+        f"<tbody>{''.join(lines)}</tbody></table></div>\n"
+        f'<p class="note">{escape(note(summary))}</p>\n{warnings}'
+    )
 
 
 def _figures(pictures: Sequence[Picture]) -> str:

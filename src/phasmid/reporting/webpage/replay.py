@@ -15,7 +15,7 @@ from phasmid.reporting.numbers import centre_of_mass
 from phasmid.reporting.robot_mesh import MeshPieces, link_poses, mesh_pieces, quaternions
 from phasmid.reporting.run import Run
 from phasmid.reporting.style import leg_colour
-from phasmid.reporting.terrain_mesh import indexed, landscape
+from phasmid.reporting.terrain_mesh import landscape
 from phasmid.reporting.time_figures import margin_over_time
 from phasmid.reporting.webpage.packing import packed
 from phasmid.robot import Robot
@@ -99,8 +99,8 @@ def surroundings(terrain: Ground, middle: Float[np.ndarray, "2"], reach: float) 
     found: dict[str, Any] = {"patches": _patches(terrain, middle, reach)}
     if terrain.is_level:
         return found | {"level": float(terrain.height(*middle[:, None])[0]), "ground": None}
-    corners = landscape(terrain, middle, reach, 2 * reach / GROUND_CELLS)
-    return found | {"level": None, "ground": _packed_mesh(*indexed(corners))}
+    ground = landscape(terrain, middle, reach, 2 * reach / GROUND_CELLS)
+    return found | {"level": None, "ground": _packed_mesh(*ground)}
 
 
 def _patches(
