@@ -76,9 +76,9 @@ The ground never pulls. In MuJoCo a point also resists its own acceleration, wit
 that its impedance d sets (`impedance`). `mujoco` keeps all of MuJoCo's default numbers. All three
 creep below their friction limit.
 
-**The second simulator** integrates the six degrees of freedom of the trunk on level ground;
-the joints are prescribed. Its state is the place and momentum of the centre of mass, the orientation, and the
-angular momentum about the centre of mass:
+**The second simulator** integrates the six degrees of freedom of the trunk on level ground; the
+joints are prescribed. Its state is the place and momentum of the centre of mass, the orientation,
+and the angular momentum about the centre of mass:
 
     c' = p/m,   p' = m g + Σ F,   L' = Σ r × F,   R' = R [w]×,   w = J⁻¹ (Rᵀ L − l)
 

@@ -158,8 +158,6 @@ def test_t7_a_start_inside_the_ground():
     assert simulate(scenario.replace(start_height_mm=height, duration=0.1), walk)
 
 
-
-
 def test_a_recording_carries_its_height_map_to_its_replay_and_its_folder(tmp_path):
     # The file is gone after the run; what was recorded is enough to do it again, bit by bit.
     np.save(tmp_path / "hills.npy", heights_from_text(HILLS))
