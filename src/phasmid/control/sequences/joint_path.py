@@ -26,6 +26,9 @@ ACCELERATION = 30.0
 QUINTIC_SPEED, QUINTIC_ACCELERATION = 15 / 8, 10 / math.sqrt(3)
 """Largest speed and acceleration of the quintic from rest to rest in unit time."""
 
+REVERSAL_SHARE = 0.9
+"""Share of the remaining acceleration for reversals; the rest allows for finite steps."""
+
 FILTER_PEAK, FILTER_SPEED = 4 * math.exp(-2), 0.98
 """Of `SetpointFilter`: largest acceleration per pole and unit speed of its input, and speed of the
 input relative to the limit; the rest allows for finite steps."""
@@ -89,30 +92,49 @@ class JointPath:
 
 
 class Route:
-    """Motions one after another, from the first to the last or backwards.
+    """Motions one after another, run forwards and backwards.
+
+    The direction may change at any time: the rate at which the motions run then changes between
+    1 and -1 as fast as the largest acceleration permits.
 
     Args:
         paths: Each begins where the one before it ends.
         backwards: Whether to begin at the end of the last path.
 
     Attributes:
-        finished: Whether the end is reached.
+        finished: Whether the end in the present direction is reached.
     """
 
     def __init__(self, paths: Sequence[JointPath], *, backwards: bool = False) -> None:
-        self._paths, self._backwards, self.finished = paths, backwards, False
+        self._paths, self.finished = paths, False
         self._starts = np.cumsum([0.0, *(path.duration for path in paths)])
-        self._time = 0.0
+        self._time = float(self._starts[-1]) if backwards else 0.0
+        self._rate = -1.0 if backwards else 1.0
 
-    def advance(self, dt: float) -> JointTargets:
-        """Advance by a time step [s]."""
-        end = float(self._starts[-1])
-        self._time = min(self._time + dt, end)
-        self.finished = self._time == end
-        time = end - self._time if self._backwards else self._time
+    def _at(self, time: float) -> tuple[JointPath, float]:
+        """Return the path at a time [s] of the route, and the time on it [s]."""
         index = int(np.searchsorted(self._starts[1:-1], time, side="right"))
-        rate = -1.0 if self._backwards else 1.0
-        return self._paths[index].at(time - float(self._starts[index]), rate)
+        return self._paths[index], time - float(self._starts[index])
+
+    def _largest_change(self, time: float, direction: float) -> float:
+        """Return how fast the rate may change in a direction at a time of the route [1/s]."""
+        path, elapsed = self._at(time)
+        u = min(max(elapsed / path.duration, 0.0), 1.0)
+        speed, acceleration = 30 * (u * (1 - u)) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
+        rest = QUINTIC_ACCELERATION - max(direction * acceleration, 0.0)
+        return REVERSAL_SHARE * rest / (max(speed, 1e-9) * path.duration)
+
+    def advance(self, dt: float, *, forward: bool = True) -> JointTargets:
+        """Advance by a time step [s] in a direction, or towards a change of direction."""
+        before, goal, end = self._rate, 1.0 if forward else -1.0, float(self._starts[-1])
+        if goal != before:
+            steps = self._time, self._time + dt * before
+            change = dt * min(self._largest_change(time, goal) for time in steps)
+            self._rate += min(max(goal - before, -change), change)
+        self._time = min(max(self._time + dt * (before + self._rate) / 2, 0.0), end)
+        self.finished = self._time == (end if forward else 0.0)
+        path, elapsed = self._at(self._time)
+        return path.at(elapsed, self._rate)
 
 
 class SetpointFilter:

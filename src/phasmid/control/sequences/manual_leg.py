@@ -9,9 +9,7 @@ from jaxtyping import Float
 
 from phasmid.control.command import LegCommand
 from phasmid.control.sequences.ground import knees_and_feet, solve_feet
-from phasmid.control.sequences.joint_path import SetpointFilter, largest_speed
 from phasmid.control.sequences.stance import SMOOTH, STEP_HEIGHT, Stance, StancePlanner
-from phasmid.control.targets import JointTargets
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Robot
 
@@ -33,39 +31,22 @@ class ManualLegs:
 
     def __init__(self, plan: StancePlanner, numbers: Collection[int]) -> None:
         self.numbers, self.stance, self.paths = tuple(numbers), plan.stance, plan.paths
-        self._robot = plan.robot
+        self._robot, self._clearance = plan.robot, LEG_CLEARANCE
         self._up = rotation_rpy(*plan.stance.pose[3:, None])[0][2]
-        self._filter = SetpointFilter(self.stance.q, largest_speed(plan.robot))
         self._reported: set[str] = set()
 
-    @property
-    def is_lifted_only(self) -> bool:
-        """Whether all legs rest where they were lifted."""
-        return self._filter.arrived(self.stance.q)
-
-    def advance(
-        self, commands: Mapping[int, LegCommand] | None, dt: float
-    ) -> tuple[JointTargets, list[str]]:
-        """Move the legs as commanded, within reach, joint limits and above the ground.
-
-        Args:
-            commands: By leg number from 1, for all of `numbers`; None to return the legs.
-            dt: Time step [s].
-
-        Returns:
-            Joint targets, and new sentences on what is infeasible.
-        """
-        q, infeasible = (self.stance.q, []) if commands is None else self._angles(commands)
-        new = [sentence for sentence in infeasible if sentence not in self._reported]
-        self._reported.update(new)
-        return self._filter.advance(q, dt), new
-
-    def _angles(
+    def target(
         self, commands: Mapping[int, LegCommand]
     ) -> tuple[Float[np.ndarray, "legs 3"], list[str]]:
-        """Return the nearest feasible joint angles [rad], and sentences on what is infeasible."""
-        robot, q = self._robot, self.stance.q.copy()
-        infeasible: list[str] = []
+        """Return joint angles for commands, within reach, joint limits and above the ground.
+
+        Args:
+            commands: By leg number from 1, for all of `numbers`.
+
+        Returns:
+            Joint angles [rad], shape (L, 3), and new sentences on what is infeasible.
+        """
+        robot, q, infeasible = self._robot, self.stance.q.copy(), []
         for number in self.numbers:
             leg, command, angles = number - 1, commands[number], q.copy()
             name = f"leg {robot.leg_names[leg]} by hand"
@@ -82,11 +63,13 @@ class ManualLegs:
                     continue
                 angles[leg] = solution[leg]
             points = np.stack(knees_and_feet(robot, angles))[:, leg]
-            if (points @ self._up).min() + self.stance.pose[2] < LEG_CLEARANCE:
+            if (points @ self._up).min() + self.stance.pose[2] < self._clearance:
                 infeasible.append(f"{name}: that is in the ground; it waits.")
                 continue
             q = angles
-        return q, infeasible
+        new = [sentence for sentence in infeasible if sentence not in self._reported]
+        self._reported.update(new)
+        return q, new
 
 
 def lift_legs(

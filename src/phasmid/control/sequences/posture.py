@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 
@@ -21,7 +21,7 @@ from phasmid.control.sequences.stance import (
     to_neutral,
 )
 from phasmid.errors import InfeasibleWalk
-from phasmid.kinematics import neutral_feet
+from phasmid.kinematics import link_frames, neutral_feet
 from phasmid.robot import Robot
 
 FOLD_ANGLES = 61
@@ -47,6 +47,9 @@ LINE = 25
 
 VIA_ANGLES = np.linspace(0.02, 0.98, 13)
 """Femur and tibia angles to try for poses in between, relative to their ranges."""
+
+LEG_GAP = 0.02
+"""Distance to keep between centre lines of two legs that are not closer at the ends [m]."""
 
 GRAZE = 5e-4
 """Depth below the ground that is accepted on a path [m]."""
@@ -193,21 +196,33 @@ def _put_down(robot: Robot, packed: Packing) -> np.ndarray:
 
 
 def fold_legs(robot: Robot, q: Angles, goal: Angles, ground: GroundPlane) -> list[JointPath]:
-    """Plan paths from any joint angles to folded legs, past the ground.
+    """Plan paths from any joint angles to folded legs, past the ground and past each other.
 
-    All joints move straight where the ground is not in the way. Otherwise each leg is drawn in with
-    its coxa held, by way of a pose that clears the ground; then the coxae turn. Distances between
-    legs are not checked.
+    All joints move straight where nothing is in the way. Otherwise each leg is drawn in with its
+    coxa held, by way of two poses that clear the ground; then the coxae turn. Legs that would
+    collide move one after another, the freest first.
     """
-    poses = [q, goal]
-    if _depth(robot, ground, q, goal).max() > GRAZE:
-        drawn = np.concatenate([q[:, :1], goal[:, 1:]], axis=1)
-        poses = [q, _via(robot, ground, q, drawn), drawn, goal]
-    return [
-        JointPath.through([start, end], robot)
-        for start, end in pairwise(poses)
-        if not np.array_equal(start, end)
-    ]
+    if np.array_equal(q, goal):
+        return []
+    if _depth(robot, ground, q, goal).max() <= GRAZE and _leg_clearance(robot, [q, goal]) >= 0:
+        return [JointPath.through([q, goal], robot)]
+    drawn = np.concatenate([q[:, :1], goal[:, 1:]], axis=1)
+    paths, here = [], q
+    for poses in ([q, *_vias(robot, ground, q, drawn), drawn], [drawn, goal]):
+        for legs in _groups(robot, poses):
+            for pose in poses[1:]:
+                there = _with_legs(here, legs, pose)
+                if not np.array_equal(here, there):
+                    paths.append(JointPath.through([here, there], robot))
+                here = there
+    return paths
+
+
+def _with_legs(q: Angles, legs: list[int], pose: Angles) -> Angles:
+    """Return joint angles with some legs taken from another pose."""
+    changed = q.copy()
+    changed[legs] = pose[legs]
+    return changed
 
 
 def _line(q: np.ndarray, goal: np.ndarray) -> np.ndarray:
@@ -228,13 +243,90 @@ def _depth(
     return np.minimum(0.0, ends) - np.min([height.min(axis=0) for height in heights], axis=0)
 
 
-def _via(robot: Robot, ground: GroundPlane, q: Angles, goal: Angles) -> Angles:
-    """Return the pose by way of which the path of each leg is short and clears the ground."""
+def _vias(robot: Robot, ground: GroundPlane, q: Angles, goal: Angles) -> tuple[Angles, Angles]:
+    """Return the two poses of each leg by way of which its path is short and clears the ground.
+
+    Femur and tibia move to the second pose both at once, or one after the other.
+    """
     low, high = np.moveaxis(robot.arrays.joint_limits[:, 1:], -1, 0)
     pairs = np.array(list(product(VIA_ANGLES, VIA_ANGLES)))
-    # The last one makes a straight path.
-    vias = np.concatenate([np.repeat(q[None], len(pairs), axis=0), goal[None]])
-    vias[:-1, :, 1:] = low + pairs[:, None] * (high - low)
-    length = sum(np.abs(end - start).max(axis=-1) for start, end in pairwise([q, vias, goal]))
-    cost = length + 1e4 * np.maximum(_depth(robot, ground, q, vias, goal) - GRAZE, 0.0)
-    return vias[np.argmin(cost, axis=0), np.arange(len(q))]
+    both = np.repeat(q[None], len(pairs), axis=0)
+    both[..., 1:] = low + pairs[:, None] * (high - low)
+    tibia_first, femur_first = both.copy(), both.copy()
+    tibia_first[..., 1], femur_first[..., 2] = q[:, 1], q[:, 2]
+    # The last one is the straight path.
+    first = np.concatenate([both, tibia_first, femur_first, goal[None]])
+    second = np.concatenate([both, both, both, goal[None]])
+    poses = q, first, second, goal
+    length = sum(np.abs(end - start).max(axis=-1) for start, end in pairwise(poses))
+    cost = length + 1e4 * np.maximum(_depth(robot, ground, *poses) - GRAZE, 0.0)
+    best, legs = np.argmin(cost, axis=0), np.arange(len(q))
+    return first[best, legs], second[best, legs]
+
+
+def _groups(robot: Robot, poses: Sequence[Angles]) -> list[list[int]]:
+    """Return groups of legs that follow the poses together, so that no legs collide."""
+    left, here = list(range(len(robot.legs))), poses[0]
+
+    def clearance(legs: list[int]) -> float:
+        return _leg_clearance(robot, [_with_legs(here, legs, pose) for pose in poses])
+
+    if clearance(left) >= 0:
+        return [left]
+    groups = []
+    while left:
+        freest = [left[i] for i in np.argsort([clearance([leg]) for leg in left])[::-1]]
+        # The freest leg moves in any case.
+        group = freest[:1]
+        for leg in freest[1:]:
+            if clearance([*group, leg]) >= 0:
+                group.append(leg)
+        here = _with_legs(here, group, poses[-1])
+        groups.append(group)
+        left = [leg for leg in left if leg not in group]
+    return groups
+
+
+def _leg_clearance(robot: Robot, poses: Sequence[Angles]) -> float:
+    """Return the least distance of neighbouring legs along poses, less the gap to keep [m]."""
+    gaps = [leg_gaps(robot, _line(q, goal)) for q, goal in pairwise(poses)]
+    return min(
+        float((gap - np.minimum(LEG_GAP, 0.95 * np.minimum(gap[0], gap[-1]))).min()) for gap in gaps
+    )
+
+
+def leg_gaps(
+    robot: Robot, q: Float[np.ndarray, "*batch legs 3"]
+) -> Float[np.ndarray, "*batch pairs"]:
+    """Return distances between centre lines of neighbouring legs, in order around the body [m].
+
+    Only femur and tibia count.
+    """
+    frames = link_frames(robot, q)
+    tips = np.array([[link.end for link in leg.links] for leg in robot.legs])
+    ends = frames.position + (frames.rotation @ tips[..., None])[..., 0]
+    hips = robot.arrays.p_body_hip
+    order = np.argsort(np.arctan2(hips[:, 1], hips[:, 0]))
+    a, b = frames.position[..., order, 1:, :], ends[..., order, 1:, :]
+    c, d = np.roll(a, -1, axis=-3), np.roll(b, -1, axis=-3)
+    distances = [
+        _segment_distance(a[..., i, :], b[..., i, :], c[..., j, :], d[..., j, :])
+        for i, j in product(range(2), repeat=2)
+    ]
+    return np.min(distances, axis=0)
+
+
+def _segment_distance(
+    a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray
+) -> Float[np.ndarray, "*batch"]:
+    """Return the least distance of two line segments, a to b and c to d [m]."""
+    u, v, w = b - a, d - c, a - c
+    uu, uv, vv, uw, vw = (
+        np.sum(p * r, axis=-1) for p, r in ((u, u), (u, v), (v, v), (u, w), (v, w))
+    )
+    # The nearest point of the first line, clipped; that of the second to it; then back.
+    determinant = uu * vv - uv * uv
+    s = (uv * vw - vv * uw) / np.where(determinant > 0, determinant, 1.0)
+    t = np.clip((uv * np.clip(s, 0.0, 1.0) + vw) / vv, 0.0, 1.0)
+    s = np.clip((uv * t - uw) / uu, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(w + s[..., None] * u - t[..., None] * v, axis=-1))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.command import Command, LegCommand, Posture
+from phasmid.control.command import Command, Posture
 from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
 from phasmid.control.sequences.ground import (
@@ -19,7 +19,7 @@ from phasmid.control.sequences.ground import (
     resting_ground,
     up_direction,
 )
-from phasmid.control.sequences.joint_path import JointPath, Route
+from phasmid.control.sequences.joint_path import JointPath, Route, SetpointFilter, largest_speed
 from phasmid.control.sequences.leg_loss import LegFaultDetector, lifted_leg
 from phasmid.control.sequences.manual_leg import ManualLegs, lift_legs
 from phasmid.control.sequences.posture import Packing, fold_legs, get_up, packing
@@ -63,7 +63,8 @@ class Sequencer:
 
     It begins with any joint angles, on the belly or on the feet. ``PACKED`` folds the legs under a
     lying robot; ``STANDING`` and ``WALKING`` raise it to the neutral stance, where the walking
-    controller takes over. A command that changes during a sequence is followed after its end.
+    controller takes over. When the command changes during a sequence, the robot returns smoothly
+    on the same path.
 
     Args:
         walker: The walking controller; it is reset in the neutral stance.
@@ -93,6 +94,7 @@ class Sequencer:
         self._targets = _at_rest(self._neutral.q)
         self._route: Route | None = None
         self._manual: ManualLegs | None = None
+        self._filter: SetpointFilter | None = None
         self._lost: list[int] = []
         # Whether to lie down, numbers of manual legs, and of lost ones.
         self._request: tuple[bool, tuple[int, ...], frozenset[int]] = False, (), frozenset()
@@ -151,9 +153,10 @@ class Sequencer:
             if paths:
                 self._begin(paths, Stage.GETTING_UP)
         if self.stage is Stage.MANUAL_LEG:
-            self._move_legs(command.legs if holds else None, dt)
+            self._move_legs(command if holds else None, dt)
         elif self.stage is not Stage.LYING:
-            self._follow_route(observation, dt)
+            forward = {Stage.GETTING_UP: not packs, Stage.LIFTING: holds}.get(self.stage, True)
+            self._follow_route(observation, dt, forward=forward)
         return self._targets
 
     def telemetry(self) -> Mapping[str, Any]:
@@ -267,14 +270,17 @@ class Sequencer:
         self._route = Route(paths, backwards=backwards)
         self.stage, self._end = stage, end
 
-    def _follow_route(self, observation: Observation, dt: float) -> None:
+    def _follow_route(self, observation: Observation, dt: float, *, forward: bool) -> None:
         """Advance along the route; at its end begin the next stage."""
         assert self._route is not None
-        self._targets = self._route.advance(dt)
+        self._targets = self._route.advance(dt, forward=forward)
         if not self._route.finished:
             return
-        if self._end is not Stage.STANDING:
-            self.stage = self._end
+        if self._end is Stage.MANUAL_LEG and forward:
+            self.stage = Stage.MANUAL_LEG
+            self._filter = SetpointFilter(self._targets.position, largest_speed(self.robot))
+        elif self._end is Stage.LYING or (self.stage is Stage.GETTING_UP and not forward):
+            self.stage = Stage.LYING
         elif self.stage is Stage.GATHERING and self._request[0]:
             self._lie_down(observation)
         else:
@@ -302,7 +308,7 @@ class Sequencer:
         if not np.array_equal(ends[0], ends[1]):
             # The walking controller rests within a millimetre of the neutral stance.
             paths.append(JointPath.through(ends, self.robot, loaded=True))
-        self._begin(paths, Stage.GETTING_UP, Stage.LYING, backwards=True)
+        self._begin(paths, Stage.GETTING_UP, backwards=True)
 
     def _rising_paths(self) -> list[JointPath]:
         """Return paths from lying to standing; none, and refuse the command, if there is no way."""
@@ -341,15 +347,20 @@ class Sequencer:
         names = [self.robot.leg_names[n - 1] if n in legs else str(n) for n in refused]
         self._refuse(f"leg {' and '.join(names)} cannot be moved by hand: {why}.")
 
-    def _move_legs(self, commands: Mapping[int, LegCommand] | None, dt: float) -> None:
-        """Move lifted legs as commanded; without commands put them down where they were lifted."""
+    def _move_legs(self, command: Command | None, dt: float) -> None:
+        """Move lifted legs as commanded; without a command return to where they were lifted."""
         assert self._manual is not None
-        if commands is None and self._manual.is_lifted_only:
-            self._begin(self._manual.paths, Stage.LIFTING, backwards=True)
-            return
-        self._targets, sentences = self._manual.advance(commands, dt)
-        for sentence in sentences:
-            self._report(sentence)
+        assert self._filter is not None
+        if command is not None:
+            target, sentences = self._manual.target(command.legs)
+            for sentence in sentences:
+                self._report(sentence)
+        else:
+            target = self._manual.stance.q
+            if self._filter.arrived(target):
+                self.stage = Stage.LIFTING
+                return
+        self._targets = self._filter.advance(target, dt)
 
 
 def _at_rest(q: Float[np.ndarray, "legs 3"]) -> JointTargets:
