@@ -21,9 +21,9 @@ MOST_PARTS = 16
 """Most parts of a dotted key: the parser's memory grows with their square."""
 
 _DOTTED_KEY = re.compile(
-    rf"""(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}"""
+    rf"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}"""
 )
-"""A dotted key of too many parts, or a text that looks like one."""
+"""A dotted key of too many parts, or a text that looks like one; the search takes linear time."""
 
 
 def preset_names(package: str) -> tuple[str, ...]:
