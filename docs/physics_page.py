@@ -93,8 +93,8 @@ the whole robot, with the force at each point.
 
 Normal forces: mean amid stance of each foot, and the largest difference from `spring-damper` of
 any sample amid stance, as a share of the mean load of its foot. Statics determines them on three
-feet; they agree within
-{gap:.2f} %.
+feet; they agree
+within {gap:.2f} %.
 
 ![Three laws of contact](physics/contact-laws.png)
 

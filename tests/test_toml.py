@@ -56,8 +56,8 @@ def test_every_reader_of_toml_refuses_numbers_and_nesting_beyond_measure(tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["walk", "--offsets", f"[{'9' * 5000}]"], "it must be a list."),
-        (["walk", "--offsets", "[" * 5000], "it must be a list."),
+        (["walk", "--offsets", f"[{'9' * 5000}]"], "it must be a number."),
+        (["walk", "--offsets", "[" * 5000], "it must be a number."),
         (["walk", "--duration", "9" * 400], "--duration is inf; it must be a finite number"),
         (["walk", "--legs", "9" * 5000], "it must be leg numbers with commas between."),
         (["gaits", "--lost", "9" * 5000], "it must be leg numbers with commas between."),

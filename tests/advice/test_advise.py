@@ -157,7 +157,7 @@ def test_servos_that_do_not_hold_give_status_2(capsys):
     [
         (["nobody"], 'no robot called "nobody".'),
         (["phantomx-ax", "--servo", "AX-12"], 'no servo called "AX-12".'),
-        (["phantomx-ax", "--gait", "gallop"], 'gait "gallop" leaves 1 feet'),
+        (["phantomx-ax", "--gait", "gallop"], 'no gait called "gallop".'),
         (["phantomx-ax", "--payload-g", "much"], '--payload-g is "much"'),
         (["phantomx-ax", "--payload-g", "-5"], "--payload-g is -5"),
         (["phantomx-ax", "--speed-mm-s", "0"], '--speed-mm-s is "0"'),

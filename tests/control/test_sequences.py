@@ -234,7 +234,7 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
     ]
 
 
-@pytest.mark.parametrize("seed", [0, 12, 17, 28])
+@pytest.mark.parametrize("seed", [0, 12, 17])
 def test_legs_of_a_resting_robot_fold_past_the_ground(seed):
     """Straight paths of these dip 7 to 37 mm deep; a millimetre is not worth a way round."""
     robot = ROBOTS["quadruped"]
