@@ -57,7 +57,9 @@ def run(options: argparse.Namespace) -> int:
         else:
             from phasmid.learning import PolicyController
 
-            controller = PolicyController(policy, scenario.load_robot())
+            controller = PolicyController(
+                policy, scenario.load_robot(), update_period=1 / options.rate
+            )
         return new_drive(scenario, controller, script, rate=options.rate, faults=faults)
 
     return walk.make_run(begin, scenario, options, _words(options))

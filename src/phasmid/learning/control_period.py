@@ -161,9 +161,10 @@ def end_period(c: Constants, e: Episodes, s: States, ids: np.ndarray) -> None:
         torque, change, distance, motion = 0.0, 0.0, 0.0, 0.0
         for j in range(joints):
             torque += (e.torque[n, j] / c.stall) ** 2
-            change += (e.action[n, j] - e.previous_action[n, j]) ** 2
             distance += (p[7 + j] - e.reference[n, j]) ** 2
             motion += v[6 + j] ** 2
+        for j in range(e.action.shape[1]):
+            change += (e.action[n, j] - e.previous_action[n, j]) ** 2
         # Yaw counts by the way of the feet.
         arm = math.hypot(c.feet[0, 0], c.feet[0, 1])
         size = math.sqrt(command[0] ** 2 + command[1] ** 2 + (arm * command[2]) ** 2)
@@ -184,7 +185,7 @@ def end_period(c: Constants, e: Episodes, s: States, ids: np.ndarray) -> None:
             (height - c.height) ** 2,
             torque / joints,
             e.work[n] / c.dt,
-            change / joints,
+            change / e.action.shape[1],
             slip,
             uneven / legs,
             0.0 if is_moving else motion / joints,

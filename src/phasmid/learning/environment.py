@@ -15,6 +15,7 @@ from gymnasium.vector.utils import batch_space
 from mujoco.batch import SimulationError
 
 from phasmid.learning.control_period import begin_period, end_period
+from phasmid.learning.corrections import Controllers
 from phasmid.learning.episodes import draw_episodes, random_states
 from phasmid.learning.observation import Observer
 from phasmid.learning.physics import Physics
@@ -72,13 +73,16 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             "autoreset_mode": self._mode,
         }
         self.physics = physics = Physics(task, num_envs, threads)
+        self._controllers: Controllers | None = None
+        if task.action.kind == "command-corrections":
+            self._controllers = Controllers(task, physics)
         self._observer = Observer(task, physics.robot, physics.constants, num_envs)
         self.observation_names = self._observer.names
         self.privileged_names = self._observer.privileged_names
         self.single_observation_space = _unbounded(len(self.observation_names))
         self.privileged_observation_space = _unbounded(len(self.privileged_names))
-        joints = 3 * len(physics.robot.legs)
-        self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (joints,), np.float32)
+        actions = physics.episodes.action.shape[1]
+        self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (actions,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = np.zeros(num_envs, bool)
@@ -121,8 +125,8 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """Advance all robots by a control period.
 
         Args:
-            actions: Offsets of the joint targets from the neutral stance over the task's scale,
-                clipped to [-1, 1], shape (N, 3 L).
+            actions: Offsets of the joint targets from the neutral stance, or corrections of the
+                controller's commands, over the task's scale, clipped to [-1, 1], shape (N, B).
 
         Returns:
             Observations (N, A), rewards (N,), whether a robot fell (N,), whether its time is over
@@ -135,9 +139,13 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         running, begun = self._all, self._all[:0]
         if self._mode is AutoresetMode.NEXT_STEP:
             running, begun = np.flatnonzero(~self._ended), np.flatnonzero(self._ended)
-        begin_period(physics.constants, e, np.asarray(actions, float), running)
+        actions = np.asarray(actions, float)
         try:
-            physics.advance(running)
+            if self._controllers is None:
+                begin_period(physics.constants, e, actions, running)
+                physics.advance(running)
+            else:
+                self._controllers.advance(actions, running)
         except SimulationError as error:
             # MuJoCo left the state as it was before the step that failed; the episode ends here.
             physics.qpos[error.ids] = np.nan
@@ -180,6 +188,8 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         for name, values in chosen.items():
             getattr(physics.episodes, name)[ids] = np.asarray(values)[ids]
         physics.place(ids)
+        if self._controllers is not None:
+            self._controllers.begin(ids)
         self._observer.observe(physics.episodes, physics.states, ids, is_first=True)
 
     def _observations(self) -> np.ndarray:

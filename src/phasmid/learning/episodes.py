@@ -144,15 +144,15 @@ class States(NamedTuple):
 
 
 class Episodes(NamedTuple):
-    """Episodes of N robots with L legs; one row per robot.
+    """Episodes of N robots with L legs and B actions; one row per robot.
 
     Attributes:
         random: State of each robot's random numbers, shape (N,).
         step: Control periods since the start, shape (N,).
         command: Velocity forward, left [m/s] and yaw rate [rad/s], shape (N, 3).
         phase: Of the gait's clock, in cycles, shape (N,).
-        action: Latest action, shape (N, 3 L).
-        previous_action: The action before it, shape (N, 3 L).
+        action: Latest action, shape (N, B).
+        previous_action: The action before it, shape (N, B).
         target: Latest joint targets [rad], shape (N, 3 L).
         previous_target: The targets before them [rad], shape (N, 3 L).
         reference: Joint angles of the reference motion [rad], shape (N, 3 L).
@@ -220,17 +220,18 @@ class Episodes(NamedTuple):
 
 
 PER_JOINT = (
-    *("action", "previous_action", "target", "previous_target", "reference"),
+    *("target", "previous_target", "reference"),
     *("torque", "saturated", "joint_offset", "dies"),
 )
 """Arrays of episodes with one number per joint."""
 
 
-def empty_episodes(count: int, legs: int) -> Episodes:
-    """Allocate episodes of N robots with L legs."""
+def empty_episodes(count: int, legs: int, actions: int) -> Episodes:
+    """Allocate episodes of N robots with L legs and B actions."""
     shapes = {"command": (3,), "foot": (legs, 3), "centre_of_mass": (3,), "sums": (len(TERMS),)}
     shapes |= dict.fromkeys(("contact", "force", "duty"), (legs,))
     shapes |= dict.fromkeys(PER_JOINT, (3 * legs,))
+    shapes |= dict.fromkeys(("action", "previous_action"), (actions,))
     kinds = {"random": np.uint64, "fell": np.bool_}
     kinds |= dict.fromkeys(("step", "level", "kind", "damage_step"), np.int64)
     episodes = Episodes(
@@ -331,7 +332,8 @@ def draw_episodes(c: Constants, e: Episodes, ids: np.ndarray) -> None:
         for j in range(len(c.neutral)):
             e.joint_offset[n, j] = uniform(e.random, n, -r.joint_offset, r.joint_offset)
             e.target[n, j] = e.previous_target[n, j] = e.reference[n, j] = c.neutral[j]
-            e.action[n, j] = e.previous_action[n, j] = e.torque[n, j] = e.saturated[n, j] = 0.0
+            e.torque[n, j] = e.saturated[n, j] = 0.0
+        e.action[n] = e.previous_action[n] = 0.0
         draw_ground(c, e, n)
         draw_damage(c, e, n)
         e.phase[n] = uniform(e.random, n, 0.0, 1.0)

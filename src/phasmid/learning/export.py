@@ -7,7 +7,7 @@ from pathlib import Path
 
 import mujoco
 
-from phasmid.errors import OutputError
+from phasmid.errors import InvalidInput, OutputError
 from phasmid.learning.episodes import task_constants
 from phasmid.learning.model import fast_specification, robot_motor
 from phasmid.learning.observation import joint_names, observation_names
@@ -52,8 +52,14 @@ def export_task(task: Task, folder: str | Path) -> tuple[Path, Path]:
         largest change of the targets, names of the observations, and weights of the rewards.
 
     Raises:
+        InvalidInput: The task corrects commands, for which each robot needs the controller.
         OutputError: The folder cannot be written.
     """
+    if task.action.kind != "joint-offsets":
+        raise InvalidInput(
+            f'action.kind is "{task.action.kind}"; only tasks with joint offsets are exported.',
+            hint='"joint-offsets"',
+        )
     scenario = Scenario().replace(robot=task.robot)
     robot = scenario.load_robot()
     c, motor = task_constants(task, robot), robot_motor(scenario, robot)

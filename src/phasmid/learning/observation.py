@@ -10,7 +10,7 @@ from jaxtyping import Float
 from phasmid.compiled import compiled
 from phasmid.learning.control_period import clearance, into_body
 from phasmid.learning.episodes import Constants, Episodes, States, uniform
-from phasmid.learning.task import Task
+from phasmid.learning.task import CORRECTIONS, Task
 from phasmid.robot import JOINTS, Robot
 
 
@@ -85,8 +85,9 @@ def observe(
             noise = e.joint_offset[n, j] + uniform(e.random, n, -r.joint_noise, r.joint_noise)
             row[k + j] = s.qpos[n, 7 + j] - c.neutral[j] + noise
             row[k + joints + j] = 0.1 * s.qvel[n, 6 + j]
-            row[k + 2 * joints + j] = e.action[n, j]
-        k += 3 * joints
+        k += 2 * joints
+        row[k : k + e.action.shape[1]] = e.action[n]
+        k += e.action.shape[1]
         for i in range(3):
             row[k + i] = command[i] / c.largest[i] if c.largest[i] > 0.0 else 0.0
         k += 3
@@ -116,6 +117,11 @@ def joint_names(robot: Robot) -> list[str]:
     return [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
 
 
+def action_names(task: Task, robot: Robot) -> list[str]:
+    """Return the names of the actions, shape (B,)."""
+    return joint_names(robot) if task.action.kind == "joint-offsets" else list(CORRECTIONS)
+
+
 def observation_names(task: Task, robot: Robot) -> list[str]:
     """Return the names of the actor's latest observations, shape (A,)."""
     joints = joint_names(robot)
@@ -123,7 +129,7 @@ def observation_names(task: Task, robot: Robot) -> list[str]:
     names += [f"gravity.{axis}" for axis in "xyz"]
     names += [f"{joint} position - neutral" for joint in joints]
     names += [f"{joint} velocity / 10" for joint in joints]
-    names += [f"{joint} last action" for joint in joints]
+    names += [f"{name} last action" for name in action_names(task, robot)]
     names += [f"command.{axis} / largest" for axis in ("forward", "left", "yaw")]
     names += ["clock.sin", "clock.cos"] if task.observation.clock else []
     names += [f"{leg} contact" for leg in robot.leg_names] if task.observation.contacts else []

@@ -21,6 +21,7 @@ from phasmid.learning.model import (
     learning_model,
     robot_motor,
 )
+from phasmid.learning.observation import action_names
 from phasmid.learning.task import Task
 from phasmid.scenario import Scenario
 from phasmid.simulation.loop import collect_engine_warnings
@@ -67,7 +68,7 @@ class Physics:
         scenario = Scenario().replace(robot=task.robot)
         self.robot = robot = scenario.load_robot()
         self.constants = task_constants(task, robot)
-        self.episodes = empty_episodes(count, len(robot.legs))
+        self.episodes = empty_episodes(count, len(robot.legs), len(action_names(task, robot)))
         self.is_full = task.fidelity == "full"
         dt = FULL_STEP if self.is_full else FAST_STEP
         self.steps = max(1, round(self.constants.dt / dt))
@@ -128,16 +129,18 @@ class Physics:
             delayed[ids] = c.neutral[:, None]
         batch.forward(ids)
 
-    def advance(self, ids: Int[np.ndarray, " some"]) -> None:
-        """Advance robots by a control period.
+    def advance(self, ids: Int[np.ndarray, " some"], steps: int | None = None) -> None:
+        """Advance robots by time steps with their present targets.
 
-        A robot whose state is no longer finite is left as it is.
+        Args:
+            ids: The robots. One whose state is no longer finite is left as it is.
+            steps: Number of time steps; None: a control period.
         """
         e, c, batch = self.episodes, self.constants, self.batch
         period = c.dt / self.steps
         # MuJoCo prints and logs warnings of robots that diverge; their episodes end.
         with collect_engine_warnings([]):
-            for step in range(self.steps):
+            for step in range(steps or self.steps):
                 if self._servos is None:
                     apply_motors(self.motor, e, self.states, step, period, ids)
                 else:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
-from phasmid.control import Command, JointTargets, Observation
+from phasmid.control import Command, JointTargets, LocomotionEngine, Observation
 from phasmid.errors import InvalidInput
 from phasmid.learning.control_period import begin_period
+from phasmid.learning.corrections import corrected, new_controller, take_action
 from phasmid.learning.episodes import States, empty_episodes, task_constants
-from phasmid.learning.observation import Observer
+from phasmid.learning.observation import Observer, action_names
 from phasmid.learning.task import Task
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
@@ -105,13 +107,16 @@ def _find(source: str | Path) -> Path:
 class PolicyController:
     """Controller that runs a learned policy, for simulated robots and real ones.
 
-    It computes actions at the rate of the policy's task, and holds the targets in between. Only the
-    velocity of a command is followed, up to the task's largest.
+    It computes actions at the rate of the policy's task. A policy of joint offsets holds its
+    targets in between, and follows the velocity of a command alone. One of command corrections
+    lets the locomotion controller walk. Velocities are followed up to the task's largest.
 
     Args:
-        policy: A policy, or its file or name.
+        policy: File or name of a policy, a `Policy`, or a function that returns actions (1, B) for
+            observations (1, A).
         robot: Robot that is controlled; None: that of the policy's task.
         task: Task of the policy; None: that of its file.
+        update_period: Time between calls of `update`, for command corrections [s].
 
     Attributes:
         policy: The policy.
@@ -123,14 +128,17 @@ class PolicyController:
     """
 
     def __init__(
-        self, policy: Policy | str | Path, robot: Robot | None = None, task: Task | None = None
+        self,
+        policy: Callable[[np.ndarray], np.ndarray] | str | Path,
+        robot: Robot | None = None,
+        task: Task | None = None,
+        *,
+        update_period: float = 0.005,
     ) -> None:
-        self.policy = policy if isinstance(policy, Policy) else Policy(policy)
-        task = task or self.policy.task
+        self.policy = policy if callable(policy) else Policy(policy)
+        task = task or getattr(self.policy, "task", None)
         if task is None:
-            raise InvalidInput(
-                "the policy's file names no task; give the task for which it was trained."
-            )
+            raise InvalidInput("the policy names no task; give the task for which it was trained.")
         self.task = task
         robot = robot or Scenario().replace(robot=task.robot).load_robot()
         exact = {"joint_noise": 0.0, "gyro_noise": 0.0, "gravity_noise": 0.0}
@@ -138,12 +146,18 @@ class PolicyController:
         self._shape = len(robot.legs), 3
         self._observer = Observer(task, robot, self._constants, 1)
         width = len(self._observer.names)
-        if self.policy.observations not in (width, None):
+        takes = getattr(self.policy, "observations", None)
+        if takes not in (width, None):
             raise InvalidInput(
-                f"the policy takes {self.policy.observations} observations, and a robot of "
+                f"the policy takes {takes} observations, and a robot of "
                 f"{len(robot.legs)} legs has {width} in this task."
             )
         joints, none = 3 * len(robot.legs), np.zeros((1, 0))
+        self._command: Command | None = None
+        self._walker: LocomotionEngine | None = None
+        if task.action.kind == "command-corrections":
+            self._walker = new_controller(robot, task, update_period)
+        self._actions = len(action_names(task, robot))
         self._states = States(np.zeros((1, 7 + joints)), np.zeros((1, 6 + joints)), none, none)
         self._begin(0.0)
 
@@ -156,21 +170,37 @@ class PolicyController:
     def reset(self, observation: Observation) -> None:
         """Begin with the robot as it is observed; its joints are the first targets."""
         self._begin(observation.time)
+        if self._walker is not None:
+            self._walker.reset(observation)
         position = np.ravel(observation.joint_position)
         self._episode.target[0] = self._episode.previous_target[0] = position
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
         """Return joint targets; a new action is computed once per period of the policy."""
-        if observation.time >= self._due - 1e-9:
+        e, walker = self._episode, self._walker
+        is_due = observation.time >= self._due - 1e-9
+        if is_due:
             self._due += self._constants.dt
-            self._episode.command[0] = self._within_reach(observation.time, command)
+            e.command[0] = self._within_reach(observation.time, command)
             is_first = math.isnan(self._last_time)
             self._read(observation)
-            self._observer.observe(self._episode, self._states, ONE, is_first=is_first)
-            actions = self.policy(self._observer.observations)
-            begin_period(self._constants, self._episode, actions.astype(float), ONE)
-        position = self._episode.target[0].reshape(self._shape).copy()
-        return JointTargets(position, np.zeros(self._shape))
+            self._observer.observe(e, self._states, ONE, is_first=is_first)
+            actions = self.policy(self._observer.observations).astype(float)
+            if walker is None:
+                begin_period(self._constants, e, actions, ONE)
+            else:
+                take_action(e, actions, ONE)
+        if walker is None:
+            return JointTargets(e.target[0].reshape(self._shape).copy(), np.zeros(self._shape))
+        if is_due or command is not self._command:
+            self._command = command
+            vx, vy, wz = self._within_reach(observation.time, command).tolist()
+            within = replace(command, velocity=(vx, vy, wz))
+            self._corrected = corrected(within, e.action[0], self.task)
+        targets = walker.update(observation, self._corrected)
+        e.phase[0] = walker.state.clock.phase
+        self.events += walker.take_events()
+        return targets
 
     def take_events(self) -> list[tuple[float, str]]:
         """Return the events since the last call, and forget them."""
@@ -178,14 +208,18 @@ class PolicyController:
         self.events.clear()
         return events
 
-    def telemetry(self) -> dict[str, Float[np.ndarray, "..."]]:
-        """Return the phase of the gait's clock, in cycles."""
+    def telemetry(self) -> dict[str, Any]:
+        """Return the phase of the gait's clock, in cycles, or the locomotion controller's."""
+        if self._walker is not None:
+            return self._walker.telemetry()
         return {"gait_phase": self._episode.phase[0]}
 
     def _begin(self, time: float) -> None:
-        self._episode = empty_episodes(1, self._shape[0])
+        self._episode = empty_episodes(1, self._shape[0], self._actions)
         self._episode.contact[:] = 1.0
         self._due, self._last_time = time, math.nan
+        self._command = None
+        self._corrected = Command()
         self.events: list[tuple[float, str]] = []
         self._is_clipped = False
         self._last_position = np.zeros(3 * self._shape[0])

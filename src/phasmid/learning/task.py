@@ -32,15 +32,43 @@ Weight = Number
 
 
 class ActionTable(Table):
-    """``[action]``: joint position targets around the neutral stance.
+    """``[action]``: meaning of a policy's actions.
 
     Attributes:
+        kind: ``joint-offsets``: joint position targets around the neutral stance;
+            ``command-corrections``: changes of the commands of the locomotion controller, which
+            walks the robot; see ``[corrections]``.
         scale: Offset of a joint's target from the neutral stance at an action of 1.
         speed_share: Largest speed of the targets, as a share of the servo's no-load speed.
     """
 
+    kind: Literal["joint-offsets", "command-corrections"] = "joint-offsets"
     scale: Annotated[Angle, Gt(0)] = 0.6
     speed_share: Annotated[Number, Gt(0)] = 0.95
+
+
+class CorrectionTable(Table):
+    """``[corrections]``: changes of the controller's commands at an action of 1.
+
+    Attributes:
+        speed: Share by which the commanded velocity grows; at -1 it shrinks by as much.
+        step_height: Change of the step height, which is ``step_height`` of ``[gait]`` at 0.
+        forward: Shift of the body.
+        height: Rise of the body.
+        roll: Roll of the body.
+        pitch: Pitch of the body.
+    """
+
+    speed: Share = 0.3
+    step_height: Annotated[Length, Ge(0)] = 0.025
+    forward: Annotated[Length, Ge(0)] = 0.02
+    height: Annotated[Length, Ge(0)] = 0.02
+    roll: Annotated[Angle, Ge(0)] = 0.1
+    pitch: Annotated[Angle, Ge(0)] = 0.15
+
+
+CORRECTIONS = tuple(CorrectionTable.model_fields)
+"""Names of the corrections, in the order of the actions."""
 
 
 class ObservationTable(Table):
@@ -241,6 +269,7 @@ class Task(Table):
     rate: Positive = 50.0
     duration: Annotated[Time, Gt(0)] = 20.0
     action: ActionTable = ActionTable()
+    corrections: CorrectionTable = CorrectionTable()
     observation: ObservationTable = ObservationTable()
     commands: CommandTable = CommandTable()
     gait: GaitTable = GaitTable()

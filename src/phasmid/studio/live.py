@@ -122,7 +122,9 @@ class LiveRobot:
             # Lazy import: policies need the extra learn.
             from phasmid.learning import PolicyController
 
-            self._policy = PolicyController(setting.controller, scenario.load_robot())
+            self._policy = PolicyController(
+                setting.controller, scenario.load_robot(), update_period=1 / rate
+            )
             return self._policy
         controller = scenario_controller(scenario, rate, ground_sensing=setting.ground_sensing)
         assert isinstance(controller.controller, Sequencer)
