@@ -34,8 +34,8 @@ phasmid cad phantomx-paper --out results/cad
 
 ![The paper's robot as solids](images/cad-paper.png)
 
-`phasmid cad` draws a robot from the numbers of its file, with any number of legs. It needs the extra
-`cad` (`pip install "phasmid[cad]"`); walking does not. `make cad` writes this page.
+`phasmid cad` draws a robot from the numbers of its file, with any number of legs. It needs the
+extra `cad` (`pip install "phasmid[cad]"`); walking does not. `make cad` writes this page.
 
 | file | content |
 |---|---|
@@ -45,11 +45,12 @@ phasmid cad phantomx-paper --out results/cad
 | `stl/LINK.stl` | a mesh of each link in its own frame, in metres |
 | `ROBOT-masses.md` | masses of the file beside those of the solids |
 
-Servos have their real size and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A servo belongs to the
-link to which its case is screwed; the coxa servo belongs to the body. A long femur holds two servos
-back to back; in a shorter one the knee servo sits in the tibia. Brackets are aluminium, the body's
-plates acrylic; battery and controller are blocks of even density. Servos other than AX-12A, AX-18A,
-MX-28 and XL430-W250 are an AX-12 scaled to fit the shortest link. Shapes and weights are approximate.
+Servos have their real size and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A servo belongs to
+the link to which its case is screwed; the coxa servo belongs to the body. A long femur holds two
+servos back to back; in a shorter one the knee servo sits in the tibia. Brackets are aluminium, the
+body's plates acrylic; battery and controller are blocks of even density. Servos other than AX-12A,
+AX-18A, MX-28 and XL430-W250 are an AX-12 scaled to fit the shortest link. Shapes and weights are
+approximate.
 
 ## What it weighs
 
@@ -61,8 +62,8 @@ solids. Frames are those of Table 1; inertias are about the centre of mass.
 
 ## From a STEP file
 
-A STEP assembly `robot.step` becomes a robot with the file `robot.step.toml` beside it. Start from the
-one that `phasmid cad` writes, or from this example:
+A STEP assembly `robot.step` becomes a robot with the file `robot.step.toml` beside it. Start from
+the one that `phasmid cad` writes, or from this example:
 
 ```toml
 name = "mine"
@@ -92,9 +93,9 @@ link = "right_front_tibia"
 point_mm = [230.9, -167.7, -100]         # in the drawing
 ```
 
-Masses, centres of mass and inertias are integrals over the solids. `[frame]` with `origin_mm`, `forward`
-and `up` turns a drawing that has another front or top. The file is read in a separate process with
-limits of size, memory and time.
+Masses, centres of mass and inertias are integrals over the solids. `[frame]` with `origin_mm`,
+`forward` and `up` turns a drawing that has another front or top. The file is read in a separate
+process with limits of size, memory and time.
 """
 
 
@@ -127,10 +128,10 @@ def findings(robot, assembly):
     rod = math.sqrt(12 * leg.tibia.inertia[2, 2] / leg.tibia.mass)
     body = 100 * (made["body"].mass / robot.body.mass - 1)
     return (
-        f"The solids relative to the file: {'; '.join(lines)}; body {body:+.0f} % of mass. Coxa and "
-        "femur agree with Table 2: two brackets, and two servos back to back. Table 2's tibia has the "
-        f"inertia of an even rod of {1000 * rod:.0f} mm, and is {1000 * leg.tibia.length:.0f} mm long; "
-        "its centre of mass lies 20 mm off the leg's plane."
+        f"The solids relative to the file: {'; '.join(lines)}; body {body:+.0f} % of mass. "
+        "Coxa and femur agree with Table 2: two brackets, and two servos back to back. Table 2's "
+        f"tibia has the inertia of an even rod of {1000 * rod:.0f} mm, and is "
+        f"{1000 * leg.tibia.length:.0f} mm long; its centre of mass lies 20 mm off the leg's plane."
     )
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import platform
 import sys
@@ -249,18 +248,21 @@ def machine() -> str:
 
 
 def of_level(results: list[study.Case]) -> str:
-    """Return text and table of random walks on level ground."""
-    high = sum(run.get("hop", math.inf) > level.HOP for run in results)
+    """Return text of random walks on level ground."""
+    whole = [run for run in results if run["ending"] == "COMPLETED"]
+    fell = len(results) - len(whole)
     return (
         f"The default controller walks {len(results)} times for 6 s at a constant random velocity, "
         f"up to ±{1000 * level.FASTEST[0]:.0f} mm/s forward, "
         f"±{1000 * level.FASTEST[1]:.0f} mm/s lateral and ±{level.FASTEST[2]:g} rad/s yaw. "
         "Presets, gaits and three drives take turns. Every fourth robot is scaled to a mass of "
-        f"{level.LIGHT[0]:g} to {level.LIGHT[1]:g} kg. A hop is the largest distance of the trunk "
-        f"from its mean height after the first {level.SETTLED:g} s; {high} walks exceed "
-        f"{1000 * level.HOP:g} mm. Torque is the largest simulated joint torque over the largest "
-        "that the walk can need: by inverse dynamics of the planned walk, or by statics on any "
-        f"three of the stance feet.\n\n{level.table(results)}"
+        f"{level.LIGHT[0]:g} to {level.LIGHT[1]:g} kg. {fell or 'None'} fell. The trunk stays "
+        f"within {1000 * max(run['hop'] for run in whole):.2f} mm of its mean height after the "
+        f"first {level.SETTLED:g} s, and tilts by {max(run['tilt'] for run in whole):.2f}° at most. The "
+        "largest simulated joint torque is at most "
+        f"{max(run['torque'] / run['planned_torque'] for run in whole):.2f} times the largest that "
+        "the walk can need: by inverse dynamics of the planned walk, or by statics on any three of "
+        "the stance feet."
     )
 
 
@@ -279,8 +281,8 @@ def of_velocity(results: list[study.Case]) -> str:
         "to both sides and follows an arc of 0.4 m radius, at "
         f"{' and '.join(f'{100 * share:.0f} %' for share in velocity.SHARES)} of the "
         "velocity that `largest_velocity` returns for direction and gait: "
-        f"{len(results)} walks. Each firmware gait equals another gait and is not listed. The error is "
-        "that of the mean velocity in body axes, "
+        f"{len(results)} walks. Each firmware gait equals another gait and is not listed. The "
+        "error is that of the mean velocity in body axes, "
         f"|mean − commanded| / |commanded|, over {velocity.CYCLES} whole cycles after the start, "
         "with the yaw rate weighted by the distance of the feet. Slip is the displacement of a "
         "stance foot from touchdown to lift-off, as in a run's summary.\n\n"

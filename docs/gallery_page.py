@@ -31,12 +31,13 @@ phasmid plot results/paper fig13 --width-mm 85 --dpi 300 --no-title --format pdf
 ```
 
 `--width-mm` sets the width of the figures; labels keep at least 7 pt. `--dpi` is the resolution of
-PNG files and of pictures in PDF and SVG files. From Python, `phasmid.plot(recording, "support-margin")`
-returns the matplotlib figure, and `phasmid.plot([a, b], "joint-torque", labels=["a", "b"])` compares
-runs. Of a walk of more than six cycles, figures over time show the last five.
+PNG files and of pictures in PDF and SVG files. From Python, `phasmid.plot(recording,
+"support-margin")` returns the matplotlib figure, and `phasmid.plot([a, b], "joint-torque",
+labels=["a", "b"])` compares runs. Of a walk of more than six cycles, figures over time show the
+last five.
 
-The figures below show the paper's walk; `power` and those of servos show it with
-`--drive servo --measured everything`. `make gallery` draws this page.
+The figures below show the paper's walk; `power` and those of servos show it with `--drive servo
+--measured everything`. `make gallery` draws this page.
 """
 
 WORDS = {

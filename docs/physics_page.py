@@ -58,25 +58,25 @@ phasmid walk --contact-law simscape    # or mujoco, or spring-damper, the defaul
 ```
 
 The paper's walk under three contact laws. The law of the paper's own contact library, which MuJoCo
-cannot express, has a second simulator. Both simulators share the plan and the contact points, but no
-code of contact or integration. `make physics` writes this page.
+cannot express, has a second simulator. Both simulators share the plan and the contact points, but
+no code of contact or integration. `make physics` writes this page.
 
-The robot is `{robot}`, the scenario `{scenario}`, with prescribed joints. Mid-stance is the middle half
-of each complete stance. The model's forces are of minimum norm.
+The robot is `{robot}`, the scenario `{scenario}`, with prescribed joints. Mid-stance is the middle
+half of each complete stance. The model's forces are of minimum norm.
 
 ## The laws
 
-A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that
-sinks with speed v and slips with speed u:
+A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that sinks
+with speed v and slips with speed u:
 
 {laws}
 
 The ground never pulls. Below the friction limit a foot creeps under all three laws; with
 `spring-damper` by its tangential force over 4 × {creep:g} N·s/m (`friction_damping`). More damping
-keeps internal forces between the feet, which then appear in the torques; less lets compliant servos
-drag their feet. With 100 N·s/m both ways sliding feet chatter; with {damping:g} they do not. These
-parameters are chosen from walks and not measured on a foot. In MuJoCo a point also resists its own
-acceleration, with a small mass that its impedance d sets (`impedance`).
+keeps internal forces between the feet, which then appear in the torques; less lets compliant
+servos drag their feet. With 100 N·s/m both ways sliding feet chatter; with {damping:g} they do
+not. These parameters are chosen from walks and not measured on a foot. In MuJoCo a point also
+resists its own acceleration, with a small mass that its impedance d sets (`impedance`).
 
 **The second simulator** integrates the six degrees of freedom of the trunk on level ground, with
 prescribed joints. Its state is the position and momentum of the centre of mass, the orientation,
@@ -84,17 +84,17 @@ and the angular momentum about the centre of mass:
 
     c' = p/m,   p' = m g + Σ F,   L' = Σ r × F,   R' = R [w]×,   w = J⁻¹ (Rᵀ L − l)
 
-with J the inertia about the centre of mass and l the legs' own angular momentum. Sticking
-friction is stiff against the robot's mass, so a substep is linearly implicit (ROS2, second order,
+with J the inertia about the centre of mass and l the legs' own angular momentum. Sticking friction
+is stiff against the robot's mass, so a substep is linearly implicit (ROS2, second order,
 L-stable); a time step of {dt:g} ms has {substeps}. Joint torques follow by inverse dynamics.
 
 ## The same walk
 
 {same}
 
-Mean normal force of each foot in mid-stance, and the largest difference from `spring-damper` of any
-sample, relative to the mean load of its foot. Normal forces do not depend on the law: they agree within
-{gap:.2f} %.
+Mean normal force of each foot in mid-stance, and the largest difference from `spring-damper` of
+any sample, relative to the mean load of its foot. Normal forces do not depend on the law; they
+agree within {gap:.2f} %.
 
 ![Three laws of contact](physics/contact-laws.png)
 
@@ -107,24 +107,25 @@ stance feet over the ground. Times depend on the machine.
 
 ## Why the torques differ
 
-Statics does not determine how hard three feet press against each other, and prescribed joints do not
-yield. The squeeze therefore comes from friction on very small slips, and the torques with it: **a quoted
-torque of a stance leg must name its law.** On feet of {point:g} mm, nearly points, two causes are
-computed beside the simulated squeeze:
+Statics does not determine how hard three feet press against each other, and prescribed joints do
+not yield. The squeeze therefore comes from friction on very small slips, and the torques with it:
+**a quoted torque of a stance leg must name its law.** On feet of {point:g} mm, nearly points, two
+causes are computed beside the simulated squeeze:
 
 {squeezes}
 
-- *Mass.* MuJoCo takes a contact's acceleration as J q̈ and leaves out J̇ q̇, so a foot that stands while
-  its leg turns seems to accelerate by −J̇ q̇. Its friction resists this, at each point with a mass of
-  d/((1 − d) A) times `impratio` (A is the mobility of the foot): at the default impedance {mass:.1f} kg a
-  foot. A smaller `impedance` removes it.
-- *Slip.* A foot touches half its depth above its tip, and the turning tibia moves that point over the
-  ground by some hundredths of a millimetre per second. A larger threshold or harder ground reduces it.
-- *Wide feet* (last column: squares of {width:g} mm). A stance foot turns about the vertical with its coxa. In `simscape` friction
-  grows with the load of each point, so on an unevenly loaded square it does not cancel. In MuJoCo sticking
-  friction does not depend on the load, and it cancels. Most of the squeeze of {squeeze_simscape:.2f} N
-  under `simscape`, and of the {torque_simscape:.3f} N·m by which its torques differ from the model's, comes
-  from this.
+- *Mass.* MuJoCo takes a contact's acceleration as J q̈ and leaves out J̇ q̇, so a foot that stands
+  while its leg turns seems to accelerate by −J̇ q̇. Its friction resists this, at each point with
+  a mass of d/((1 − d) A) times `impratio` (A is the mobility of the foot): at the default
+  impedance {mass:.1f} kg a foot. A smaller `impedance` removes it.
+- *Slip.* A foot touches half its depth above its tip, and the turning tibia moves that point over
+  the ground by some hundredths of a millimetre per second. A larger threshold or harder ground
+  reduces it.
+- *Wide feet* (last column: squares of {width:g} mm). A stance foot turns about the vertical with
+  its coxa. In `simscape` friction grows with the load of each point, so on an unevenly loaded
+  square it does not cancel. In MuJoCo sticking friction does not depend on the load, and it
+  cancels. Most of the squeeze of {squeeze_simscape:.2f} N under `simscape`, and of the
+  {torque_simscape:.3f} N·m by which its torques differ from the model's, comes from this.
 
 The minimum norm is the limit of all laws for point feet on hard, freely creeping ground.
 """
