@@ -14,7 +14,6 @@ from PIL import Image
 
 from phasmid import kinematics
 from phasmid.cad import build, mass_properties
-from phasmid.cad.weights import mass_table
 from phasmid.reporting.camera import camera_axes, fitted_view
 from phasmid.reporting.renderer import SceneRenderer
 from phasmid.reporting.robot_mesh import robot_corners
@@ -52,13 +51,10 @@ body's plates acrylic; battery and controller are blocks of even density. Servos
 AX-18A, MX-28 and XL430-W250 are an AX-12 scaled to fit the shortest link. Shapes and weights are
 approximate.
 
-## What it weighs
+## Masses
 
-The paper's robot: its file (the paper's Table 2, and for the body the rest of 26 N) beside the
-solids. Frames are those of Table 1; inertias are about the centre of mass.
-
-{table}
-{findings}
+`ROBOT-masses.md` lists mass, centre of mass and inertia of each link, from the robot file and from
+the solids. {findings}
 
 ## From a STEP file
 
@@ -116,7 +112,7 @@ def draw(robot):
 
 
 def findings(robot, assembly):
-    """What the table shows, in numbers."""
+    """Compare masses and inertias of the solids with those of the robot file."""
     made = mass_properties(assembly)
     leg = robot.legs[0]
     lines = []
@@ -128,10 +124,11 @@ def findings(robot, assembly):
     rod = math.sqrt(12 * leg.tibia.inertia[2, 2] / leg.tibia.mass)
     body = 100 * (made["body"].mass / robot.body.mass - 1)
     return (
-        f"The solids relative to the file: {'; '.join(lines)}; body {body:+.0f} % of mass. "
-        "Coxa and femur agree with Table 2: two brackets, and two servos back to back. Table 2's "
-        f"tibia has the inertia of an even rod of {1000 * rod:.0f} mm, and is "
-        f"{1000 * leg.tibia.length:.0f} mm long; its centre of mass lies 20 mm off the leg's plane."
+        f"The solids of the paper's robot differ from its file by: {'; '.join(lines)}; "
+        f"body {body:+.0f} % of mass. Coxa and femur agree with Table 2: two brackets, and two "
+        "servos back to back. Table 2's tibia has the inertia of an even rod of "
+        f"{1000 * rod:.0f} mm, and is {1000 * leg.tibia.length:.0f} mm long; its centre of mass "
+        "lies 20 mm off the leg's plane."
     )
 
 
@@ -140,10 +137,7 @@ def main():
     robot = load_robot("phantomx-paper")
     assembly = build(robot)
     draw(robot)
-    page = PAGE.format(
-        table=mass_table(robot, assembly),
-        findings=findings(robot, assembly),
-    )
+    page = PAGE.format(findings=findings(robot, assembly))
     (HERE / "cad.md").write_text(page, "utf-8", newline="\n")
 
 
