@@ -14,7 +14,6 @@ from PIL import Image
 
 from phasmid import kinematics
 from phasmid.cad import build, mass_properties
-from phasmid.cad.weights import mass_table
 from phasmid.reporting.camera import camera_axes, fitted_view
 from phasmid.reporting.renderer import SceneRenderer
 from phasmid.reporting.robot_mesh import robot_corners
@@ -28,45 +27,39 @@ COLOURS = 128
 
 PAGE = """# Solids
 
-![The paper's robot as solids](images/cad-paper.png)
-
-`phasmid cad` draws a robot from the numbers of its file, with any number of legs at any place and
-tilt. It needs the extra `cad` (`pip install "phasmid[cad]"`); walking does not, and the meshes of
-the robots that come with phasmid lie in the package. This page is written by `make cad`.
-
 ```
 phasmid cad phantomx-paper --out results/cad
 ```
 
-| file | what it is |
+![The paper's robot as solids](images/cad-paper.png)
+
+`phasmid cad` draws a robot from the numbers of its file, with any number of legs. It needs the
+extra `cad` (`pip install "phasmid[cad]"`); walking does not. `make cad` writes this page.
+
+| file | content |
 |---|---|
 | `ROBOT.step` | named, coloured parts: `body`, and in each leg `coxa`, `femur`, `tibia` |
-| `ROBOT.step.toml` | which part belongs to which link, where the axes are, densities and weights |
-| `ROBOT.glb` | all meshes; a robot file beside it names it: `appearance = "ROBOT.glb"` |
+| `ROBOT.step.toml` | which part belongs to which link, joint axes, densities and weights |
+| `ROBOT.glb` | all meshes; use them in a robot file with `appearance = "ROBOT.glb"` |
 | `stl/LINK.stl` | a mesh of each link in its own frame, in metres |
 | `ROBOT-masses.md` | masses of the file beside those of the solids |
 
-Servos are solids of their real outside and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A
-servo belongs to the link to which its case is screwed: the coxa's to the body. A femur that is
-long enough holds two servos back to back; in a shorter one the knee's sits in the tibia.
-Brackets, straps and blades are aluminium, the body's plates acrylic; battery and controller are
-blocks of an even density. A servo other than AX-12A, AX-18A, MX-28 and XL430-W250 is an AX-12
-scaled to fit the shortest link. These shapes look and weigh about right; they are no maker's
-drawing.
+Servos have their real size and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A servo belongs to
+the link to which its case is screwed; the coxa servo belongs to the body. A long femur holds two
+servos back to back; in a shorter one the knee servo sits in the tibia. Brackets are aluminium, the
+body's plates acrylic; battery and controller are blocks of even density. Servos other than AX-12A,
+AX-18A, MX-28 and XL430-W250 are an AX-12 scaled to fit the shortest link. Shapes and weights are
+approximate.
 
-## What it weighs
+## Masses
 
-The paper's robot: its file (the paper's Table 2, and for the body the rest of 26 N) beside the
-solids. Frames are those of Table 1, inertias are about the centre of mass.
-
-{table}
-{findings}
+`ROBOT-masses.md` lists mass, centre of mass and inertia of each link, from the robot file and from
+the solids. {findings}
 
 ## From a STEP file
 
-`phasmid check robot.step --write-sidecar` writes a first guess of `robot.step.toml`, from names
-such as coxa, femur and tibia (hip, thigh and shin), and from round faces that two links share.
-Correct it, and `robot.step` is a robot wherever one is asked for:
+A STEP assembly `robot.step` becomes a robot with the file `robot.step.toml` beside it. Start from
+the one that `phasmid cad` writes, or from this example:
 
 ```toml
 name = "mine"
@@ -96,12 +89,9 @@ link = "right_front_tibia"
 point_mm = [230.9, -167.7, -100]         # in the drawing
 ```
 
-`[frame]` with `origin_mm`, `forward` and `up` turns a drawing that has another front or top.
-Masses, centres of mass and inertias are integrals over the solids. The file is read in a process
-of its own with limits of size, memory and time, so that a damaged one costs one sentence.
-
-Robot to STEP to robot moves no axis and no foot by more than a micrometre, and changes no inertia
-by more than 1 %.
+Masses, centres of mass and inertias are integrals over the solids. `[frame]` with `origin_mm`,
+`forward` and `up` turns a drawing that has another front or top. The file is read in a separate
+process with limits of size, memory and time.
 """
 
 
@@ -122,7 +112,7 @@ def draw(robot):
 
 
 def findings(robot, assembly):
-    """What the table shows, in numbers."""
+    """Compare masses and inertias of the solids with those of the robot file."""
     made = mass_properties(assembly)
     leg = robot.legs[0]
     lines = []
@@ -134,11 +124,11 @@ def findings(robot, assembly):
     rod = math.sqrt(12 * leg.tibia.inertia[2, 2] / leg.tibia.mass)
     body = 100 * (made["body"].mass / robot.body.mass - 1)
     return (
-        f"The solids beside the file: {'; '.join(lines)}; body {body:+.0f} % of mass. "
-        "Coxa and femur are thus what Table 2 says: two brackets, and two servos back to back. "
-        f"Table 2's tibia turns like an even rod of {1000 * rod:.0f} mm, and is "
-        f"{1000 * leg.tibia.length:.0f} mm long; its centres of mass 20 mm off the leg's plane "
-        "are not those of a leg that is alike on both sides."
+        f"The solids of the paper's robot differ from its file by: {'; '.join(lines)}; "
+        f"body {body:+.0f} % of mass. Coxa and femur agree with Table 2: two brackets, and two "
+        "servos back to back. Table 2's tibia has the inertia of an even rod of "
+        f"{1000 * rod:.0f} mm, and is {1000 * leg.tibia.length:.0f} mm long; its centre of mass "
+        "lies 20 mm off the leg's plane."
     )
 
 
@@ -147,10 +137,7 @@ def main():
     robot = load_robot("phantomx-paper")
     assembly = build(robot)
     draw(robot)
-    page = PAGE.format(
-        table=mass_table(robot, assembly),
-        findings=findings(robot, assembly),
-    )
+    page = PAGE.format(findings=findings(robot, assembly))
     (HERE / "cad.md").write_text(page, "utf-8", newline="\n")
 
 

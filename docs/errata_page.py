@@ -28,70 +28,68 @@ from phasmid.scenario import load_scenario
 _TEXT = """\
 # The paper's misprints
 
-Equations of IMECE2018-88226 as printed, and what stands in phasmid instead. This page is written
-by `make errata` from the table in `phasmid.paper.misprints`; a test holds the
-two together.
+```
+python -m phasmid.derivation    # derive Eq 10 by Newton-Euler and by Lagrange (extra derivation)
+```
 
-Each line gives the error of this misprint alone, all others corrected: the largest in swing and
-in stance on the paper's walk, and on random states. The robot is `phantomx-paper` with its masses
-as Eq 10 assumes (`mass_model = "mid-length"`); feet bear the forces of least norm. Random are
-{states} states of each leg: the coxa all around, femur and tibia within their limits, feet
-outside the coxa axis, speeds to {speed} rad/s, accelerations to {acceleration} rad/s², foot
-forces to {force} N along each axis, rolls and pitches to {roll}°, yaws all around.
+Equations of IMECE2018-88226 as printed, and as phasmid computes them. `kinematics.printed` and
+`dynamics.printed` compute every equation as printed, with any of its misprints. `make errata`
+writes this page from `phasmid.paper.misprints`.
 
-`kinematics.printed` and `dynamics.printed` compute every equation as printed, with all its
-misprints or with any of them.
+Each row gives the largest error of one misprint alone: in swing and in stance on the paper's walk,
+and on random states. The robot is `phantomx-paper` with its masses as Eq 10 assumes (`mass_model =
+"mid-length"`); feet bear the forces of minimum norm. Random are {states} states of each leg: any
+coxa angle, femur and tibia within their limits, feet outside the coxa axis, speeds to {speed}
+rad/s, accelerations to {acceleration} rad/s², foot forces to {force} N along each axis, rolls and
+pitches to {roll}°, any yaw.
 
 ## Frames and kinematics
 
-Largest error of a foot's place [mm]. The prints mix lengths with angles or with squares of lengths,
-so that they depend on the unit: here that of Table 1, millimetres and degrees. "None in 10 %" means
-that the print gives no angle at all for that part of the states.
+Largest error of a foot's position [mm]. The printed equations mix lengths with angles or with
+squares of lengths, so the error depends on the unit: here that of Table 1, millimetres and
+degrees. "None in 10 %" means that the printed equation gives no angle for that fraction of the
+states.
 
 {kinematics}
 
 ## Dynamics of a leg
 
 Largest error of a joint's torque [mN·m]. θ3 of the printed sines and cosines is minus that of
-Table 1, while speeds and accelerations keep Table 1's sign: so read, m23, m33, b23, c32 and G are
-right as printed. Where a plus is missing, the factors that then stand side by side are multiplied.
+Table 1, while speeds and accelerations keep Table 1's sign. With this reading m23, m33, b23, c32
+and G are right as printed. Where a plus is missing, the factors that then stand side by side are
+multiplied.
 
 {dynamics}
 
-### Equation 10, right
+### Equation 10, corrected
 
-Derived twice, by Newton-Euler and by Lagrange, with the same result (`python -m
-phasmid.derivation`), and written in the paper's form, θ3 as above. Entries that are not listed are
-zero; torque = M θ̈ + B [θ̇1θ̇2, θ̇1θ̇3, θ̇2θ̇3] + C [θ̇1², θ̇2², θ̇3²] + G − JᵀF.
+In the paper's form, with θ3 as above. Entries that are not listed are zero; torque = M θ̈ + B
+[θ̇1θ̇2, θ̇1θ̇3, θ̇2θ̇3] + C [θ̇1², θ̇2², θ̇3²] + G − JᵀF.
 
 ```
 {equation}
 ```
 
-Slips that change no number, but want reading with care:
+Slips that change no number:
 
 {slips}
 
-## How each was shown
+## Tests
 
-Tests in `tests/paper` fail for the printed form and hold for the right one:
-
-- *equation of motion*: the power of the joints is the rate of the leg's energy; the torques are
-  those of the recursion over the whole robot; the entry is that of Lagrange's equations, derived
-  in symbols.
-- *loaded foot*: the same with a force on the foot.
-- *rigid body*: no link has radii of gyration below a thousandth of its length.
-- *chain*: the frames of Table 1, one after another, end at the foot.
-- *rotation*: its columns are orthogonal unit vectors.
-- *round trip*: the angles place the foot where it was commanded.
+Tests in `tests/paper` fail for the printed form and pass for the corrected one. *Equation of
+motion*: the power of the joints is the rate of the leg's energy, the torques equal the recursion
+over the whole robot, and each entry the symbolic one from Lagrange's equations; *loaded foot*: the
+same with a force on the foot. *Rigid body*: no link has radii of gyration below a thousandth of
+its length. *Chain*: the product of the frames of Table 1 ends at the foot. *Rotation*: its columns
+are orthogonal unit vectors. *Round trip*: the angles place the foot at its commanded position.
 
 ## Centres of mass
 
-Table 2 itself puts the femur's and tibia's centres of mass 20 mm beside the leg's plane. With them,
-m12 and m13 are not zero: up to {m12} and {m13} kg·m², beside an m11 of up to {m11} kg·m². On the
-paper's walk they make up to {coupled} mN·m on the coxa, beside {own} mN·m of m11, as much as the
-misprints do. The closed form of `phasmid.dynamics.leg_matrices` holds for any centre of mass and
-any inertia, so both readings are computed exactly.
+Table 2 puts the femur's and tibia's centres of mass 20 mm beside the leg's plane. With them, m12
+and m13 are not zero: up to {m12} and {m13} kg·m², beside an m11 of up to {m11} kg·m². On the
+paper's walk they make up to {coupled} mN·m on the coxa, beside {own} mN·m of m11.
+`phasmid.dynamics.leg_matrices` holds for any centre of mass and any inertia, so both readings are
+exact.
 """
 
 

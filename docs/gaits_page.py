@@ -70,8 +70,8 @@ def main():
     page = HERE / "gaits.md"
     top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
     words = (
-        "Written by `make gaits`: margins for a step of 40 mm ahead, and largest speeds straight "
-        "ahead. `--diagram` draws each gait.\n"
+        "Written by `make gaits`, with margins for a step of 40 mm forward. `--diagram` draws each "
+        "gait.\n"
     )
     text = "\n".join([f"{top}\n", f"{HEADING}\n", words, *map(section, ROBOTS)])
     page.write_text(text, "utf-8", newline="\n")

@@ -30,18 +30,14 @@ phasmid plot results/a results/b joint-torque          # two runs in one figure
 phasmid plot results/paper fig13 --width-mm 85 --dpi 300 --no-title --format pdf,png
 ```
 
-`--width-mm` sets the width of the figures, such as 85 mm for a column of a paper; labels keep at
-least 7 pt. `--no-title` leaves out title and subtitle. `--dpi` is the resolution of PNG files,
-and of pictures in PDF and SVG files. From Python, `phasmid.plot(recording, "support-margin")`
-returns the matplotlib figure, and `phasmid.plot([a, b], "joint-torque", labels=["a", "b"])`
-compares runs.
+`--width-mm` sets the width of the figures; labels keep at least 7 pt. `--dpi` is the resolution of
+PNG files and of pictures in PDF and SVG files. From Python, `phasmid.plot(recording,
+"support-margin")` returns the matplotlib figure, and `phasmid.plot([a, b], "joint-torque",
+labels=["a", "b"])` compares runs. Of a walk of more than six cycles, figures over time show the
+last five.
 
-Of a walk of more than six cycles, figures over time show the last five. Where a required channel
-is not recorded, one sentence names it and the command that records it. Colours are Paul Tol's,
-which the colour-blind tell apart; runs that are compared differ in their dashes too.
-
-The figures below are of the paper's walk; `power` and those of servos are of the same walk with
-`--drive servo --measured everything`. `make gallery` draws this page.
+The figures below show the paper's walk; `power` and those of servos show it with `--drive servo
+--measured everything`. `make gallery` draws this page.
 """
 
 WORDS = {

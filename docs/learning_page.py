@@ -25,8 +25,7 @@ from control_study import ground  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
 from phasmid import drive, summarise  # noqa: E402
-from phasmid.control import Command, Controller, EngineSettings, LocomotionEngine  # noqa: E402
-from phasmid.control.estimation import EstimatorSettings  # noqa: E402
+from phasmid.control import Command, Controller, LocomotionEngine  # noqa: E402
 from phasmid.cores import cores  # noqa: E402
 from phasmid.learning import (  # noqa: E402
     Policy,
@@ -51,16 +50,10 @@ CLASSICAL = "locomotion controller"
 
 
 def controller_of(name: str, robot: Any) -> Controller:
-    """Return the locomotion controller with all its stages, or a policy that comes with phasmid."""
+    """Return the locomotion controller, or a policy that comes with phasmid."""
     if name != CLASSICAL:
         return PolicyController(name, robot)
-    settings = EngineSettings(
-        period=ground.PERIOD,
-        ground_sensing=True,
-        dynamics="feed-forward",
-        estimator=EstimatorSettings(),
-    )
-    return LocomotionEngine(robot, settings)
+    return LocomotionEngine(robot, period=ground.PERIOD)
 
 
 def measure(case: tuple[str, float, str, int]) -> dict[str, Any]:
@@ -120,7 +113,7 @@ def survivors(name: str, *, randomised: bool, robots: int = 100) -> dict[str, fl
         survived &= ~fell
     e = env.physics.episodes
     along = e.progress[survived].sum() / e.wanted[survived].sum()
-    return {"survived [%]": 100 * survived.mean(), "way along the commands [%]": 100 * along}
+    return {"survived [%]": 100 * survived.mean(), "distance along the commands [%]": 100 * along}
 
 
 def draw_curves(files: list[Path]) -> None:

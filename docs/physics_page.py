@@ -51,90 +51,83 @@ WIDTH, HEAD, ROW, FOOT = 7.2, 1.12, 1.55, 0.47
 """Of the figure, its title and legend, a row of panels, and the place below [inch]."""
 
 _PAGE = """\
-# Physics: three laws of contact, two simulators
+# Contact laws and simulators
 
 ```
 phasmid walk --contact-law simscape    # or mujoco, or spring-damper, the default
 ```
 
-The paper's walk under three laws of contact. Two are in MuJoCo. The third is the law of the
-paper's own library, which MuJoCo cannot express; it has a simulator of its own. Both simulators
-share the plan and the places of the contact points, and no code of contact or integration. `make
-physics` writes this page.
+The paper's walk under three contact laws. The law of the paper's own contact library, which MuJoCo
+cannot express, has a second simulator. Both simulators share the plan and the contact points, but
+no code of contact or integration. `make physics` writes this page.
 
-The robot is `{robot}`, the scenario `{scenario}`, joints are prescribed. "Amid stance" is the
-middle half of each whole stance. The model's forces are of minimum norm.
+The robot is `{robot}`, the scenario `{scenario}`, with prescribed joints. Mid-stance is the middle
+half of each complete stance. The model's forces are of minimum norm.
 
 ## The laws
 
-A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that
-sinks with speed v and slips with speed u:
+A foot is four points at the corners of a square of {width:g} mm. For a point at depth x that sinks
+with speed v and slips with speed u:
 
 {laws}
 
-The ground never pulls. In MuJoCo a point also resists its own acceleration, with a small mass
-that its impedance d sets (`impedance`). `mujoco` keeps all of MuJoCo's default numbers. All three
-creep below their friction limit.
+The ground never pulls. Below the friction limit a foot creeps under all three laws; with
+`spring-damper` by its tangential force over 4 × {creep:g} N·s/m (`friction_damping`). More damping
+keeps internal forces between the feet, which then appear in the torques; less lets compliant
+servos drag their feet. With 100 N·s/m both ways sliding feet chatter; with {damping:g} they do
+not. These parameters are chosen from walks and not measured on a foot. In MuJoCo a point also
+resists its own acceleration, with a small mass that its impedance d sets (`impedance`).
 
-**The second simulator** integrates the six degrees of freedom of the trunk on level ground; the
-joints are prescribed. Its state is the place and momentum of the centre of mass, the orientation,
+**The second simulator** integrates the six degrees of freedom of the trunk on level ground, with
+prescribed joints. Its state is the position and momentum of the centre of mass, the orientation,
 and the angular momentum about the centre of mass:
 
     c' = p/m,   p' = m g + Σ F,   L' = Σ r × F,   R' = R [w]×,   w = J⁻¹ (Rᵀ L − l)
 
-with J the inertia about the centre of mass and l the legs' own angular momentum. Sticking
-friction is stiff against the robot's mass, so a substep is linearly implicit (ROS2, second order,
-L-stable); a time step of {dt:g} ms has {substeps}. Joint torques follow by inverse dynamics of
-the whole robot, with the force at each point.
+with J the inertia about the centre of mass and l the legs' own angular momentum. Sticking friction
+is stiff against the robot's mass, so a substep is linearly implicit (ROS2, second order,
+L-stable); a time step of {dt:g} ms has {substeps}. Joint torques follow by inverse dynamics.
 
 ## The same walk
 
 {same}
 
-Normal forces: mean amid stance of each foot, and the largest difference from `spring-damper` of
-any sample amid stance, as a share of the mean load of its foot. Statics determines them on three
-feet; they agree
-within {gap:.2f} %.
+Mean normal force of each foot in mid-stance, and the largest difference from `spring-damper` of
+any sample, relative to the mean load of its foot. Normal forces do not depend on the law; they
+agree within {gap:.2f} %.
 
 ![Three laws of contact](physics/contact-laws.png)
 
 {rest}
 
-Tangential force and squeeze are rms per foot amid stance; a squeeze is the part of the feet's
+Tangential force and squeeze are rms per foot in mid-stance. The squeeze is the part of the feet's
 forces that adds up to no force and no moment. The torque's difference is that from the model, rms
-amid stance of the worst joint. Sinkage is the mean depth of the tips, creep the mean speed of
-standing feet over the ground. Times depend on the machine.
+in mid-stance of the worst joint. Sinkage is the mean depth of the tips, creep the mean speed of
+stance feet over the ground. Times depend on the machine.
 
-## Why they differ
+## Why the torques differ
 
-**Touchdown.** On springs the robot stands a little low, so that a foot touches before its plan.
-The softer `mujoco` sinks deeper and touches sooner. Amid stance nothing of it is left.
-
-**Squeeze, and torques with it.** Statics does not determine how hard three feet press against
-each other, and prescribed joints do not give. The squeeze comes from friction on very small
-slips. On feet of {point:g} mm, nearly points, two causes are computed beside it:
+Statics does not determine how hard three feet press against each other, and prescribed joints do
+not yield. The squeeze therefore comes from friction on very small slips, and the torques with it:
+**a quoted torque of a stance leg must name its law.** On feet of {point:g} mm, nearly points, two
+causes are computed beside the simulated squeeze:
 
 {squeezes}
 
-- *Mass.* MuJoCo takes a contact's acceleration as J q̈ and leaves out J̇ q̇: a foot that stands
-while its leg turns seems to be accelerated by −J̇ q̇. Its friction resists that, at each point
-with a mass of d/((1 − d) A) times `impratio` (A is the mobility of the foot): at the default
-impedance {mass:.1f} kg a foot. A smaller `impedance` removes it. - *Slip.* A foot touches half
-its depth above its tip, and the turning tibia moves that point over the ground, by some
-hundredths of a millimetre per second. A larger threshold or a harder ground reduces it.
+- *Mass.* MuJoCo takes a contact's acceleration as J q̈ and leaves out J̇ q̇, so a foot that stands
+  while its leg turns seems to accelerate by −J̇ q̇. Its friction resists this, at each point with
+  a mass of d/((1 − d) A) times `impratio` (A is the mobility of the foot): at the default
+  impedance {mass:.1f} kg a foot. A smaller `impedance` removes it.
+- *Slip.* A foot touches half its depth above its tip, and the turning tibia moves that point over
+  the ground by some hundredths of a millimetre per second. A larger threshold or harder ground
+  reduces it.
+- *Wide feet* (last column: squares of {width:g} mm). A stance foot turns about the vertical with
+  its coxa. In `simscape` friction grows with the load of each point, so on an unevenly loaded
+  square it does not cancel. In MuJoCo sticking friction does not depend on the load, and it
+  cancels. Most of the squeeze of {squeeze_simscape:.2f} N under `simscape`, and of the
+  {torque_simscape:.3f} N·m by which its torques differ from the model's, comes from this.
 
-**Wide feet.** In `simscape` friction grows with the load of each point. A standing foot turns
-about the vertical with its coxa. Where the load is off the middle of the square, the friction of
-its points does not cancel. In MuJoCo sticking friction does not depend on the load, and it
-cancels:
-
-{wide}
-
-The squeeze of {squeeze_simscape:.2f} N under `simscape`, and the {torque_simscape:.3f} N·m by
-which its torques differ from the model's, come from rigid, flat feet of {width:g} mm at the
-library's threshold. The minimum norm is the limit of all laws for point feet on hard, freely
-creeping ground. Normal forces do not depend on the law. Every torque of a standing leg does: a
-quoted torque names its law.
+The minimum norm is the limit of all laws for point feet on hard, freely creeping ground.
 """
 
 
@@ -164,8 +157,9 @@ def document(comparison: Comparison) -> str:
         laws=_laws(default.scenario, library),
         same=_loads(comparison),
         rest=_rest(comparison),
-        squeezes=_squeezes(points),
-        wide=_wide(wide, points),
+        squeezes=_squeezes(points, wide),
+        creep=contact.friction_damping,
+        damping=contact.law_damping,
         mass=usual.mass,
         squeeze_simscape=own.squeeze,
         torque_simscape=own.torque_gap,
@@ -232,8 +226,9 @@ def _rest(comparison: Comparison) -> str:
     return _table(("", *(f"`{law}`" for law in trials)), [(n, *row) for n, row in lines.items()])
 
 
-def _squeezes(squeezes: Iterable[Squeeze]) -> str:
-    head = ("law", "varied", "squeeze [N]", "by mass [N]", "by slip [N]", "both miss [N]")
+def _squeezes(points: Iterable[Squeeze], squares: Iterable[Squeeze]) -> str:
+    wide = {(each.law, each.varied): f"{each.simulated:.3f}" for each in squares}
+    head = ("law", "varied", "squeeze [N]", "by mass [N]", "by slip [N]", "wide feet [N]")
     rows = [
         (
             f"`{each.law}`",
@@ -241,25 +236,11 @@ def _squeezes(squeezes: Iterable[Squeeze]) -> str:
             f"{each.simulated:.3f}",
             f"{each.by_mass:.3f}",
             f"{each.by_slip:.3f}",
-            f"{each.missed:.3f}",
+            wide.get((each.law, each.varied), ""),
         )
-        for each in squeezes
+        for each in points
     ]
     return _table(head, rows)
-
-
-def _wide(wide: Iterable[Squeeze], points: Iterable[Squeeze]) -> str:
-    narrow = {(each.law, each.varied): each for each in points}
-    rows = [
-        (
-            f"`{each.law}`",
-            each.varied,
-            f"{narrow[each.law, each.varied].simulated:.3f}",
-            f"{each.simulated:.3f}",
-        )
-        for each in wide
-    ]
-    return _table(("law", "varied", "points [N]", "squares [N]"), rows)
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -29,7 +29,10 @@ TERRAINS = {
         "Equal steps; `rise_mm` below 0 leads down.",
         "rise_mm = 20\nrun_mm = 120\nstair_count = 5",
     ),
-    "step": ("One step.", "rise_mm = 40"),
+    "step": (
+        "One step; `steps` has several, with `edge_x_mm` and the height behind each, `edge_z_mm`.",
+        "rise_mm = 40",
+    ),
     "gap": ("A ditch across the path.", "gap_width_mm = 60\ngap_depth_mm = 100"),
     "blocks": (
         "Blocks of seeded heights, 2.4 m by 1.6 m, which touch or stand `block_gap_mm` apart.",
@@ -45,7 +48,7 @@ TERRAINS = {
         "roughness_mm = 6\nrough_length_mm = 150\nterrain_seed = 1",
     ),
     "height-map": (
-        "Heights from a file, see below.",
+        "Heights from a file, see above.",
         'height_map = "hills.png"\nmap_cell_mm = 20\nmap_height_mm = 60',
     ),
     "ice": (
