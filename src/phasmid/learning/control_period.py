@@ -132,7 +132,11 @@ def end_period(c: Constants, e: Episodes, s: States, ids: np.ndarray) -> None:
         p, v, command = s.qpos[n], s.qvel[n], e.command[n]
         quaternion = p[3:7]
         gx, gy, up = into_body(quaternion, 0.0, 0.0, 1.0)
-        vx, vy, vz = into_body(quaternion, v[0], v[1], v[2])
+        # Mean velocity of the period, which a step's rhythm changes less than that of its end.
+        x, y, z = (p[0] - e.position[n, 0], p[1] - e.position[n, 1], p[2] - e.position[n, 2])
+        vx, vy, _ = into_body(quaternion, x / c.dt, y / c.dt, z / c.dt)
+        vz = into_body(quaternion, v[0], v[1], v[2])[2]
+        e.position[n] = p[:3]
         is_finite = math.isfinite(up) and math.isfinite(vx) and np.all(np.isfinite(p[7:]))
         least, height = clearance(c, p) if is_finite else (-1.0, 0.0)
         e.fell[n] = not is_finite or up < UPRIGHT or least < 0.0

@@ -156,6 +156,7 @@ class Episodes(NamedTuple):
         target: Latest joint targets [rad], shape (N, 3 L).
         previous_target: The targets before them [rad], shape (N, 3 L).
         reference: Joint angles of the reference motion [rad], shape (N, 3 L).
+        position: Position of the body at the end of the previous period [m], shape (N, 3).
         foot: Feet at the end of the previous period, world axes [m], shape (N, L, 3).
         contact: Contact of each foot, shape (N, L).
         force: Normal force of each foot [N], shape (N, L).
@@ -192,6 +193,7 @@ class Episodes(NamedTuple):
     target: np.ndarray
     previous_target: np.ndarray
     reference: np.ndarray
+    position: np.ndarray
     foot: np.ndarray
     contact: np.ndarray
     force: np.ndarray
@@ -228,7 +230,13 @@ PER_JOINT = (
 
 def empty_episodes(count: int, legs: int, actions: int) -> Episodes:
     """Allocate episodes of N robots with L legs and B actions."""
-    shapes = {"command": (3,), "foot": (legs, 3), "centre_of_mass": (3,), "sums": (len(TERMS),)}
+    shapes = {
+        "command": (3,),
+        "position": (3,),
+        "foot": (legs, 3),
+        "centre_of_mass": (3,),
+        "sums": (len(TERMS),),
+    }
     shapes |= dict.fromkeys(("contact", "force", "duty"), (legs,))
     shapes |= dict.fromkeys(PER_JOINT, (3 * legs,))
     shapes |= dict.fromkeys(("action", "previous_action"), (actions,))

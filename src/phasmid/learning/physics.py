@@ -106,6 +106,7 @@ class Physics:
         batch.reset(ids, stage=mujoco.mjtStage.mjSTAGE_NONE.value)
         self.qpos[ids, :2] = c.terrain.origins[e.level[ids], e.kind[ids]]
         self.qpos[ids, 2] = c.height
+        e.position[ids] = self.qpos[ids, :3]
         self.qpos[ids, 3:7] = yaw_quaternion(e.heading[ids])
         self.qpos[ids, 7:] = c.neutral
         self._friction[ids[:, None], self._feet, 0] = e.friction[ids, None]

@@ -124,7 +124,8 @@ class RewardTable(Table):
     """``[rewards]``: weights of the terms, whose sum is the reward of a control period.
 
     Attributes:
-        velocity: exp(-e²/s²) of the velocity error e over ground; s is ``velocity_scale``.
+        velocity: exp(-e²/s²) of the error e of the period's mean velocity over ground; s is
+            ``velocity_scale``.
         yaw_rate: The same of the yaw rate; s is ``yaw_scale``.
         reference: exp(-mean e²/s²) of the joints' distances from the reference motion; s is
             ``reference_scale``.
