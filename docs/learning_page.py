@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -22,6 +23,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
 from control_study import ground  # noqa: E402
+from control_study.study import grouped, markdown  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
 from phasmid import drive, summarise  # noqa: E402
@@ -35,16 +37,19 @@ from phasmid.learning import (  # noqa: E402
 )
 from phasmid.reporting.style import save_figure, styled  # noqa: E402
 from phasmid.scenario import Scenario  # noqa: E402
+from phasmid.simulation.loop import Samples  # noqa: E402
+from phasmid.simulation.servo import FIELDS, SERVO_STATE  # noqa: E402
+from phasmid.units import STANDARD_GRAVITY  # noqa: E402
 
 ROBOT, JOINTS = "phantomx-ax", "servo"
 SIZES = {
-    "blocks": (10, 20, 30, 40, 60),
+    "blocks": (20, 40, 60, 80, 100),
     "hills": (5, 10, 15),
-    "slope": (5, 10, 15),
-    "stairs": (20, 40),
+    "slope": (5, 10, 15, 20, 25),
+    "stairs": (20, 40, 60),
     "gap": (30, 60),
 }
-"""Grounds of the comparison, part of those of docs/control.md."""
+"""Grounds of the comparison."""
 
 CLASSICAL = "locomotion controller"
 
@@ -56,12 +61,57 @@ def controller_of(name: str, robot: Any) -> Controller:
     return LocomotionEngine(robot, period=ground.PERIOD)
 
 
+class Effort:
+    """Peak torque, heat, and cost of transport of a walk, from its samples."""
+
+    def __init__(self, scenario: Scenario, weight: float) -> None:
+        self._interval, self._weight = scenario.simulation.record_interval, weight
+        self._peak = self._work = self._heat = 0.0
+
+    def __call__(self, rows: Samples) -> None:
+        """Take the samples of a block."""
+        torque, joints = rows["torque"], rows["torque"].shape[1]
+        servos = rows["drive"][:, : joints * len(FIELDS)].copy().view(SERVO_STATE)
+        self._peak = max(self._peak, float(np.abs(torque).max()))
+        self._work += float(np.maximum(torque * rows["qvel"][:, 6:], 0).sum()) * self._interval
+        self._heat = float(servos["temperature"][-1].max())
+
+    def result(self, way: float) -> dict[str, float]:
+        """Return the numbers of a walk over a distance [m]."""
+        return {
+            "peak": self._peak,
+            "warmest": self._heat,
+            "transport": self._work / (self._weight * max(way, 1e-3)),
+        }
+
+
+def effort_table(results: list[dict[str, Any]], names: Sequence[str]) -> str:
+    """Return means over the runs that passed: speed error, cost, torque and heat, by ground."""
+    rows = []
+    for (kind, size), runs in grouped(results, "kind", "size").items():
+        row = [f"{kind} {size:g} {ground.GROUNDS[kind].unit}".replace(" °", "°")]
+        for name in names:
+            passed = [run for run in runs if run["mode"] == name and run["passed"]]
+            speed = np.mean([run["way"] / run["time"] for run in passed]) if passed else np.nan
+            means = [np.mean([r[key] for r in passed]) for key in ("transport", "peak", "warmest")]
+            error = 100 * (speed / ground.SPEED - 1)
+            row.append(
+                f"{error:+.0f} %, {means[0]:.2f}, {means[1]:.2f} N·m, {means[2]:.1f} °C"
+                if passed
+                else "–"
+            )
+        rows.append(row)
+    return markdown(["ground", *names], rows)
+
+
 def measure(case: tuple[str, float, str, int]) -> dict[str, Any]:
     """Walk over one ground."""
     kind, size, name, seed = case
     scenario = ground.scenario_of(kind, size, seed, ROBOT, JOINTS)
     robot = scenario.load_robot()
-    found = ground.walk_over(scenario, robot, controller_of(name, robot), kind, size)
+    effort = Effort(scenario, robot.mass * STANDARD_GRAVITY)
+    found = ground.walk_over(scenario, robot, controller_of(name, robot), kind, size, effort)
+    found |= effort.result(found["way"])
     return {"kind": kind, "size": size, "mode": name, "seed": seed, **found}
 
 
@@ -160,7 +210,7 @@ def main() -> None:
     out = ROOT / "results/learning/comparison.json"
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(results))
-    sys.stdout.write(ground.table(results) + "\n")
+    sys.stdout.write(ground.table(results) + "\n" + effort_table(results, names) + "\n")
 
 
 if __name__ == "__main__":

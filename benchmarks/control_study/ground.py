@@ -18,6 +18,7 @@ from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.faults import Faults
+from phasmid.simulation.run import Keep
 from phasmid.simulation.start import standing
 
 from .study import Case, grouped, markdown
@@ -138,9 +139,14 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
 
 
 def walk_over(
-    scenario: Scenario, robot: Robot, controller: Controller, kind: str, size: float
+    scenario: Scenario,
+    robot: Robot,
+    controller: Controller,
+    kind: str,
+    size: float,
+    keep: Keep = lambda rows: None,
 ) -> Case:
-    """Let a controller walk over a ground until the result is decided."""
+    """Let a controller walk over a ground until the result is decided; `keep` gets the samples."""
     command = Command(velocity=(SPEED, 0.0, 0.0))
     run = ClosedLoopRun(
         scenario,
@@ -154,7 +160,7 @@ def walk_over(
     allowed = TIPPED + (math.radians(size) if kind == "slope" else 0.0)
     look = round(LOOK / run.dt)
     while run.step < run.steps:
-        failure = run.advance(keep=_nothing, until=run.step + look)
+        failure = run.advance(keep=keep, until=run.step + look)
         x, y = run.data.qpos[:2] - start
         R = quaternion_rotation(run.data.qpos[3:7])
         tilt = max(tilt, math.acos(min(max(R[2, 2], -1.0), 1.0)))
@@ -178,10 +184,6 @@ def walk_over(
         "tilt": math.degrees(tilt),
         "time": run.step * run.dt,
     }
-
-
-def _nothing(_: object) -> None:
-    """Keep no samples."""
 
 
 def table(results: list[Case]) -> str:
