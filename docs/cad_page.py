@@ -124,7 +124,7 @@ def findings(robot, assembly):
     rod = math.sqrt(12 * leg.tibia.inertia[2, 2] / leg.tibia.mass)
     body = 100 * (made["body"].mass / robot.body.mass - 1)
     return (
-        f"The solids of the paper's robot differ from its file by: {'; '.join(lines)}; "
+        f"On the paper's robot the solids differ by: {'; '.join(lines)}; "
         f"body {body:+.0f} % of mass. Coxa and femur agree with Table 2: two brackets, and two "
         "servos back to back. Table 2's tibia has the inertia of an even rod of "
         f"{1000 * rod:.0f} mm, and is {1000 * leg.tibia.length:.0f} mm long; its centre of mass "

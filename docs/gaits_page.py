@@ -17,23 +17,18 @@ from phasmid.gait import GAITS
 from phasmid.reporting.style import leg_colour, save_figure, styled
 
 HERE = Path(__file__).parent
-ROBOTS = ("phantomx-paper", "octopod", "quadruped")
+ROBOT = "phantomx-paper"
 HEADING = "## The library"
 LEGS = ("RF", "RM", "RR", "LR", "LM", "LF")
 PIXELS_PER_INCH = 110
 
 
-def told(*arguments):
-    """Return the output of a command."""
+def library():
+    """Return the command that lists the gaits, with its output."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
-        assert phasmid(["gaits", *arguments]) == 0
-    return text.getvalue().strip("\n")
-
-
-def section(robot):
-    """Return the gaits of a preset, as the command prints them."""
-    return f"```\n$ phasmid gaits --robot {robot}\n{told('--robot', robot)}\n```\n"
+        assert phasmid(["gaits", "--robot", ROBOT]) == 0
+    return f"```\n$ phasmid gaits --robot {ROBOT}\n{text.getvalue().strip()}\n```\n"
 
 
 def draw(path):
@@ -71,9 +66,9 @@ def main():
     top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
     words = (
         "Written by `make gaits`, with margins for a step of 40 mm forward. `--diagram` draws each "
-        "gait.\n"
+        "gait; `--robot octopod` and `--robot quadruped` list those of eight and four legs.\n"
     )
-    text = "\n".join([f"{top}\n", f"{HEADING}\n", words, *map(section, ROBOTS)])
+    text = "\n".join([f"{top}\n", f"{HEADING}\n", words, library()])
     page.write_text(text, "utf-8", newline="\n")
 
 
