@@ -10,33 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from phasmid import units
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
-from phasmid.scenario import option_keys, recorded_scenario, scenario_names
+from phasmid.scenario import recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
-from phasmid.tables import quantity
 
 LEAST = 1e-6
 """Least stall torque [N·m] and no-load speed [rad/s], so that shares of them are finite."""
 
-LONGEST_NAME, LONGEST_LEG_NAME, LONGEST_LABEL = 60, 20, 80
-"""Longest names of robots and legs, and longest differences of runs, in figures [characters]."""
+LONGEST_NAME, LONGEST_LEG_NAME = 60, 20
+"""Longest names of robots and legs in figures [characters]."""
 
 MOST_RUNS = len(RUN_LINES)
 """Most runs in one figure."""
 
 MOST_CYCLES, LAST_CYCLES = 6, 5
 """Walks of more cycles than the first are drawn over the second number of last cycles."""
-
-MOST_DIFFERENCES = 3
-"""Most differences that a run's label names."""
-
-LEAST_TELLING = ("duration", "samples", "record_interval", "measured", "max_steps")
-"""Fields that are named after all others."""
 
 Needs = tuple[tuple[str, ...], ...]
 """Groups of channels; a figure requires one of each."""
@@ -328,7 +320,7 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
 
     Args:
         recordings: One, or several that are compared.
-        labels: Name of each; by default its differences, or its robot and gait.
+        labels: Name of each; by default its robot and gait.
 
     Raises:
         InvalidInput: There are none or too many, or one does not carry its robot and scenario.
@@ -339,56 +331,11 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
     if labels is not None and len(labels) != count:
         raise InvalidInput(f"{len(labels)} labels were given for {count} runs; each needs one.")
     runs = [read_run(recording) for recording in recordings]
-    unlike = [short(words, LONGEST_LABEL) for words in differences(runs)]
-    if labels:
-        words = [
-            ": ".join(filter(None, pair)) for pair in zip(map(short, labels), unlike, strict=True)
-        ]
-    else:
-        words = [
-            difference or short(run.title) for difference, run in zip(unlike, runs, strict=True)
-        ]
+    words = [short(word) for word in labels or [run.title for run in runs]]
     for number, word in enumerate(words):
         label = f"{word}, run {number + 1}" if words.count(word) > 1 else word
         runs[number] = replace(runs[number], label=label, line=RUN_LINES[number])
     return runs
-
-
-def differences(sources: Sequence[Source]) -> list[str]:
-    """Return the fields of each run's robot and scenario that differ between runs, in words."""
-    rows: list[list[str]] = []
-    robots = [source.robot.name for source in sources]
-    if len(set(robots)) > 1:
-        rows.append(robots)
-    for key, path in sorted(option_keys().items(), key=lambda item: item[1][-1] in LEAST_TELLING):
-        if path[-1] in {"name", "description", "robot"} and len(path) == 1:
-            continue
-        values = []
-        for source in sources:
-            value: Any = source.scenario
-            for part in path:
-                value = getattr(value, part)
-            values.append(value)
-        if any(value != values[0] for value in values[1:]):
-            rows.append([_in_words(key, path, value) for value in values])
-    more = len(rows) - MOST_DIFFERENCES
-    columns = [", ".join(row[k] for row in rows[:MOST_DIFFERENCES]) for k in range(len(sources))]
-    return [f"{words}, and {more} more" if more > 0 else words for words in columns]
-
-
-def _in_words(key: str, path: tuple[str, ...], value: Any) -> str:
-    """Return a field and its value, such as ``step length 40 mm``."""
-    table: Any = Scenario
-    for part in path[:-1]:
-        table = table.model_fields[part].annotation
-    carried = quantity(table.model_fields[path[-1]])
-    name = (path[-1] if carried else key).replace("_", " ")
-    if value is None:
-        return f"{name} by default"
-    if isinstance(value, float | int) and not isinstance(value, bool):
-        return f"{name} {units.text(value, carried.unit) if carried else format(value, '.4g')}"
-    text = str(value)
-    return f"{name} {text if len(text) <= 24 else f'{text[:23]}…'}"
 
 
 def shared_caption(runs: Sequence[Run]) -> list[str]:

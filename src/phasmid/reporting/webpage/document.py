@@ -22,7 +22,7 @@ from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import leg_colour
 from phasmid.reporting.summary import Summary
 from phasmid.reporting.text import facts, head, headline, leg_row, note
-from phasmid.reporting.webpage.packing import compressed, data_url, json_block
+from phasmid.reporting.webpage.packing import data_url, json_block
 from phasmid.reporting.webpage.replay import replay
 from phasmid.robot import Appearance
 
@@ -259,7 +259,7 @@ def _figures(pictures: Sequence[Picture]) -> str:
 
 def _data(recording: Recording, summary: Summary, run: Run) -> str:
     csv, rate = data_table(recording, run.robot.leg_names)
-    links = [_download("data.csv.gz", "Data as CSV", compressed(csv), "application/gzip", "csv")]
+    links = [_download("data.csv", "Data as CSV", csv, "text/csv")]
     shown = []
     for name in ("scenario", "robot"):
         text = str(recording.attrs[name])
@@ -294,9 +294,8 @@ def _data(recording: Recording, summary: Summary, run: Run) -> str:
     )
 
 
-def _download(file: str, words: str, content: bytes, kind: str, name: str = "") -> str:
-    own = f' id="{name}"' if name else ""
-    return f'<a{own} href="{data_url(content, kind)}" download="{file}">{words}</a>'
+def _download(file: str, words: str, content: bytes, kind: str) -> str:
+    return f'<a href="{data_url(content, kind)}" download="{file}">{words}</a>'
 
 
 def data_table(recording: Recording, leg_names: Sequence[str]) -> tuple[bytes, float]:
