@@ -42,7 +42,7 @@ class Panels:
         heights: Height of each row of panels, with their titles [inches].
         columns: Number of panels in a row.
         share_x: All panels share one horizontal axis.
-        share_y: All panels share one vertical axis; ``"col"``: those of a column.
+        share_y: All panels share one vertical axis; ``"col"``, ``"row"``: those of each one.
         left: Width of the labels on the left [inches].
         title_lines: Lines of the panels' titles.
 
@@ -59,14 +59,14 @@ class Panels:
         *,
         columns: int = 1,
         share_x: bool = True,
-        share_y: bool | Literal["col"] = True,
+        share_y: bool | Literal["col", "row"] = True,
         left: float = 0.8,
         title_lines: int = 1,
     ) -> None:
         self._layout, self._heights, self._left = layout, heights, left
         self._above = ABOVE + LINE * (title_lines - 1)
         self._below = 0.0 if share_x else BELOW
-        self._beside = BESIDE if share_y is True else WITH_TICKS
+        self._beside = BESIDE if share_y in (True, "row") else WITH_TICKS
         self.figure: Figure = new_figure(layout.inches, sum(heights))
         grid = self.figure.subplots(
             len(heights),
