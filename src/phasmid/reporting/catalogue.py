@@ -15,7 +15,7 @@ from phasmid.errors import InvalidInput, located, nearest
 from phasmid.recording import Recording, load_recording
 from phasmid.reporting import path_figures, time_figures
 from phasmid.reporting.drawing import walk_figure
-from phasmid.reporting.run import Needs, Run, gather, shown_part
+from phasmid.reporting.run import POSE, Needs, Run, gather, shown_part
 from phasmid.reporting.style import DEFAULT_LAYOUT, NORMAL_WIDTH, Figure, Layout, styled
 from phasmid.reporting.time_figures import (
     ANGLES,
@@ -180,11 +180,7 @@ KINDS: tuple[FigureKind, ...] = (
     FigureKind(
         "walk",
         "The robot in mid-walk, the forces on its feet, and its gait.",
-        (
-            ("body_position",),
-            ("body_orientation",),
-            ("joint_position", "joint_position_target"),
-        ),
+        POSE,
         walk_figure,
         in_page=False,
         several=False,

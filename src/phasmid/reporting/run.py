@@ -33,6 +33,13 @@ MOST_CYCLES, LAST_CYCLES = 6, 5
 Needs = tuple[tuple[str, ...], ...]
 """Groups of channels; a figure requires one of each."""
 
+POSE: Needs = (
+    ("body_position",),
+    ("body_orientation",),
+    ("joint_position", "joint_position_target"),
+)
+"""Channels of the robot's pose."""
+
 
 @dataclass(frozen=True, eq=False)
 class Source:
@@ -156,8 +163,7 @@ class Run(Source):
     @property
     def can_be_drawn(self) -> bool:
         """True where the robot's pose is recorded."""
-        angles = self.has("joint_position", "joint_position_target")
-        return self.has("body_position") and self.has("body_orientation") and angles
+        return all(self.has(*names) for names in POSE)
 
     def pose(self, what: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return position [m] and orientation of the body, and joint angles [rad], of all samples.
@@ -165,11 +171,9 @@ class Run(Source):
         Raises:
             InvalidInput: They are not recorded; ``what`` needs them.
         """
-        position, orientation = self.channel("body_position"), self.channel("body_orientation")
-        angles = self.channel("joint_position", "joint_position_target")
-        if position is None or orientation is None or angles is None:
-            lacking = "joint_position" if angles is None else "body_position and body_orientation"
-            raise InvalidInput(f"the recording has no {lacking}; {what} needs it.")
+        position, orientation, angles = (
+            np.asarray(self.recording[self.first_channel(names, what)].values) for names in POSE
+        )
         return position, orientation, angles
 
     @property

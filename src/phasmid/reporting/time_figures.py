@@ -39,7 +39,6 @@ from phasmid.reporting.style import (
     darker,
     leg_colour,
     paler,
-    thin,
 )
 
 Legs = tuple[int, ...]
@@ -131,7 +130,7 @@ def quantity_figure(runs: Sequence[Run], legs: Legs, layout: Layout, quantity: Q
                         line = _line(colour, name == names[0], len(names)) if alone else one.line
                         # A single sample makes no line.
                         mark = "o" if len(one.time) == 1 else ""
-                        axis.plot(*thin(one.time, values[:, leg - 1, joint]), marker=mark, **line)
+                        axis.plot(one.time, values[:, leg - 1, joint], marker=mark, **line)
         row[0].set_ylabel(quantity.label)
     for axis in row:
         shaded = axis is row[0] and stance is not None
@@ -258,7 +257,7 @@ def support_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             if alone:
                 line = {"color": JOINT_COLOURS[2 * number], "linestyle": ("-", MODEL_DASH)[number]}
             defined = np.where(np.isfinite(margin), 1000 * margin, np.nan)
-            axis.plot(*thin(run.time, defined), **line)
+            axis.plot(run.time, defined, **line)
             entries.append((STANDING[name] if alone else run.label, line))
             if number == 0:
                 first = margin
@@ -324,8 +323,8 @@ def friction_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             shade(axis, run.time, stance[:, leg - 1], STANCE_COLOUR)
         for one, (demand, limit) in zip(runs, found, strict=True):
             line = {"color": leg_colour(leg - 1)} if alone else one.line
-            axis.plot(*thin(one.time, demand[:, leg - 1]), **line)
-            axis.plot(*thin(one.time, limit[:, leg - 1]), **LIMIT_LINE)
+            axis.plot(one.time, demand[:, leg - 1], **line)
+            axis.plot(one.time, limit[:, leg - 1], **LIMIT_LINE)
     for row in drawing.rows:
         row[0].set_ylabel("demand [1]")
     for axis in drawing.axes[len(legs) :]:
@@ -421,7 +420,7 @@ def power_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
                     continue
                 line, label = run.line, f"{run.label} · cost of transport {cost}"
             for axis, values in zip(drawing.axes, (power, energy), strict=True):
-                axis.plot(*thin(run.time, values[rows]), **line)
+                axis.plot(run.time, values[rows], **line)
             entries.append((label, line))
     given = "" if alone else " given"
     drawing.axes[0].set_ylabel(f"power{given} [W]")
@@ -467,13 +466,13 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             values = values[:, chosen]
             if not alone:
                 values = np.sqrt(np.mean(values**2, axis=1, keepdims=True))
-                axis.plot(*thin(run.time, values[:, 0]), **run.line)
+                axis.plot(run.time, values[:, 0], **run.line)
             else:
                 shade(axis, run.time, ~calm, STANCE_COLOUR)
             for leg, line in zip(chosen if alone else [], values.T, strict=False):
                 colour, away = leg_colour(leg), np.where(calm, line, np.nan)
-                axis.plot(*thin(run.time, line), color=paler(colour), linewidth=0.8)
-                axis.plot(*thin(run.time, away), color=colour, linewidth=1.2)
+                axis.plot(run.time, line, color=paler(colour), linewidth=0.8)
+                axis.plot(run.time, away, color=colour, linewidth=1.2)
             still[row] = max(still[row], np.abs(values[calm]).max(initial=0.0))
     for axis, (name, label), most in zip(drawing.axes, RESIDUALS, still, strict=True):
         axis.set_ylabel(label)
@@ -534,7 +533,7 @@ def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             values = np.einsum("tji,tj->ti", quaternion_rotation(orientation), values)
         place: Any = (slice(None), *index)
         if values is not None:
-            axis.plot(*thin(run.time, scale * values[place]), **TRUE_LINE)
+            axis.plot(run.time, scale * values[place], **TRUE_LINE)
         # A reading stands until the next one arrives.
         reading = scale * run.recording[measured].values[place]
         axis.step(run.time, reading, where="post", **MEASURED_LINE)
