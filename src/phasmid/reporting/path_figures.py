@@ -36,7 +36,7 @@ def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """
     alone = len(runs) == 1
     lines = 1 if alone else 2
-    drawing = Panels(layout, [2.9] * len(runs), columns=3, title_lines=lines)
+    drawing = Panels(layout, [2.9] * len(runs), columns=3)
     for run, axes in zip(runs, drawing.rows, strict=True):
         tau, qd, name = torque_and_speed(run)
         for joint, axis in enumerate(axes):
@@ -178,7 +178,6 @@ def foot_path_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         columns=2,
         share_x=False,
         share_y=False,
-        title_lines=1 if alone else 2,
     )
     for number, run in enumerate(runs):
         above, side = drawing.rows[2 * number : 2 * number + 2]
