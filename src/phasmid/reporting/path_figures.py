@@ -35,7 +35,6 @@ def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         InvalidInput: No torques have speeds beside them.
     """
     alone = len(runs) == 1
-    lines = 1 if alone else 2
     drawing = Panels(layout, [2.9] * len(runs), columns=3)
     for run, axes in zip(runs, drawing.rows, strict=True):
         tau, qd, name = torque_and_speed(run)
