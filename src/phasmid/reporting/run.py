@@ -270,24 +270,18 @@ def finite_part(recording: Recording) -> Recording:
     A channel that is not finite from the beginning is left out. Sensor channels may hold NaN, from
     failed sensors.
     """
-    time = recording.sizes["time"]
-    good, lost = np.ones(time, dtype=bool), []
-    for name in recording.data_vars:
-        if str(name).startswith("imu_") or str(name).endswith("_measured"):
-            continue
-        values = np.asarray(recording[name].values)
-        # The sum of a finite channel is finite, and quick to compute.
-        with np.errstate(over="ignore", invalid="ignore"):
-            if np.isfinite(np.sum(values)):
-                continue
-        finite = np.isfinite(values.reshape(time, -1)).all(axis=1)
-        if finite[0]:
-            good &= finite
-        else:
-            lost.append(name)
-    if good.all() and not lost:
+    count = recording.sizes["time"]
+    finite = {
+        name: np.isfinite(channel.values).reshape(count, -1).all(axis=1)
+        for name, channel in recording.data_vars.items()
+        if not str(name).startswith("imu_") and not str(name).endswith("_measured")
+    }
+    lost = [name for name, good in finite.items() if not good[0]]
+    kept = [good for name, good in finite.items() if name not in lost]
+    good = np.all([np.ones(count, dtype=bool), *kept], axis=0)
+    stop = count if good.all() else int(np.argmin(good))
+    if stop == count and not lost:
         return recording
-    stop = time if good.all() else int(np.argmin(good))
     return recording.drop_vars(lost).isel(time=slice(0, stop))
 
 
