@@ -13,19 +13,19 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from phasmid.gait import support_margin
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording.channels import CHANNELS, JOINTS
 from phasmid.reporting.numbers import (
-    centre_of_mass,
+    away_from_all_switches,
     cost_of_transport,
     joint_power,
+    margin_over_time,
     torque_and_speed,
     travel,
 )
 from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs, shade, spans, time_axis
 from phasmid.reporting.run import Run, shared_caption, shown_part
-from phasmid.reporting.steps import SETTLING, away_from_switches, durations
+from phasmid.reporting.steps import SETTLING, durations
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -271,25 +271,6 @@ def support_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     return drawing.complete("Support margin", notes, entries, columns=0 if alone else 1)
 
 
-def margin_over_time(run: Run, standing: str) -> tuple[np.ndarray, str]:
-    """Return the static stability margin of every sample.
-
-    Args:
-        run: A run with feet and the body's position.
-        standing: Channel of the stance feet: ``contact`` or ``stance``.
-
-    Returns:
-        Margin [m], shape (N,), minus infinity where fewer than three feet stand, or all in a
-        line; and its reference point: the centre of mass or, where the joint angles or the pose are
-        not recorded, the body's origin.
-    """
-    feet, down = (run.recording[name].values for name in ("foot_position", standing))
-    centre, what = centre_of_mass(run), "centre of mass"
-    if centre is None:
-        centre, what = run.recording["body_position"].values, "body's origin"
-    return support_margin(feet[..., :2], down, centre[..., :2]), what
-
-
 def _least_margin(run: Run, margin: np.ndarray) -> str:
     finite = np.where(np.isfinite(margin), margin, np.inf)
     at = int(np.argmin(finite))
@@ -459,7 +440,7 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     drawing = Panels(layout, [1.3] * len(RESIDUALS), share_y=False)
     still = np.zeros(len(RESIDUALS))
     for run in runs:
-        calm = _calm(run)
+        calm = away_from_all_switches(run)
         seen, model, tau, tau_model = (run.recording[name].values for name in RESIDUAL_CHANNELS)
         differences = [model - seen, *np.moveaxis(tau_model - tau, -1, 0)]
         for row, (axis, values) in enumerate(zip(drawing.axes, differences, strict=True)):
@@ -491,14 +472,6 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         leg_entries(runs[0], legs) if alone else run_entries(runs),
         columns=3 if alone else 1,
     )
-
-
-def _calm(run: Run) -> np.ndarray:
-    """Return the samples away from the switches of all legs; all without a recorded stance."""
-    stance = run.channel("stance")
-    if stance is None:
-        return np.ones(len(run.time), dtype=bool)
-    return np.asarray(np.all(away_from_switches(run.time, stance), axis=1))
 
 
 LEG, FEMUR, Y, Z = 0, 1, 1, 2
