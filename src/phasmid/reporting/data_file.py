@@ -85,7 +85,7 @@ def check_export(path: str | Path, *, force: bool = False) -> str:
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in ENDINGS:
-        hint = f'"{path.with_suffix(".csv")}"' if path.name else None
+        hint = f'"{path.with_suffix(".csv")}"' if path.name else "walk.csv"
         raise InvalidInput(f'"{path}" does not end in {", ".join(ENDINGS)}; it must.', hint=hint)
     check_new_file(path, option="--out FILE", force=force)
     if ending == ".mcap":

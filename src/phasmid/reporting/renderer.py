@@ -44,9 +44,6 @@ TILE, PIXELS = 256, 2048
 OFF = ("disable", "disabled", "off", "false", "0")
 """Values of ``MUJOCO_GL`` that forbid all drawing."""
 
-PACKAGES = {"OpenGL": "PyOpenGL"} | ({"glfw": "glfw"} if sys.platform == "win32" else {})
-"""Modules that the renderer needs, and their names."""
-
 VIDEO_EXTRA = 'pip install "phasmid[video]"'
 
 Segment = tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"], float, str]
@@ -93,9 +90,8 @@ def opengl_lack() -> Lack | None:
     backend = gl_backend()
     if backend in OFF:
         return Lack("OpenGL", "unset MUJOCO_GL", f"which MUJOCO_GL={backend} forbids")
-    for module, name in PACKAGES.items():
-        if find_spec(module) is None:
-            return Lack(name, VIDEO_EXTRA)
+    if backend == "glfw" and find_spec("glfw") is None:
+        return Lack("glfw", VIDEO_EXTRA)
     try:
         import mujoco
 
