@@ -18,7 +18,7 @@ from phasmid import load_scenario, plan, report, save_recording, simulate, summa
 from phasmid.reporting import walk_picture
 from phasmid.reporting.catalogue import report_figures
 from phasmid.reporting.style import encoded_figure
-from phasmid.reporting.webpage import Picture, page_html
+from phasmid.reporting.webpage import page_html
 
 ROUNDS = 3
 LARGEST, LONGEST = 5e6, 6.0
@@ -69,9 +69,9 @@ def page_of(recording) -> tuple[str, dict[str, float]]:
         made, times[what] = timed(work, time.process_time)
         return made
 
-    def figures() -> list[Picture]:
+    def figures() -> list[tuple[str, str, bytes]]:
         return [
-            Picture(name, kind.sentence, encoded_figure(figure, "svg"))
+            (name, kind.sentence, encoded_figure(figure, "svg"))
             for name, kind, figure in report_figures(recording)
             if kind.in_page
         ]

@@ -308,7 +308,7 @@ def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
         "leg 9": ("plot", "a.nc", "all", "--legs", "9"),
         "legs of digits": ("plot", "a.nc", "all", "--legs", DIGITS),
         "dots per inch of digits": ("plot", "a.nc", "all", "--dpi", DIGITS),
-        "an unknown format": ("export", "a.nc", "--format", "xlsx"),
+        "an unknown format": ("export", "a.nc", "--out", "a.xlsx"),
         "an unknown channel": ("export", "a.nc", "--channels", "torque"),
         "a rate of digits": ("export", "a.nc", "--rate", DIGITS),
         "a film of text": ("report", "a.nc", "--video", "a.txt"),

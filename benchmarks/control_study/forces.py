@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from phasmid.control import Command, EngineSettings, LocomotionEngine
-from phasmid.reporting.tracking import track
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
 from .study import Case, markdown
+from .tracking import track
 
 PERIOD, CYCLES, SHARE = 1.0, 3, 0.7
 """Duration of a cycle [s], number of cycles measured, share of the largest forward velocity."""

@@ -12,12 +12,12 @@ import phasmid
 from phasmid.control import Command, LocomotionEngine
 from phasmid.gait import GAITS
 from phasmid.reporting.style import JOINT_COLOURS, LIMIT_COLOUR, leg_colour, save_figure, styled
-from phasmid.reporting.tracking import track
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
 from .study import Case, grouped, markdown
+from .tracking import track
 
 ROBOT = "phantomx-ax"
 DRIVES = {

@@ -9,7 +9,7 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.reporting import draw_robot, figures, plot, walk_picture
 from phasmid.reporting.renderer import Lack
-from phasmid.reporting.style import save_figure, thin
+from phasmid.reporting.style import save_figure
 from phasmid.robot import load_robot
 
 PAPER = {f"fig{number}" for number in range(12, 17)}
@@ -119,20 +119,6 @@ def test_more_legs_give_more_files_of_a_kind(walk, eight_legs):
     found = figures(walk(duration=2.0, interval=0.05, robot=robot, scenario=scenario))
     assert set(found) == PAPER | {"fig12b", "fig12c", "fig14b", "fig16b"}
     assert "legs 7 and 8" in words(found["fig14b"])
-
-
-def test_thinning_keeps_every_spike_and_both_ends():
-    rng = np.random.default_rng(0)
-    time = np.arange(10_007) * 1e-3
-    values = rng.standard_normal(len(time))
-    values[5003], values[10_006] = 50.0, -50.0
-    t, v = thin(time, values)
-    assert len(t) <= 2000
-    assert (np.diff(t) > 0).all()
-    assert (t[0], t[-1]) == (time[0], time[-1])
-    assert (v.max(), v.min()) == (50.0, -50.0)
-    # Every kept point is one of the line's own.
-    np.testing.assert_array_equal(v, values[np.round(t / 1e-3).astype(int)])
 
 
 def test_without_opengl_the_picture_is_a_stick_figure_on_its_feet(

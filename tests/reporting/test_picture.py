@@ -37,6 +37,12 @@ def test_solids_of_a_robot_without_meshes_are_closed_and_look_outwards(name):
         # The areas of a closed surface add up to nothing.
         np.testing.assert_allclose(areas.sum(axis=0), 0, atol=1e-12 * np.abs(areas).sum() + 1e-15)
         assert volume(corners) > 0.2 * np.prod(np.ptp(vertices, axis=0))
+    # Each link reaches from its joint to the next, with the same round end at both.
+    for link, mesh, _ in pieces.pieces:
+        if link >= 0 and pieces.links[link][1] < 3:
+            leg, frame = pieces.links[link]
+            x = pieces.meshes[mesh][0][:, 0]
+            assert x.min() + x.max() == pytest.approx(robot.legs[leg].lengths[frame], abs=1e-9)
 
 
 def test_a_camera_projects_by_the_intercept_theorem():

@@ -329,7 +329,7 @@ def test_residuals_are_the_models_less_the_simulated_numbers(short_walk):
     assert "minimum-norm" in words(force.figure)
 
 
-def test_runs_are_compared_line_by_line_and_told_apart_by_what_differs(walk):
+def test_runs_are_compared_line_by_line_and_told_apart_by_their_labels(walk):
     runs = [walk(duration=4.0, interval=0.01)]
     other = load_scenario("paper").replace(step_length_mm=60, voltage=9)
     robot = replace(load_robot("phantomx-paper"), name="my-robot")
@@ -343,11 +343,14 @@ def test_runs_are_compared_line_by_line_and_told_apart_by_what_differs(walk):
                 # Only the time that both have is shown.
                 torque = run["joint_torque"].values[:401, leg, joint]
                 np.testing.assert_array_equal(line.get_ydata(), torque)
-    text = " ".join(words(figure).split())
-    assert "my-robot" in text
-    assert "step length 40 mm, voltage by default, and 1 more" in text
-    assert "step length 60 mm, voltage 9 V, and 1 more" in text
-    assert "Leg 2, right middle: coxa" in text
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["a", "b"]
+    assert "Leg 2, right middle: coxa" in words(figure)
+    unnamed = plot([runs[0], *runs], "joint-torque", legs=(2,)).legends[0].get_texts()
+    assert [text.get_text() for text in unnamed] == [
+        "phantomx-paper · tripod gait, run 1",
+        "phantomx-paper · tripod gait, run 2",
+        "my-robot · tripod gait",
+    ]
     looks = {(line.get_color(), line.get_linestyle()) for line in figure.axes[0].lines}
     assert len({colour for colour, _ in looks}) == 2
     assert len({dash for _, dash in looks}) == 2

@@ -70,8 +70,11 @@ def test_a_quaternion_and_its_negative_are_one_orientation(recording, run):
 @pytest.mark.parametrize(
     ("dropped", "said"),
     [
-        (["body_position"], "the recording has no body_position and body_orientation; a video"),
-        (["joint_position", "joint_position_target"], "the recording has no joint_position; a"),
+        (["body_position"], "the recording has no body_position; a video"),
+        (
+            ["joint_position", "joint_position_target"],
+            "the recording has no joint_position or joint_position_target; a",
+        ),
     ],
 )
 def test_a_recording_without_a_pose_is_refused_in_one_sentence(recording, dropped, said):

@@ -12,9 +12,8 @@ from phasmid.errors import InvalidInput, plain
 
 OPTIONS = {
     "RECORDING": "a result folder, or a recording",
-    "--format FORMAT": "csv, netcdf, or mcap for Foxglove and ROS 2 (extra ros); default: as --out "
-    "ends, or csv",
-    "--out FILE": "default: beside the result folder, with its name",
+    "--out FILE": "a .csv, .nc or .mcap, the last for Foxglove and ROS 2 (extra ros); default: a "
+    ".csv beside the result folder, with its name",
     "--channels A,B,...": "channels that are written; default: all",
     "--rate HZ": Number("most samples a second; default: all, of mcap 100", 1e-3, 1e6),
     "--force": "replace the file",
@@ -25,11 +24,10 @@ OPTIONS = {
 def run(options: argparse.Namespace) -> int:
     """Export a recording, and return the exit status."""
     from phasmid.recording import load_recording
-    from phasmid.reporting.data_file import ENDINGS, check_export, export
+    from phasmid.reporting.data_file import check_export, export
 
     given = Path(options.recording)
-    kind = options.format or (None if options.out else "csv")
-    target = Path(options.out or _beside(given, ENDINGS.get(kind or "", "")))
+    target = Path(options.out or _beside(given))
     with print_damage() as damage:
         recording = load_recording(given)
     source = given / "recording.nc" if given.is_dir() else given
@@ -37,23 +35,21 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidInput(
             f"{target} is the recording itself; nothing was written.", hint="another --out"
         )
-    check_export(target, kind, force=options.force)
+    check_export(target, force=options.force)
     channels = [name.strip() for name in options.channels.split(",")] if options.channels else None
-    export(
-        recording, target, format=kind, channels=channels, rate=options.rate, force=options.force
-    )
+    export(recording, target, channels=channels, rate=options.rate, force=options.force)
     if not options.quiet:
         print(plain(str(target)))
     return 2 if any(found.wrong for found in damage) else 0
 
 
-def _beside(given: Path, ending: str) -> Path:
-    """Return a path beside a recording, or beside its result folder."""
+def _beside(given: Path) -> Path:
+    """Return a .csv beside a recording, or beside its result folder."""
     whole = given.resolve()
     folder = whole if whole.is_dir() else whole.parent if whole.name == "recording.nc" else None
     if folder is None:
-        return given.with_name(f"{given.stem}{ending}")
+        return given.with_name(f"{given.stem}.csv")
     above = given.parent if given.is_dir() else given.parent.parent
     if given.name in ("", ".", "..") or above.resolve() != folder.parent:
         above = folder.parent
-    return above / f"{run_name(given)}{ending}"
+    return above / f"{run_name(given)}.csv"

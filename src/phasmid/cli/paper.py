@@ -12,14 +12,6 @@ from phasmid.errors import plain
 if TYPE_CHECKING:
     from phasmid.paper.document import Parts
 
-COLOURS = {
-    "holds": "green",
-    "holds with a limit": "yellow",
-    "does not hold": "bold red",
-    "misprinted": "red",
-    "not tested": "dim",
-}
-
 OPTIONS = {
     "--out DIR": (
         "where paper.md and its figures go; default: results/paper-graded",
@@ -51,21 +43,17 @@ def _print_grades(parts: Parts) -> None:
     """Print the statements with their grades, and the number of each grade."""
     from rich.console import Console
     from rich.table import Table
-    from rich.text import Text
 
     from phasmid.paper.document import tally
 
     console = Console(highlight=False, markup=False)
     for name, lines in parts.items():
-        table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="cyan")
+        table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="")
         table.add_column("where", width=13)
         table.add_column("the paper says", ratio=3)
         table.add_column("measured", ratio=4)
         table.add_column("grade", width=12)
         for statement, finding in lines:
-            grade = finding.grade.value
-            mark = Text(grade, style=COLOURS.get(grade, ""))
-            table.add_row(statement.where, statement.says, finding.number, mark)
-        console.print(Text(f"\n{name}", style="bold"))
-        console.print(table)
-    console.print(Text(f"\n{tally(parts)}", style="bold"))
+            table.add_row(statement.where, statement.says, finding.number, finding.grade.value)
+        console.print(f"\n{name}", table, sep="\n")
+    console.print(f"\n{tally(parts)}")

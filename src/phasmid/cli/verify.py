@@ -19,10 +19,8 @@ from phasmid.errors import InvalidInput
 if TYPE_CHECKING:
     from phasmid.verification import Row
 
-COLOURS = {"PASSES": "green", "FAILS": "bold red", "REPORTED": "yellow"}
-
-WIDTH = 100
-"""Columns of the table."""
+WIDTH, INDENT = 100, 6 * " "
+"""Columns of the table, and the margin of the derivations."""
 
 OPTIONS = {
     "--rows 1,2,...": "checks to run; default: all",
@@ -77,29 +75,18 @@ def _numbers(text: str | None) -> list[int] | None:
 
 
 def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
-    from rich.console import Console
-    from rich.text import Text
-
     from phasmid.verification.page import words
 
-    console = Console(highlight=False, markup=False)
-
-    def show(line: Text) -> None:
-        console.print(line, soft_wrap=True)
-
-    titles = ("row", "", "expected", "got", "tolerance", "verdict")
-    show(Text(_columns(*titles), style="cyan"))
-    before = None
-    for row in rows:
-        if row.number != before:
-            head = Text(f"{row.number:>3} ").append(row.title, style="bold")
-            show(head.append(f"   {row.equation}", style="dim"))
-        before = row.number
-        line = Text(_columns("", row.case, *words(row), ""))
-        show(line.append(row.verdict.value, style=COLOURS[row.verdict.name]))
-        if explain:
-            for part in textwrap.wrap(row.why, WIDTH - 6):
-                show(Text(f"      {part}", style="dim"))
+    print(_columns("row", "", "expected", "got", "tolerance", "verdict"))
+    for number, group in itertools.groupby(rows, key=lambda row: row.number):
+        some = list(group)
+        print(f"{number:>3} {some[0].title}   {some[0].equation}")
+        for row in some:
+            print(_columns("", row.case, *words(row), row.verdict.value))
+            if explain:
+                print(
+                    textwrap.fill(row.why, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT)
+                )
 
 
 def _columns(number: str, case: str, expected: str, got: str, tolerance: str, verdict: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -56,13 +57,11 @@ def variants_table(evidence: Evidence) -> str:
     return table((*head, *joints), rows)
 
 
+@cache
 def model_force_and_torque(trial: Trial, model: str) -> tuple[np.ndarray, np.ndarray]:
     """Foot forces [N] and joint torques [N·m] of a force model on a trial's plan."""
-    if model not in trial.shared:
-        found = analyse(trial.scenario.replace(force_model=model), trial.walk)
-        force, torque = found["foot_force_model"], found["joint_torque_model"]
-        trial.shared[model] = np.asarray(force.values), np.asarray(torque.values)
-    return trial.shared[model]
+    found = analyse(trial.scenario.replace(force_model=model), trial.walk)
+    return found["foot_force_model"].values, found["joint_torque_model"].values
 
 
 def model_differences(trial: Trial, model: str) -> tuple[float, float, float]:

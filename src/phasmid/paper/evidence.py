@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -48,14 +48,12 @@ class Trial:
         walk: The plan, sampled at the recording's times.
         recording: Simulated channels beside the model's.
         summary: Its numbers, as `phasmid.summarise` gives them.
-        shared: Forces and torques of each force model on the plan, by name, computed on demand.
     """
 
     scenario: Scenario
     walk: Walk
     recording: Recording
     summary: Summary
-    shared: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     @cached_property
     def amid_stance(self) -> Bool[np.ndarray, "time legs"]:

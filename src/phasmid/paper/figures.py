@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,11 @@ from phasmid.forces import FORCE_MODELS
 from phasmid.kinematics import joint_angles
 from phasmid.motion import plan
 from phasmid.paper.comparisons import model_force_and_torque
-from phasmid.paper.evidence import DRIVES, STIFF, Evidence, Trial
+from phasmid.paper.evidence import DRIVES, SERVO_STIFFNESS, STIFF, Evidence, Trial
 from phasmid.recording import JOINTS
+from phasmid.reporting.panels import Axes, Entry, Panels, shade, time_axis
 from phasmid.reporting.style import (
-    FAINT,
+    DEFAULT_LAYOUT,
     INK,
     JOINT_COLOURS,
     STANCE_COLOUR,
@@ -23,9 +25,6 @@ from phasmid.reporting.style import (
     leg_colour,
     styled,
 )
-
-WIDTH = 7.2
-"""Of a figure, as the paper's figures are drawn [inch]."""
 
 SIMULATED: dict[str, Any] = {"color": "#b9bec7", "linewidth": 3.2}
 """Simulated curve, drawn beneath the computed ones."""
@@ -43,89 +42,78 @@ def as_printed_figure(evidence: Evidence) -> Figure:
     walk = plan(scenario).sample(np.linspace(0.0, 1.0, 500, endpoint=False))
     leg = walk.robot.legs[0]
     motion = (walk.q[:, 0], walk.qd[:, 0], walk.qdd[:, 0])
-    printed = (
-        ("as printed", frozenset(EQ_10), "--"),
-        ("as printed, fed with θ3 of Eq 9", frozenset({*EQ_10, LegMisprint.THETA_3_AS_FED}), ":"),
-    )
-    right = 1000 * leg_torque(leg, *motion)
+    entries: list[Entry] = [
+        ("corrected", {"color": JOINT_COLOURS[0], "linewidth": 2.2}),
+        ("as printed", {"color": INK, "linewidth": 1.2, "linestyle": "--"}),
+        ("as printed, fed with θ3 of Eq 9", {"color": INK, "linewidth": 1.2, "linestyle": ":"}),
+    ]
+    as_fed = {*EQ_10, LegMisprint.THETA_3_AS_FED}
+    torques = [
+        leg_torque(leg, *motion),
+        *(printed_leg_torque(leg, *motion, misprints=frozenset(m)) for m in (EQ_10, as_fed)),
+    ]
     with styled():
-        figure, axes = _panels(3, 1, 1.5, sharey=False)
-        for joint, axis in enumerate(axes[:, 0]):
-            colour = JOINT_COLOURS[joint]
-            axis.plot(walk.time, right[:, joint], color=colour, linewidth=2.2, label="corrected")
-            for label, switches, dash in printed:
-                wrong = 1000 * printed_leg_torque(leg, *motion, misprints=switches)
-                axis.plot(walk.time, wrong[:, joint], dash, color=INK, linewidth=1.2, label=label)
+        drawing = Panels(DEFAULT_LAYOUT, [1.5] * 3, share_y=False)
+        for joint, axis in enumerate(drawing.axes):
+            for torque, (_, line) in zip(torques, entries, strict=True):
+                colour = JOINT_COLOURS[joint] if torque is torques[0] else INK
+                axis.plot(walk.time, 1000 * torque[:, joint], **line | {"color": colour})
             axis.set(title=JOINTS[joint], ylabel="torque [mN·m]")
-        axes[-1, 0].set(xlabel="time [s]", xlim=(0, 1))
-        _name(
-            figure,
-            "Equation 10 as printed, leg 1 in its first swing",
-            "phantomx-paper, masses at mid-length as Eq 10 assumes; no load on the foot",
-        )
-    return figure
+        time_axis(axis, walk.time)
+        notes = ["phantomx-paper", "masses at mid-length as Eq 10 assumes", "no load on the foot"]
+        title = "Equation 10 as printed, leg 1 in its first swing"
+        return drawing.complete(title, notes, entries)
 
 
 def stance_laws_figure(evidence: Evidence) -> Figure:
     """Joint angles of legs 1 to 3 in the first cycle, under both stance laws side by side."""
-    columns = {"coxa-only": "coxa-only, the text on Fig. 12", "straight": "straight, the default"}
+    laws = {"coxa-only": "coxa-only, the text on Fig. 12", "straight": "straight, the default"}
+    lines: list[Entry] = [
+        (name, {"color": c}) for name, c in zip(JOINTS, JOINT_COLOURS, strict=True)
+    ]
     with styled():
-        figure, axes = _panels(3, 2, 1.7, sharey=True)
-        for column, (law, title) in enumerate(columns.items()):
+        drawing = Panels(DEFAULT_LAYOUT, [1.7] * 3, columns=2)
+        for axes, (law, title) in zip(zip(*drawing.rows, strict=True), laws.items(), strict=True):
             walk = evidence.variant(law, "as-given").walk
             neutral = joint_angles(walk.robot.arrays, walk.robot.arrays.neutral_foot)
             shown = walk.time <= evidence.scenario.stride.period + 1e-9
             time, angles = walk.time[shown], np.degrees(walk.q[shown] - neutral)
-            axes[0, column].set_title(title)
-            axes[-1, column].set_xlabel("time [s]")
-            for leg, axis in enumerate(axes[:, column]):
-                axis.fill_between(
-                    time,
-                    0,
-                    1,
-                    where=walk.stance[shown, leg],
-                    color=STANCE_COLOUR,
-                    transform=axis.get_xaxis_transform(),
-                    linewidth=0,
-                )
-                for joint, colour in enumerate(JOINT_COLOURS):
-                    label = JOINTS[joint]
-                    axis.plot(time, angles[:, leg, joint], color=colour, label=label)
-        for leg in range(3):
-            axes[leg, 0].set_ylabel(f"leg {leg + 1}: angle [°]")
-        axes[0, 0].set_xlim(0, evidence.scenario.stride.period)
-        _name(
-            figure,
-            "Figure 12 under both stance laws, legs 1, 2 and 3",
-            "phantomx-paper, planned; angles from those of the neutral stance; shaded: in support",
-        )
-    return figure
+            for leg, axis in enumerate(axes):
+                shade(axis, time, walk.stance[shown, leg], STANCE_COLOUR)
+                for values, (_, line) in zip(angles[:, leg].T, lines, strict=True):
+                    axis.plot(time, values, **line)
+            axes[0].set_title(title)
+            time_axis(axes[-1], time, "shaded: in support")
+        for leg, row in enumerate(drawing.rows, 1):
+            row[0].set_ylabel(f"leg {leg}: angle [°]")
+        notes = ["phantomx-paper", "planned", "angles from those of the neutral stance"]
+        title = "Figure 12 under both stance laws, legs 1, 2 and 3"
+        return drawing.complete(title, notes, lines)
 
 
 def sharing_figure(evidence: Evidence) -> Figure:
     """Forces on foot 2 over one cycle, by each drive in the engine and by each force model."""
+    models = _alike(evidence)
+    entries: list[Entry] = [("simulated", SIMULATED)] + [
+        (", ".join(names), {"color": leg_colour(number), "linestyle": DASHES[number]})
+        for number, names in enumerate(models)
+    ]
+    short = {"prescribed": "prescribed joints", STIFF: f"{SERVO_STIFFNESS:g} N·m/rad"}
     with styled():
-        figure, axes = _panels(2, len(DRIVES), 2.1, sharey="row")
-        for column, drive in zip(axes.T, DRIVES, strict=True):
+        drawing = Panels(DEFAULT_LAYOUT, [2.1, 2.1], columns=len(DRIVES), share_y="row")
+        for axes, drive in zip(zip(*drawing.rows, strict=True), DRIVES, strict=True):
             trial = evidence.driven(drive)
-            seen = trial.channel("foot_force")
-            _draw_foot(column, trial, seen, **SIMULATED, label="simulated")
-            for number, models in enumerate(_alike(evidence)):
-                force, _ = model_force_and_torque(trial, models[0])
-                line = {"color": leg_colour(number), "linestyle": DASHES[number]}
-                _draw_foot(column, trial, force, **line, label=", ".join(models))
-            short = {"prescribed": "prescribed joints", STIFF: "40 N·m/rad"}
-            column[0].set_title(short.get(drive, drive))
-            column[1].set_xlabel("time [s]")
-        axes[0, 0].set(ylabel="normal [N]", xlim=CYCLE, xticks=[2.0, 3.0, 4.0])
-        axes[1, 0].set_ylabel("outward [N]")
-        _name(
-            figure,
-            "Forces on foot 2: simulated, and by each force model",
-            "phantomx-paper, tripod gait; outward: away from the hip; negative: pushed inwards",
-            columns=1,
-        )
-    return figure
+            forces = [trial.channel("foot_force")]
+            forces += [model_force_and_torque(trial, names[0])[0] for names in models]
+            for force, (_, line) in zip(forces, entries, strict=True):
+                _draw_foot(axes, trial, force, line)
+            axes[0].set_title(short.get(drive, drive))
+            time_axis(axes[1], np.array(CYCLE))
+        drawing.axes[0].set(ylabel="normal [N]", xticks=[2.0, 3.0, 4.0])
+        drawing.rows[1][0].set_ylabel("outward [N]")
+        notes = ["phantomx-paper", "tripod gait", "outward: away from the hip"]
+        title = "Forces on foot 2: simulated, and by each force model"
+        return drawing.complete(title, notes, entries, columns=1)
 
 
 def _alike(evidence: Evidence) -> list[list[str]]:
@@ -142,30 +130,9 @@ def _alike(evidence: Evidence) -> list[list[str]]:
     return [names for _, names in found]
 
 
-def _draw_foot(axes: np.ndarray, trial: Trial, force: np.ndarray, **line: Any) -> None:
+def _draw_foot(axes: Sequence[Axes], trial: Trial, force: np.ndarray, line: dict[str, Any]) -> None:
     """Draw normal and outward force on foot 2."""
     shown = slice(*np.searchsorted(trial.walk.time, CYCLE))
     outward = trial.walk.robot.arrays.R_body_hip[1, :, 0]
     for axis, values in zip(axes, (force[:, 1, 2], force[:, 1] @ outward), strict=True):
         axis.plot(trial.walk.time[shown], values[shown], **line)
-
-
-def _panels(rows: int, columns: int, height: float, *, sharey: Any) -> tuple[Figure, np.ndarray]:
-    """Return a figure of panels with rows of a height [inch]."""
-    from matplotlib.figure import Figure as NewFigure
-
-    figure = NewFigure(figsize=(WIDTH, 1.4 + height * rows), layout="constrained")
-    return figure, figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
-
-
-def _name(figure: Figure, title: str, subtitle: str, *, columns: int = 3) -> None:
-    """Write the title with the legend above the panels, and the subtitle below them."""
-    figure.legend(
-        *figure.axes[0].get_legend_handles_labels(),
-        title=title,
-        title_fontproperties={"size": 11.5, "weight": "bold"},
-        loc="outside upper left",
-        alignment="left",
-        ncols=columns,
-    )
-    figure.supxlabel(subtitle, x=0.02, ha="left", fontsize=8.5, color=FAINT)

@@ -68,6 +68,15 @@ ROUND_OFF = 1e-9
 """Errors below this are round-off [mm or mN·m]."""
 
 
+def torque_error(states: States, switches: frozenset[str]) -> np.ndarray:
+    """Largest error of a leg's three torques [N·m], shape (N, L)."""
+    legs = states.robot.arrays
+    motion = (legs, states.q, states.qd, states.qdd)
+    printed = printed_leg_torque(*motion, foot_force=states.foot_force, misprints=switches)
+    right = leg_torque(*motion, foot_force=states.foot_force)
+    return np.asarray(np.abs(printed - right).max(axis=-1))
+
+
 @dataclass(frozen=True)
 class Misprint:
     """One line of the table.
@@ -79,16 +88,21 @@ class Misprint:
         right: The correction.
         proof: How it was shown.
         error: Measures it.
-        switches: Misprints of the printed form that stand together in this line.
+        together: Misprints of the printed form that stand together; by default its own.
     """
 
     name: str
     where: str
     printed: str
     right: str
-    proof: Proof
-    error: Error
-    switches: frozenset[str]
+    proof: Proof = Proof.EQUATION_OF_MOTION
+    error: Error = torque_error
+    together: frozenset[str] = frozenset()
+
+    @property
+    def switches(self) -> frozenset[str]:
+        """Switches of the printed form that stand together in this line."""
+        return self.together or frozenset({self.name})
 
     def cost(self) -> Cost:
         """Measure the cost of this misprint alone, with all others corrected."""
@@ -102,15 +116,6 @@ def _extent(error: Float[np.ndarray, "..."]) -> Extent:
     there = np.isfinite(error)
     largest = float(error[there].max()) if there.any() else float("nan")
     return Extent(largest, 1 - float(there.mean()))
-
-
-def torque_error(states: States, switches: frozenset[str]) -> np.ndarray:
-    """Largest error of a leg's three torques [N·m], shape (N, L)."""
-    legs = states.robot.arrays
-    motion = (legs, states.q, states.qd, states.qdd)
-    printed = printed_leg_torque(*motion, foot_force=states.foot_force, misprints=switches)
-    right = leg_torque(*motion, foot_force=states.foot_force)
-    return np.asarray(np.abs(printed - right).max(axis=-1))
 
 
 def chain_error(states: States, switches: frozenset[str]) -> np.ndarray:
@@ -162,68 +167,56 @@ def _distance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.norm(a - b, axis=-1))
 
 
-def _row(
-    misprint: KinematicMisprint | LegMisprint,
-    where: str,
-    printed: str,
-    right: str,
-    proof: Proof = Proof.EQUATION_OF_MOTION,
-    error: Error = torque_error,
-) -> Misprint:
-    switches = frozenset({str(misprint)})
-    return Misprint(str(misprint), where, printed, right, proof, error, switches)
-
-
 _K, _L = KinematicMisprint, LegMisprint
 _ANGLES = (Proof.ROUND_TRIP, joint_angle_error)
 
 MISPRINTS = (
-    _row(_K.EQ_1_OFFSET, "Eq 1, entry (1,4)", "α of the previous link", "a of the previous link",
-         Proof.CHAIN, chain_error),
-    _row(_K.EQ_2_HEIGHT, "Eq 2, row 3", "0 0 0 0", "0 0 1 z",
-         Proof.ROTATION, leg_pose_error),
-    _row(_K.BODY_ROTATION, "body rotation T_B^G, entry (2,1)", "c(α)c(γ) + …",
-         "c(α)s(γ) + …; the rest is Rz(γ)Rx(β)Ry(α)",
-         Proof.ROTATION, body_rotation_error),
-    _row(_K.EQ_3_QUADRANT, "Eq 3", "tan⁻¹ (Y/X)", "atan2(Y, X)", *_ANGLES),
-    _row(_K.EQ_4_DISTANCE, "Eqs 4, 5", "L1, which is the coxa's length elsewhere",
-         "horizontal distance of the foot from the coxa axis", *_ANGLES),
-    _row(_K.EQ_5_QUADRANT, "Eq 5", "tan⁻¹ (Z/(L1 − Lc))", "atan2(Z, L1 − Lc)", *_ANGLES),
-    _row(_K.EQ_6_ROOT, "Eq 6", "a root over the numerator", "no root", *_ANGLES),
-    _row(_K.EQ_7_HEIGHT, "Eqs 5, 7", "q1 of the body height, which is positive",
-         "q1 of the foot's height, negative below the hip", *_ANGLES),
-    _row(_K.EQ_8_ROOT, "Eq 8", "a root over the numerator", "no root", *_ANGLES),
+    Misprint(_K.EQ_1_OFFSET, "Eq 1, entry (1,4)", "α of the previous link",
+             "a of the previous link", Proof.CHAIN, chain_error),
+    Misprint(_K.EQ_2_HEIGHT, "Eq 2, row 3", "0 0 0 0", "0 0 1 z",
+             Proof.ROTATION, leg_pose_error),
+    Misprint(_K.BODY_ROTATION, "body rotation T_B^G, entry (2,1)", "c(α)c(γ) + …",
+             "c(α)s(γ) + …; the rest is Rz(γ)Rx(β)Ry(α)",
+             Proof.ROTATION, body_rotation_error),
+    Misprint(_K.EQ_3_QUADRANT, "Eq 3", "tan⁻¹ (Y/X)", "atan2(Y, X)", *_ANGLES),
+    Misprint(_K.EQ_4_DISTANCE, "Eqs 4, 5", "L1, which is the coxa's length elsewhere",
+             "horizontal distance of the foot from the coxa axis", *_ANGLES),
+    Misprint(_K.EQ_5_QUADRANT, "Eq 5", "tan⁻¹ (Z/(L1 − Lc))", "atan2(Z, L1 − Lc)", *_ANGLES),
+    Misprint(_K.EQ_6_ROOT, "Eq 6", "a root over the numerator", "no root", *_ANGLES),
+    Misprint(_K.EQ_7_HEIGHT, "Eqs 5, 7", "q1 of the body height, which is positive",
+             "q1 of the foot's height, negative below the hip", *_ANGLES),
+    Misprint(_K.EQ_8_ROOT, "Eq 8", "a root over the numerator", "no root", *_ANGLES),
     Misprint("eqs-3-to-9", "Eqs 3 to 9 together", "the six above", "all mended",
              *_ANGLES, frozenset(k for k in _K if k.name.startswith("EQ_") and k.name > "EQ_3")),
-    _row(_L.M11_COXA_SIGN, "m11", "− I_zz1", "+ I_zz1"),
-    _row(_L.M11_HALF_TIBIA_BRACKET, "m11, in the bracket of cos(2θ2 − 2θ3)/2",
-         "L3² m3/8", "L3² m3/4"),
-    _row(_L.M11_HALF_TIBIA_MASS, "m11, at L1 L2 cos θ2", "(m2 + m3)", "(m2 + 2 m3)"),
-    _row(_L.M11_NO_FEMUR, "m11, at cos² θ2", "no masses", "+ L2² (m2/4 + m3)"),
-    _row(_L.M11_NO_KNEE, "m11, in the bracket of L3 m3", "nothing", "+ L2 cos(2θ2 − θ3)/2"),
-    _row(_L.M22_NO_TIBIA, "m22", "no I_zz3", "+ I_zz3"),
-    _row(_L.B11_HALF, "b11", "half of it", "twice what is printed"),
-    _row(_L.B12_SAME_INERTIA, "b12, in the bracket of sin(2θ2 − 2θ3)",
-         "I_xx3 − I_xx3", "I_xx3 − I_yy3"),
-    _row(_L.B12_SIGN, "b12, in the bracket of L3 m3", "+ L2 sin θ3/2", "− L2 sin θ3/2"),
-    _row(_L.C21_NO_PLUS, "c21, in the bracket of sin 2θ2/2", "− I_xx2 L2² m2/4",
-         "− I_xx2 + L2² m2/4"),
-    _row(_L.C21_EXTRA_TERM, "c21", "+ L2 L3 m3 sin θ3/2", "no such term"),
-    _row(_L.C23_TWICE, "c23", "L2 L3 m3 sin θ3", "L2 L3 m3 sin θ3/2"),
-    _row(_L.C31_NO_PLUS, "c31, at the line break", "L1 sin(θ2 − θ3) L2 sin(2θ2 − θ3)/2",
-         "L1 sin(θ2 − θ3) + L2 sin(2θ2 − θ3)/2"),
+    Misprint(_L.M11_COXA_SIGN, "m11", "− I_zz1", "+ I_zz1"),
+    Misprint(_L.M11_HALF_TIBIA_BRACKET, "m11, in the bracket of cos(2θ2 − 2θ3)/2",
+             "L3² m3/8", "L3² m3/4"),
+    Misprint(_L.M11_HALF_TIBIA_MASS, "m11, at L1 L2 cos θ2", "(m2 + m3)", "(m2 + 2 m3)"),
+    Misprint(_L.M11_NO_FEMUR, "m11, at cos² θ2", "no masses", "+ L2² (m2/4 + m3)"),
+    Misprint(_L.M11_NO_KNEE, "m11, in the bracket of L3 m3", "nothing", "+ L2 cos(2θ2 − θ3)/2"),
+    Misprint(_L.M22_NO_TIBIA, "m22", "no I_zz3", "+ I_zz3"),
+    Misprint(_L.B11_HALF, "b11", "half of it", "twice what is printed"),
+    Misprint(_L.B12_SAME_INERTIA, "b12, in the bracket of sin(2θ2 − 2θ3)",
+             "I_xx3 − I_xx3", "I_xx3 − I_yy3"),
+    Misprint(_L.B12_SIGN, "b12, in the bracket of L3 m3", "+ L2 sin θ3/2", "− L2 sin θ3/2"),
+    Misprint(_L.C21_NO_PLUS, "c21, in the bracket of sin 2θ2/2", "− I_xx2 L2² m2/4",
+             "− I_xx2 + L2² m2/4"),
+    Misprint(_L.C21_EXTRA_TERM, "c21", "+ L2 L3 m3 sin θ3/2", "no such term"),
+    Misprint(_L.C23_TWICE, "c23", "L2 L3 m3 sin θ3", "L2 L3 m3 sin θ3/2"),
+    Misprint(_L.C31_NO_PLUS, "c31, at the line break", "L1 sin(θ2 − θ3) L2 sin(2θ2 − θ3)/2",
+             "L1 sin(θ2 − θ3) + L2 sin(2θ2 − θ3)/2"),
     Misprint("eq-10", "Eq 10 as printed, all together", "the 13 above", "all mended",
              Proof.EQUATION_OF_MOTION, torque_error, frozenset(EQ_10)),
-    _row(_L.THETA_3_AS_FED, "Eq 10 with θ3 of Eq 9",
-         "θ3 = φ − 180° in Eq 9, cos(θ2 − θ3) in Eq 10",
-         "one sign of θ3: that of Table 1, negated in Eq 10's sines and cosines only"),
+    Misprint(_L.THETA_3_AS_FED, "Eq 10 with θ3 of Eq 9",
+             "θ3 = φ − 180° in Eq 9, cos(θ2 − θ3) in Eq 10",
+             "one sign of θ3: that of Table 1, negated in Eq 10's sines and cosines only"),
     Misprint("eq-10-as-fed", "Eq 10 as printed, fed with θ3 of Eq 9", "all of these", "all mended",
              Proof.EQUATION_OF_MOTION, torque_error,
              frozenset({*EQ_10, _L.THETA_3_AS_FED})),
-    _row(_L.EQ_11_SIGN, "Eq 11", "+ JᵀF", "− JᵀF, F being the force of the ground on the foot",
-         Proof.LOADED_FOOT),
-    _row(_L.TABLE_2_UNIT, "Table 2", "inertias in 10⁻⁶ g·mm²", "inertias in g·mm²",
-         Proof.RIGID_BODY),
+    Misprint(_L.EQ_11_SIGN, "Eq 11", "+ JᵀF", "− JᵀF, F being the force of the ground on the foot",
+             Proof.LOADED_FOOT),
+    Misprint(_L.TABLE_2_UNIT, "Table 2", "inertias in 10⁻⁶ g·mm²", "inertias in g·mm²",
+             Proof.RIGID_BODY),
 )  # fmt: skip
 """The table: each misprint alone, and Eqs 3 to 9 and Eq 10 as they stand."""
 

@@ -15,7 +15,7 @@ from phasmid.errors import InvalidInput, located, nearest
 from phasmid.recording import Recording, load_recording
 from phasmid.reporting import path_figures, time_figures
 from phasmid.reporting.drawing import walk_figure
-from phasmid.reporting.run import Needs, Run, gather, shown_part
+from phasmid.reporting.run import POSE, Needs, Run, gather, shown_part
 from phasmid.reporting.style import DEFAULT_LAYOUT, NORMAL_WIDTH, Figure, Layout, styled
 from phasmid.reporting.time_figures import (
     ANGLES,
@@ -180,11 +180,7 @@ KINDS: tuple[FigureKind, ...] = (
     FigureKind(
         "walk",
         "The robot in mid-walk, the forces on its feet, and its gait.",
-        (
-            ("body_position",),
-            ("body_orientation",),
-            ("joint_position", "joint_position_target"),
-        ),
+        POSE,
         walk_figure,
         in_page=False,
         several=False,
@@ -226,8 +222,7 @@ def plot(
         recordings: A recording, or its file or folder; or a list of two to six of these.
         name: Name of the figure, such as ``"support-margin"``; ``phasmid plot --list`` lists them.
         legs: Leg numbers, from 1; by default all legs of the figure.
-        labels: Name of each run; by default the scenario's. Differences between the runs'
-            scenarios are added.
+        labels: Name of each run; by default its robot and gait.
         width: Width of the figure [m]; type keeps a legible size. A column of a paper has 0.085 m.
         title: Draw a title and a subtitle.
 

@@ -229,11 +229,28 @@ def load(run: Run, name: str) -> dict[str, Any]:
 
 def least_support(run: Run) -> float | None:
     """Return the smallest static stability margin in planned stance [m]; None where unknown."""
-    feet, stance = run.channel("foot_position"), run.channel("stance")
-    p_world_com = centre_of_mass(run)
-    if feet is None or stance is None or p_world_com is None:
+    if not (run.can_be_drawn and run.has("foot_position") and run.has("stance")):
         return None
-    return float(support_margin(feet[..., :2], stance, p_world_com[..., :2]).min())
+    return float(margin_over_time(run, "stance")[0].min())
+
+
+def margin_over_time(run: Run, standing: str) -> tuple[np.ndarray, str]:
+    """Return the static stability margin of every sample.
+
+    Args:
+        run: A run with feet and the body's position.
+        standing: Channel of the stance feet: ``contact`` or ``stance``.
+
+    Returns:
+        Margin [m], shape (N,), minus infinity where fewer than three feet stand, or all in a
+        line; and its reference point: the centre of mass or, where the joint angles or the pose are
+        not recorded, the body's origin.
+    """
+    feet, down = (run.recording[name].values for name in ("foot_position", standing))
+    centre, what = centre_of_mass(run), "centre of mass"
+    if centre is None:
+        centre, what = run.recording["body_position"].values, "body's origin"
+    return support_margin(feet[..., :2], down, centre[..., :2]), what
 
 
 def centre_of_mass(run: Run) -> np.ndarray | None:
@@ -276,6 +293,14 @@ def torque(run: Run, name: str) -> dict[str, Any]:
     }
 
 
+def away_from_all_switches(run: Run) -> np.ndarray:
+    """Return the samples away from the switches of all legs; all without a recorded stance."""
+    stance = run.channel("stance")
+    if stance is None:
+        return np.ones(len(run.time), dtype=bool)
+    return np.asarray(np.all(away_from_switches(run.time, stance), axis=1))
+
+
 def model_difference(run: Run) -> dict[str, Any]:
     """Return the rms differences of the model from the simulation.
 
@@ -288,7 +313,7 @@ def model_difference(run: Run) -> dict[str, Any]:
     stance = run.channel("stance")
     if stance is None:
         return found
-    calm = np.all(away_from_switches(run.time, stance), axis=1, keepdims=True)
+    calm = away_from_all_switches(run)[:, None]
     middle = middle_halves(stance)
     for section, name in (("torque", "joint_torque"), ("normal_force", "foot_normal_force")):
         seen, model = run.channel(name), run.channel(f"{name}_model")

@@ -13,7 +13,7 @@ from phasmid.recording.channels import JOINTS
 from phasmid.reporting.numbers import torque_and_speed
 from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs
 from phasmid.reporting.run import Run, Source, shared_caption
-from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, Layout, leg_colour, thin
+from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, Layout, leg_colour
 from phasmid.reporting.time_figures import Legs, leg_entries
 from phasmid.robot import Servo
 from phasmid.robot.motor import Motor
@@ -35,8 +35,7 @@ def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         InvalidInput: No torques have speeds beside them.
     """
     alone = len(runs) == 1
-    lines = 1 if alone else 2
-    drawing = Panels(layout, [2.9] * len(runs), columns=3, title_lines=lines)
+    drawing = Panels(layout, [2.9] * len(runs), columns=3)
     for run, axes in zip(runs, drawing.rows, strict=True):
         tau, qd, name = torque_and_speed(run)
         for joint, axis in enumerate(axes):
@@ -178,7 +177,6 @@ def foot_path_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         columns=2,
         share_x=False,
         share_y=False,
-        title_lines=1 if alone else 2,
     )
     for number, run in enumerate(runs):
         above, side = drawing.rows[2 * number : 2 * number + 2]
@@ -212,10 +210,10 @@ def _draw_paths(axes: Sequence[Axes], run: Run, legs: Legs) -> None:
             # Seen from the right, legs of both sides may overlap: the first are wider.
             width = 2.6 if 2 * leg <= len(run.robot.legs) else 1.1
             line: dict[str, Any] = {"color": leg_colour(leg - 1), "linewidth": width}
-            above.plot(*_path(run.time, x, y), **line)
-            side.plot(*_path(run.time, x, z), **line)
+            above.plot(x, y, **line)
+            side.plot(x, z, **line)
     above_body.plot(0.0, 0.0, marker="+", markersize=8, color=FAINT, linestyle="")
-    above_world.plot(*_path(run.time, 1000 * body[:, 0], 1000 * body[:, 1]), **BODY_LINE)
+    above_world.plot(1000 * body[:, 0], 1000 * body[:, 1], **BODY_LINE)
     names = ("body axes, above", "world, above", "body axes, side", "world, side")
     for axis, name in zip(axes, names, strict=True):
         axis.set_title(name)
@@ -225,10 +223,3 @@ def _draw_paths(axes: Sequence[Axes], run: Run, legs: Legs) -> None:
     side_body.set_ylabel("z, up [mm]")
     for axis in (above_body, above_world):
         axis.set_aspect("equal", adjustable="datalim")
-
-
-def _path(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a path in the plane, reduced to the points that `thin` keeps of x or of y."""
-    kept = np.union1d(thin(time, x)[0], thin(time, y)[0])
-    rows = np.searchsorted(time, kept)
-    return x[rows], y[rows]

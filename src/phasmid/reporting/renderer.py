@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,12 +32,6 @@ from phasmid.terrain import Ground
 if TYPE_CHECKING:
     import mujoco
 
-LIGHT = np.array([-0.42, -0.38, 0.82]) / np.linalg.norm([-0.42, -0.38, 0.82])
-"""Direction to the light."""
-
-SAMPLES, SHADOW_PIXELS = 4, 2048
-"""Samples of each pixel, and pixels along the side of the shadow map."""
-
 SURROUNDINGS = 2.6
 """Distance from the robot's path to the edge of uneven ground [m]."""
 
@@ -48,9 +43,6 @@ TILE, PIXELS = 256, 2048
 
 OFF = ("disable", "disabled", "off", "false", "0")
 """Values of ``MUJOCO_GL`` that forbid all drawing."""
-
-PACKAGES = {"OpenGL": "PyOpenGL"} | ({"glfw": "glfw"} if sys.platform == "win32" else {})
-"""Modules that the renderer needs, and their names."""
 
 VIDEO_EXTRA = 'pip install "phasmid[video]"'
 
@@ -98,9 +90,8 @@ def opengl_lack() -> Lack | None:
     backend = gl_backend()
     if backend in OFF:
         return Lack("OpenGL", "unset MUJOCO_GL", f"which MUJOCO_GL={backend} forbids")
-    for module, name in PACKAGES.items():
-        if find_spec(module) is None:
-            return Lack(name, VIDEO_EXTRA)
+    if backend == "glfw" and find_spec("glfw") is None:
+        return Lack("glfw", VIDEO_EXTRA)
     try:
         import mujoco
 
@@ -200,7 +191,7 @@ class SceneRenderer:
                 # The ground casts no shadow: rounding would speckle it with its own.
                 geom.category = mujoco.mjtCatBit.mjCAT_DECOR
         for light in scene.lights[: scene.nlight]:
-            light.pos = view.middle + view.distance * LIGHT
+            light.pos = view.middle - view.distance * light.dir
         for start, end, radius, colour in segments:
             _add_rod(scene, start, end, radius, colour)
         return np.asarray(self._renderer.render())
@@ -213,39 +204,11 @@ class SceneRenderer:
         """Return the robot as a model of bodies that are placed directly, under a light."""
         import mujoco
 
-        spec: Any = mujoco.MjSpec()
-        visual = spec.visual
-        visual.global_.offwidth, visual.global_.offheight = view.size
-        visual.global_.fovy = math.degrees(2 * math.atan(view.size[1] / 2 / view.focal))
-        visual.quality.offsamples, visual.quality.shadowsize = SAMPLES, SHADOW_PIXELS
-        # Distances of shadow and fog are multiples of the extent.
-        reach = view.distance / FAR
-        spec.stat.extent, spec.stat.center = 1.5 * reach, view.middle
-        visual.map.shadowclip = 1.0
-        visual.map.znear, visual.map.zfar = 0.3 * FAR / 1.5, 3.0 * FAR / 1.5
-        visual.map.fogstart = (FAR + 1.5) / 1.5
-        visual.map.fogend = (FAR + 7.0) / 1.5
-        visual.rgba.fog = (1, 1, 1, 1)
-        visual.headlight.ambient, visual.headlight.diffuse = [0.56] * 3, [0.18] * 3
-        visual.headlight.specular = [0.08] * 3
-        spec.add_texture(
-            name="sky",
-            type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-            builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-            rgb1=(1, 1, 1),
-            rgb2=(1, 1, 1),
-            width=16,
-            height=96,
-        )
-        spec.worldbody.add_light(
-            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
-            pos=LIGHT,
-            dir=-LIGHT,
-            diffuse=[0.44] * 3,
-            ambient=[0.0] * 3,
-            specular=[0.22] * 3,
-            castshadow=True,
-        )
+        spec: Any = mujoco.MjSpec.from_file(str(Path(__file__).with_name("scene.xml")))
+        look = spec.visual.global_
+        look.offwidth, look.offheight = view.size
+        look.fovy = math.degrees(2 * math.atan(view.size[1] / 2 / view.focal))
+        spec.stat.extent, spec.stat.center = 1.5 * view.distance / FAR, view.middle
         for k, (vertices, faces) in enumerate(self._pieces.meshes):
             _add_mesh(spec, f"mesh{k}", vertices, faces)
         bodies = [

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -12,9 +11,9 @@ from jaxtyping import Float
 
 from phasmid import kinematics
 from phasmid.reporting.style import leg_colour, rgb
-from phasmid.robot import JOINTS, Leg, Part, Robot
+from phasmid.robot import JOINTS, Part, Robot
 
-PLATE, FRAME, SERVO, RUBBER, LAMP = "#4a515e", "#7d8796", "#343941", "#24272c", "#e8edf4"
+PLATE, RUBBER, LAMP = "#4a515e", "#24272c", "#e8edf4"
 
 GREY = 0.15
 """Colours whose strongest and weakest channel differ by less than this are grey."""
@@ -22,52 +21,14 @@ GREY = 0.15
 Place: TypeAlias = tuple[int, int]
 """Number of a leg, from 0, and of its frame: coxa, femur, tibia, foot."""
 
-Section: TypeAlias = tuple[float, float, float]
-"""Place along x, half width in y and half width in z of a beam [m]."""
 
-
-def hull(points: Float[np.ndarray, "points 3"], colour: str) -> Part:
-    """Return the convex hull of points [m] in a colour such as ``#4a6fc4``."""
+def rounded(points: Float[np.ndarray, "points 3"], radius: float, colour: str) -> Part:
+    """Return the convex hull of balls about points [m] in a colour such as ``#4a6fc4``."""
     import trimesh
 
-    solid = trimesh.convex.convex_hull(points)
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=radius).vertices
+    solid = trimesh.convex.convex_hull((points[:, None] + ball).reshape(-1, 3))
     return Part(solid.vertices, solid.faces, (*rgb(colour).tolist(), 1.0))
-
-
-def beam(sections: Iterable[Section], colour: str) -> Part:
-    """Return a beam along x through rectangles with cut corners."""
-    corners = [
-        (x, side * wide, up * high)
-        for x, y, z in sections
-        for wide, high in ((y, 0.65 * z), (0.65 * y, z))
-        for side in (-1, 1)
-        for up in (-1, 1)
-    ]
-    return hull(np.array(corners), colour)
-
-
-def plate(
-    points: Float[np.ndarray, "points 2"], radius: float, low: float, high: float, colour: str
-) -> Part:
-    """Return a plate from a height to another [m], whose outline is rounded off about points."""
-    angle = np.arange(24) * math.pi / 12
-    circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    outline = (points[:, None] + circle).reshape(-1, 2)
-    return hull(
-        np.concatenate([np.c_[outline, np.full(len(outline), z)] for z in (low, high)]), colour
-    )
-
-
-def cylinder(height: float, radius: float, colour: str) -> Part:
-    """Return a cylinder along z about the origin [m]."""
-    return plate(np.zeros((1, 2)), radius, -height / 2, height / 2, colour)
-
-
-def ball(radius: float, colour: str) -> Part:
-    """Return a ball about the origin [m]."""
-    import trimesh
-
-    return hull(trimesh.creation.icosphere(subdivisions=2, radius=radius).vertices, colour)
 
 
 def body_pose(
@@ -105,8 +66,7 @@ def robot_corners(
 def link_meshes(robot: Robot) -> dict[Place | None, list[Part]]:
     """Return the meshes of each link in its own frame; those of the trunk by None.
 
-    They are the robot's appearance. Without one, lengths and mounts give the shape, with assumed
-    widths.
+    They are the robot's appearance, or else a plate about the hips and rods of assumed widths.
     """
     look = robot.appearance
     found: dict[Place | None, list[Part]]
@@ -118,12 +78,26 @@ def link_meshes(robot: Robot) -> dict[Place | None, list[Part]]:
                 if parts:
                     found[number, frame] = parts
         return found
-    width = 0.38 * float(np.median(robot.arrays.lengths[:, 1]))
-    found = {None: _body(robot, width)}
+    radius = 0.17 * float(np.median(robot.arrays.lengths[:, 1]))
+    found = {None: _trunk(robot, radius)}
     for number, leg in enumerate(robot.legs):
-        links = _leg(leg, width, leg_colour(number), float(robot.body.size[2]))
-        found |= {(number, frame): meshes for frame, meshes in enumerate(links)}
+        for frame, length in enumerate(leg.lengths):
+            ends, slim = np.array([[0.0, 0, 0], [length, 0, 0]]), (1.0, 0.8, 0.6)[frame]
+            found[number, frame] = [rounded(ends, slim * radius, leg_colour(number))]
+        found[number, 3] = [rounded(np.zeros((1, 3)), 0.7 * radius, RUBBER)]
     return found
+
+
+def _trunk(robot: Robot, radius: float) -> list[Part]:
+    """Return a plate about the hips, and on it an arrow that points forward."""
+    hips, (length, breadth, height) = robot.arrays.p_body_hip, robot.body.size
+    half = np.array([0.0, 0.0, max(height / 2 - radius, 0.0)])
+    top = float(hips[:, 2].mean()) + max(height / 2, radius)
+    arrow = [[0.2 * length, 0, top], [0, 0.15 * breadth, top], [0, -0.15 * breadth, top]]
+    return [
+        rounded(np.concatenate([hips + half, hips - half]), radius, PLATE),
+        rounded(np.array(arrow), 0.02 * length, LAMP),
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,47 +162,3 @@ def _of_leg(part: Part, leg: int) -> Part:
     if np.ptp(part.color[:3]) <= GREY:
         return part
     return replace(part, color=(*rgb(leg_colour(leg)).tolist(), 1.0))
-
-
-def _body(robot: Robot, width: float) -> list[Part]:
-    """Return the trunk in its own frame: two plates at the hips, a box between and a lid."""
-    hips = robot.arrays.p_body_hip
-    length, breadth, height = (float(s) for s in robot.body.size)
-    middle, outline, thin = float(hips[:, 2].mean()), hips[:, :2], 0.09 * height
-    top, bottom = middle + height / 2, middle - height / 2
-    root, tip, side = 0.02 * length, 0.13 * length, 0.085 * breadth
-    arrow = np.array([[tip, 0.0], [root, side], [root, -side]])
-    half, aside = 0.39 * length, (0.21 * breadth, 0.40 * height)
-    X_body_middle = np.eye(4)
-    X_body_middle[2, 3] = middle
-    return [
-        plate(outline, 0.62 * width, bottom, bottom + thin, PLATE),
-        plate(outline, 0.62 * width, top - thin, top, PLATE),
-        beam([(-half, *aside), (half, *aside)], SERVO).at(X_body_middle),
-        plate(0.52 * outline, 0.35 * width, top, top + 0.18 * height, FRAME),
-        # An arrow on the lid points forward.
-        plate(arrow, 0.01 * breadth, top + 0.18 * height, top + 0.22 * height, LAMP),
-    ]
-
-
-def _leg(leg: Leg, w: float, colour: str, height: float) -> list[list[Part]]:
-    """Return coxa, femur and tibia as servos, brackets and a blade with a rubber foot."""
-    coxa, femur, tibia = (float(length) for length in leg.lengths)
-    pivot = cylinder(1.32 * w, 0.36 * w, FRAME)
-    thigh = beam([(-0.2 * w, 0.4 * w, 0.45 * w), (femur + 0.2 * w, 0.3 * w, 0.45 * w)], colour)
-    yoke = beam([(-0.3 * w, 0.4 * w, 0.45 * w), (coxa, 0.4 * w, 0.45 * w)], SERVO)
-    blade = beam(
-        [
-            (-0.3 * w, 0.26 * w, 0.30 * w),
-            (0.1 * w, 0.44 * w, 0.42 * w),
-            (0.3 * tibia, 0.4 * w, 0.34 * w),
-            (tibia - 0.12 * w, 0.12 * w, 0.13 * w),
-        ],
-        colour,
-    )
-    return [
-        [cylinder(0.80 * height, 0.46 * w, FRAME), yoke],
-        [pivot, thigh],
-        [pivot, blade],
-        [ball(0.17 * w, RUBBER)],
-    ]

@@ -10,21 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from phasmid import units
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
-from phasmid.scenario import option_keys, recorded_scenario, scenario_names
+from phasmid.scenario import recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
-from phasmid.tables import quantity
 
 LEAST = 1e-6
 """Least stall torque [N·m] and no-load speed [rad/s], so that shares of them are finite."""
 
-LONGEST_NAME, LONGEST_LEG_NAME, LONGEST_LABEL = 60, 20, 80
-"""Longest names of robots and legs, and longest differences of runs, in figures [characters]."""
+LONGEST_NAME, LONGEST_LEG_NAME = 60, 20
+"""Longest names of robots and legs in figures [characters]."""
 
 MOST_RUNS = len(RUN_LINES)
 """Most runs in one figure."""
@@ -32,14 +30,15 @@ MOST_RUNS = len(RUN_LINES)
 MOST_CYCLES, LAST_CYCLES = 6, 5
 """Walks of more cycles than the first are drawn over the second number of last cycles."""
 
-MOST_DIFFERENCES = 3
-"""Most differences that a run's label names."""
-
-LEAST_TELLING = ("duration", "samples", "record_interval", "measured", "max_steps")
-"""Fields that are named after all others."""
-
 Needs = tuple[tuple[str, ...], ...]
 """Groups of channels; a figure requires one of each."""
+
+POSE: Needs = (
+    ("body_position",),
+    ("body_orientation",),
+    ("joint_position", "joint_position_target"),
+)
+"""Channels of the robot's pose."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,8 +163,7 @@ class Run(Source):
     @property
     def can_be_drawn(self) -> bool:
         """True where the robot's pose is recorded."""
-        angles = self.has("joint_position", "joint_position_target")
-        return self.has("body_position") and self.has("body_orientation") and angles
+        return all(self.has(*names) for names in POSE)
 
     def pose(self, what: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return position [m] and orientation of the body, and joint angles [rad], of all samples.
@@ -173,11 +171,9 @@ class Run(Source):
         Raises:
             InvalidInput: They are not recorded; ``what`` needs them.
         """
-        position, orientation = self.channel("body_position"), self.channel("body_orientation")
-        angles = self.channel("joint_position", "joint_position_target")
-        if position is None or orientation is None or angles is None:
-            lacking = "joint_position" if angles is None else "body_position and body_orientation"
-            raise InvalidInput(f"the recording has no {lacking}; {what} needs it.")
+        position, orientation, angles = (
+            np.asarray(self.recording[self.first_channel(names, what)].values) for names in POSE
+        )
         return position, orientation, angles
 
     @property
@@ -274,24 +270,18 @@ def finite_part(recording: Recording) -> Recording:
     A channel that is not finite from the beginning is left out. Sensor channels may hold NaN, from
     failed sensors.
     """
-    time = recording.sizes["time"]
-    good, lost = np.ones(time, dtype=bool), []
-    for name in recording.data_vars:
-        if str(name).startswith("imu_") or str(name).endswith("_measured"):
-            continue
-        values = np.asarray(recording[name].values)
-        # The sum of a finite channel is finite, and quick to compute.
-        with np.errstate(over="ignore", invalid="ignore"):
-            if np.isfinite(np.sum(values)):
-                continue
-        finite = np.isfinite(values.reshape(time, -1)).all(axis=1)
-        if finite[0]:
-            good &= finite
-        else:
-            lost.append(name)
-    if good.all() and not lost:
+    count = recording.sizes["time"]
+    finite = {
+        name: np.isfinite(channel.values).reshape(count, -1).all(axis=1)
+        for name, channel in recording.data_vars.items()
+        if not str(name).startswith("imu_") and not str(name).endswith("_measured")
+    }
+    lost = [name for name, good in finite.items() if not good[0]]
+    kept = [good for name, good in finite.items() if name not in lost]
+    good = np.all([np.ones(count, dtype=bool), *kept], axis=0)
+    stop = count if good.all() else int(np.argmin(good))
+    if stop == count and not lost:
         return recording
-    stop = time if good.all() else int(np.argmin(good))
     return recording.drop_vars(lost).isel(time=slice(0, stop))
 
 
@@ -328,7 +318,7 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
 
     Args:
         recordings: One, or several that are compared.
-        labels: Name of each; by default its differences, or its robot and gait.
+        labels: Name of each; by default its robot and gait.
 
     Raises:
         InvalidInput: There are none or too many, or one does not carry its robot and scenario.
@@ -339,56 +329,11 @@ def gather(recordings: Sequence[Recording], labels: Sequence[str] | None = None)
     if labels is not None and len(labels) != count:
         raise InvalidInput(f"{len(labels)} labels were given for {count} runs; each needs one.")
     runs = [read_run(recording) for recording in recordings]
-    unlike = [short(words, LONGEST_LABEL) for words in differences(runs)]
-    if labels:
-        words = [
-            ": ".join(filter(None, pair)) for pair in zip(map(short, labels), unlike, strict=True)
-        ]
-    else:
-        words = [
-            difference or short(run.title) for difference, run in zip(unlike, runs, strict=True)
-        ]
+    words = [short(word) for word in labels or [run.title for run in runs]]
     for number, word in enumerate(words):
         label = f"{word}, run {number + 1}" if words.count(word) > 1 else word
         runs[number] = replace(runs[number], label=label, line=RUN_LINES[number])
     return runs
-
-
-def differences(sources: Sequence[Source]) -> list[str]:
-    """Return the fields of each run's robot and scenario that differ between runs, in words."""
-    rows: list[list[str]] = []
-    robots = [source.robot.name for source in sources]
-    if len(set(robots)) > 1:
-        rows.append(robots)
-    for key, path in sorted(option_keys().items(), key=lambda item: item[1][-1] in LEAST_TELLING):
-        if path[-1] in {"name", "description", "robot"} and len(path) == 1:
-            continue
-        values = []
-        for source in sources:
-            value: Any = source.scenario
-            for part in path:
-                value = getattr(value, part)
-            values.append(value)
-        if any(value != values[0] for value in values[1:]):
-            rows.append([_in_words(key, path, value) for value in values])
-    more = len(rows) - MOST_DIFFERENCES
-    columns = [", ".join(row[k] for row in rows[:MOST_DIFFERENCES]) for k in range(len(sources))]
-    return [f"{words}, and {more} more" if more > 0 else words for words in columns]
-
-
-def _in_words(key: str, path: tuple[str, ...], value: Any) -> str:
-    """Return a field and its value, such as ``step length 40 mm``."""
-    table: Any = Scenario
-    for part in path[:-1]:
-        table = table.model_fields[part].annotation
-    carried = quantity(table.model_fields[path[-1]])
-    name = (path[-1] if carried else key).replace("_", " ")
-    if value is None:
-        return f"{name} by default"
-    if isinstance(value, float | int) and not isinstance(value, bool):
-        return f"{name} {units.text(value, carried.unit) if carried else format(value, '.4g')}"
-    text = str(value)
-    return f"{name} {text if len(text) <= 24 else f'{text[:23]}…'}"
 
 
 def shared_caption(runs: Sequence[Run]) -> list[str]:

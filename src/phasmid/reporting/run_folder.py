@@ -172,7 +172,7 @@ def _write_figures(
     recording: Recording, summary: Summary, folder: Path, appearance: Appearance | None
 ) -> None:
     """Write the page, and the figures that are files of the folder."""
-    from phasmid.reporting.webpage import Picture, page_html
+    from phasmid.reporting.webpage import page_html
 
     place = folder / "figures"
     place.mkdir()
@@ -180,7 +180,7 @@ def _write_figures(
     for name, kind, figure in report_figures(recording):
         svg = encoded_figure(figure, "svg")
         if kind.in_page:
-            pictures.append(Picture(name, kind.sentence, svg))
+            pictures.append((name, kind.sentence, svg))
         if kind.in_folder:
             (place / f"{name}.svg").write_bytes(svg)
             save_figure(figure, place / f"{name}.png")

@@ -68,9 +68,6 @@ STANCE_COLOUR = "#eef1f5"
 LACKING_COLOUR = "#fbe3df"
 """Shade of the time in which a quantity does not exist, or is left out."""
 
-MOST_POINTS = 2000
-"""Most points drawn of one line: twice as many as a figure has pixels across."""
-
 NORMAL_WIDTH, NARROWEST, WIDEST = 0.18288, 0.06, 0.5
 """Default width of a figure, and its bounds [m]."""
 
@@ -213,32 +210,3 @@ def encoded_figure(figure: Figure, kind: str, *, dpi: float | None = None) -> by
     with styled():
         figure.savefig(file, format=kind, metadata=NO_DATES[kind], dpi=dpi or figure.dpi)
     return file.getvalue()
-
-
-def thin(
-    time: Float[np.ndarray, " time"], values: Float[np.ndarray, " time"], most: int = MOST_POINTS
-) -> tuple[Float[np.ndarray, " points"], Float[np.ndarray, " points"]]:
-    """Reduce a line to the extremes of each short span.
-
-    Args:
-        time: Times of the samples [s].
-        values: The line.
-        most: Largest number of points; 4 or more.
-
-    Returns:
-        Times and values of the points kept.
-    """
-    count = len(values)
-    if count <= most:
-        return time, values
-    span = -(-count // ((most - 2) // 2))
-    whole = count // span * span
-    rows = np.where(np.isnan(values[:whole]), -np.inf, values[:whole]).reshape(-1, span)
-    starts = np.arange(0, whole, span)
-    tail = np.arange(whole, count)
-    ends = [tail[np.argmin(values[tail])], tail[np.argmax(values[tail])]] if len(tail) else []
-    kept = np.concatenate(
-        [[0], starts + rows.argmin(axis=1), starts + rows.argmax(axis=1), ends, [count - 1]]
-    )
-    kept = np.unique(kept.astype(int))
-    return time[kept], values[kept]

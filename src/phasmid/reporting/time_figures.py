@@ -13,19 +13,19 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from phasmid.gait import support_margin
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording.channels import CHANNELS, JOINTS
 from phasmid.reporting.numbers import (
-    centre_of_mass,
+    away_from_all_switches,
     cost_of_transport,
     joint_power,
+    margin_over_time,
     torque_and_speed,
     travel,
 )
 from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs, shade, spans, time_axis
 from phasmid.reporting.run import Run, shared_caption, shown_part
-from phasmid.reporting.steps import SETTLING, away_from_switches, durations
+from phasmid.reporting.steps import SETTLING, durations
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -39,7 +39,6 @@ from phasmid.reporting.style import (
     darker,
     leg_colour,
     paler,
-    thin,
 )
 
 Legs = tuple[int, ...]
@@ -131,7 +130,7 @@ def quantity_figure(runs: Sequence[Run], legs: Legs, layout: Layout, quantity: Q
                         line = _line(colour, name == names[0], len(names)) if alone else one.line
                         # A single sample makes no line.
                         mark = "o" if len(one.time) == 1 else ""
-                        axis.plot(*thin(one.time, values[:, leg - 1, joint]), marker=mark, **line)
+                        axis.plot(one.time, values[:, leg - 1, joint], marker=mark, **line)
         row[0].set_ylabel(quantity.label)
     for axis in row:
         shaded = axis is row[0] and stance is not None
@@ -185,7 +184,7 @@ def gait_diagram(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw bars of each leg's planned stance and, narrower and darker, of its contact."""
     alone = len(runs) == 1
     heights = [0.27 * len(legs) + 0.3] * len(runs)
-    drawing = Panels(layout, heights, left=1.35, share_y=False)
+    drawing = Panels(layout, heights, share_y=False)
     for axis, run in zip(drawing.axes, runs, strict=True):
         draw_bars(axis, run, legs)
         if not alone:
@@ -258,7 +257,7 @@ def support_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             if alone:
                 line = {"color": JOINT_COLOURS[2 * number], "linestyle": ("-", MODEL_DASH)[number]}
             defined = np.where(np.isfinite(margin), 1000 * margin, np.nan)
-            axis.plot(*thin(run.time, defined), **line)
+            axis.plot(run.time, defined, **line)
             entries.append((STANDING[name] if alone else run.label, line))
             if number == 0:
                 first = margin
@@ -270,25 +269,6 @@ def support_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     least = _least_margin(runs[0], first) if alone else ""
     notes = [*shared_caption(runs), f"of the {' or the '.join(sorted(reference))}", least]
     return drawing.complete("Support margin", notes, entries, columns=0 if alone else 1)
-
-
-def margin_over_time(run: Run, standing: str) -> tuple[np.ndarray, str]:
-    """Return the static stability margin of every sample.
-
-    Args:
-        run: A run with feet and the body's position.
-        standing: Channel of the stance feet: ``contact`` or ``stance``.
-
-    Returns:
-        Margin [m], shape (N,), minus infinity where fewer than three feet stand, or all in a
-        line; and its reference point: the centre of mass or, where the joint angles or the pose are
-        not recorded, the body's origin.
-    """
-    feet, down = (run.recording[name].values for name in ("foot_position", standing))
-    centre, what = centre_of_mass(run), "centre of mass"
-    if centre is None:
-        centre, what = run.recording["body_position"].values, "body's origin"
-    return support_margin(feet[..., :2], down, centre[..., :2]), what
 
 
 def _least_margin(run: Run, margin: np.ndarray) -> str:
@@ -324,8 +304,8 @@ def friction_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             shade(axis, run.time, stance[:, leg - 1], STANCE_COLOUR)
         for one, (demand, limit) in zip(runs, found, strict=True):
             line = {"color": leg_colour(leg - 1)} if alone else one.line
-            axis.plot(*thin(one.time, demand[:, leg - 1]), **line)
-            axis.plot(*thin(one.time, limit[:, leg - 1]), **LIMIT_LINE)
+            axis.plot(one.time, demand[:, leg - 1], **line)
+            axis.plot(one.time, limit[:, leg - 1], **LIMIT_LINE)
     for row in drawing.rows:
         row[0].set_ylabel("demand [1]")
     for axis in drawing.axes[len(legs) :]:
@@ -421,7 +401,7 @@ def power_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
                     continue
                 line, label = run.line, f"{run.label} · cost of transport {cost}"
             for axis, values in zip(drawing.axes, (power, energy), strict=True):
-                axis.plot(*thin(run.time, values[rows]), **line)
+                axis.plot(run.time, values[rows], **line)
             entries.append((label, line))
     given = "" if alone else " given"
     drawing.axes[0].set_ylabel(f"power{given} [W]")
@@ -457,23 +437,23 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     A single run has a line for each leg; several have the rms over these legs.
     """
     alone, chosen = len(runs) == 1, [leg - 1 for leg in legs]
-    drawing = Panels(layout, [1.3] * len(RESIDUALS), share_y=False, left=0.95)
+    drawing = Panels(layout, [1.3] * len(RESIDUALS), share_y=False)
     still = np.zeros(len(RESIDUALS))
     for run in runs:
-        calm = _calm(run)
+        calm = away_from_all_switches(run)
         seen, model, tau, tau_model = (run.recording[name].values for name in RESIDUAL_CHANNELS)
         differences = [model - seen, *np.moveaxis(tau_model - tau, -1, 0)]
         for row, (axis, values) in enumerate(zip(drawing.axes, differences, strict=True)):
             values = values[:, chosen]
             if not alone:
                 values = np.sqrt(np.mean(values**2, axis=1, keepdims=True))
-                axis.plot(*thin(run.time, values[:, 0]), **run.line)
+                axis.plot(run.time, values[:, 0], **run.line)
             else:
                 shade(axis, run.time, ~calm, STANCE_COLOUR)
             for leg, line in zip(chosen if alone else [], values.T, strict=False):
                 colour, away = leg_colour(leg), np.where(calm, line, np.nan)
-                axis.plot(*thin(run.time, line), color=paler(colour), linewidth=0.8)
-                axis.plot(*thin(run.time, away), color=colour, linewidth=1.2)
+                axis.plot(run.time, line, color=paler(colour), linewidth=0.8)
+                axis.plot(run.time, away, color=colour, linewidth=1.2)
             still[row] = max(still[row], np.abs(values[calm]).max(initial=0.0))
     for axis, (name, label), most in zip(drawing.axes, RESIDUALS, still, strict=True):
         axis.set_ylabel(label)
@@ -492,14 +472,6 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         leg_entries(runs[0], legs) if alone else run_entries(runs),
         columns=3 if alone else 1,
     )
-
-
-def _calm(run: Run) -> np.ndarray:
-    """Return the samples away from the switches of all legs; all without a recorded stance."""
-    stance = run.channel("stance")
-    if stance is None:
-        return np.ones(len(run.time), dtype=bool)
-    return np.asarray(np.all(away_from_switches(run.time, stance), axis=1))
 
 
 LEG, FEMUR, Y, Z = 0, 1, 1, 2
@@ -526,7 +498,7 @@ def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     last = float(runs[0].time[-1])
     run = runs[0].between(last - runs[0].scenario.stride.period, last)
     panels = [row for row in SENSORS if run.has(row[1])]
-    drawing = Panels(layout, [1.1] * len(panels), share_y=False, left=0.95)
+    drawing = Panels(layout, [1.1] * len(panels), share_y=False)
     for axis, (label, measured, true, index, scale) in zip(drawing.axes, panels, strict=True):
         values, orientation = run.channel(true), run.channel("body_orientation")
         if true == "body_angular_velocity" and values is not None and orientation is not None:
@@ -534,7 +506,7 @@ def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             values = np.einsum("tji,tj->ti", quaternion_rotation(orientation), values)
         place: Any = (slice(None), *index)
         if values is not None:
-            axis.plot(*thin(run.time, scale * values[place]), **TRUE_LINE)
+            axis.plot(run.time, scale * values[place], **TRUE_LINE)
         # A reading stands until the next one arrives.
         reading = scale * run.recording[measured].values[place]
         axis.step(run.time, reading, where="post", **MEASURED_LINE)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 from numpy.polynomial import Polynomial
+from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from phasmid.dynamics import leg_matrices, momentum
@@ -43,6 +44,9 @@ ROD = 1.5
 
 SWUNG = 0.1
 """Time for which femur and tibia fall about their fixed axis, by about 0.6 rad [s]."""
+
+EXACT = {"rtol": 1e-13, "atol": 1e-15}
+"""Tolerances of an integration that counts as exact."""
 
 
 def fall(laboratory: Laboratory) -> Iterator[Row]:
@@ -120,7 +124,7 @@ def pendulum_energy(laboratory: Laboratory) -> Iterator[Row]:
 def convergence(laboratory: Laboratory) -> Iterator[Row]:
     """Femur and tibia of leg 1, swinging from a fixed axis, against the leg's own equations."""
     leg = laboratory.scenario.load_robot().legs[0]
-    exact = _integrate_equations(leg, laboratory.scenario.model.gravity, steps=400)
+    exact = _integrate_equations(leg, laboratory.scenario.model.gravity)
     for integrator, order, coarse in zip(INTEGRATORS, (1, 4), (STEP, 2 * STEP), strict=True):
         errors = [
             np.linalg.norm(_double_pendulum(laboratory.scenario, leg, integrator, step) - exact)
@@ -200,8 +204,8 @@ def _add_link(
     return body
 
 
-def _integrate_equations(leg: Leg, gravity: float, *, steps: int) -> Float[np.ndarray, "2"]:
-    """Integrate Eqs. 10-11, corrected, by Runge-Kutta, with the coxa held."""
+def _integrate_equations(leg: Leg, gravity: float) -> Float[np.ndarray, "2"]:
+    """Integrate Eqs. 10-11, corrected, with the coxa held."""
 
     def rates(state: Float[np.ndarray, "4"]) -> Float[np.ndarray, "4"]:
         femur, tibia = state[2:]
@@ -210,14 +214,8 @@ def _integrate_equations(leg: Leg, gravity: float, *, steps: int) -> Float[np.nd
         needed = B @ [0.0, 0.0, femur * tibia] + C @ [0.0, femur**2, tibia**2] + G
         return np.concatenate([state[2:], np.linalg.solve(M[1:, 1:], -needed[1:])])
 
-    state, h = np.zeros(4), SWUNG / steps
-    for _ in range(steps):
-        a = rates(state)
-        b = rates(state + h / 2 * a)
-        c = rates(state + h / 2 * b)
-        d = rates(state + h * c)
-        state = state + h / 6 * (a + 2 * b + 2 * c + d)
-    return state[:2]
+    path = solve_ivp(lambda _, state: rates(state), (0, SWUNG), np.zeros(4), "DOP853", **EXACT)
+    return path.y[:2, -1]
 
 
 LOOK = 0.05

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from jaxtyping import Complex, Float
+from scipy.spatial.transform import Rotation
 
 from phasmid.dynamics import (
     BodyMotion,
@@ -53,7 +54,7 @@ def power(laboratory: Laboratory) -> Iterator[Row]:
         # Turning at a constant rate about one axis; drifting to and fro.
         return BodyMotion(
             position=np.array([np.sin(t), np.cos(1.3 * t), 0.4 * np.sin(0.7 * t)]),
-            rotation=_rotation(axis * t),
+            rotation=Rotation.from_rotvec(axis * t).as_matrix(),
             velocity=np.array([np.cos(t), -1.3 * np.sin(1.3 * t), 0.28 * np.cos(0.7 * t)]),
             angular_velocity=axis,
             acceleration=np.array([-np.sin(t), -1.69 * np.cos(1.3 * t), -0.196 * np.sin(0.7 * t)]),
@@ -178,13 +179,6 @@ def derivative(f: Callable[[float], np.ndarray], t: float, h: float = 0.01) -> n
     """Return the rate of f at t by the central difference of eighth order."""
     terms = (c * (f(t + k * h) - f(t - k * h)) for k, c in enumerate(SLOPE, start=1))
     return np.asarray(sum(terms) / h)
-
-
-def _rotation(turn: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """Return the rotation by a vector's length about its direction."""
-    angle = float(np.linalg.norm(turn))
-    unit = turn / angle
-    return quaternion_rotation(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * unit)]))
 
 
 LEG_STATES = 10_000

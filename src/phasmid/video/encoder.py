@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -14,24 +13,11 @@ import numpy as np
 from phasmid.errors import OutputError, plain
 from phasmid.recording.file import whole_file
 
-ENCODERS = ("libx264", "libopenh264", "h264_videotoolbox", "h264_mf", "h264_nvenc")
-"""Encoders of H.264, the best first."""
-
 QUALITY = "21"
 """Constant quality of H.264: lower is better and larger."""
 
 SAMPLED = 24
 """First frames of a GIF from which its colours are chosen."""
-
-
-@cache
-def h264_encoder() -> str | None:
-    """Return the name of PyAV's encoder for MP4, or None."""
-    try:
-        import av
-    except Exception:  # A broken package counts as absent.
-        return None
-    return next((name for name in ENCODERS if name in av.codecs_available), None)
 
 
 def encode(frames: Iterator[np.ndarray], path: Path, fps: float, count: int) -> None:
@@ -59,7 +45,7 @@ def _write_mp4(frames: Iterator[np.ndarray], file: BinaryIO, fps: float) -> None
     try:
         with av.open(file, "w", format="mp4") as container:
             rate = Fraction(fps).limit_denominator(1001)
-            stream: Any = container.add_stream(h264_encoder() or "", rate=rate)
+            stream: Any = container.add_stream("h264", rate=rate)
             stream.pix_fmt = "yuv420p"
             stream.options = {"crf": QUALITY, "preset": "veryfast"}
             first = next(frames)

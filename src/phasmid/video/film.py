@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-import xarray
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation, Slerp
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting.camera import View, camera_axes, fitted_view
@@ -56,16 +56,13 @@ def frames_of(run: Run, *, fps: float, speed: float) -> Run:
     """
     run.pose("a video")
     shown = run.recording[[name for name in SHOWN if run.has(name)]]
-    quaternion = run.recording["body_orientation"].values
-    # A quaternion and its negative are the same orientation; neighbours get the same sign.
-    same = np.sign(np.sum(quaternion[1:] * quaternion[:-1], axis=1))
-    sign = np.cumprod(np.concatenate([[1.0], np.where(same == 0, 1.0, same)]))
-    shown["body_orientation"] = shown["body_orientation"] * xarray.DataArray(sign, dims="time")
     time = frame_times(run.time, fps, speed)
     if len(run.time) > 1:
-        shown = shown.interp(time=np.minimum(time, run.time[-1]))
-    length = np.sqrt((shown["body_orientation"] ** 2).sum("quaternion"))
-    shown["body_orientation"] = shown["body_orientation"] / length
+        orientation = shown["body_orientation"]
+        turned = Slerp(run.time, Rotation.from_quat(orientation.values, scalar_first=True))
+        time = np.minimum(time, run.time[-1])
+        shown = shown.interp(time=time)
+        shown["body_orientation"] = orientation.dims, turned(time).as_quat(scalar_first=True)
     return replace(run, recording=shown)
 
 

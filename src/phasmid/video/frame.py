@@ -10,7 +10,7 @@ from jaxtyping import UInt8
 from phasmid.reporting.camera import View
 from phasmid.reporting.drawing import draw_force_arrows
 from phasmid.reporting.run import Run, short
-from phasmid.reporting.style import FAINT, INK, MOST_POINTS, leg_colour, new_figure, thin
+from phasmid.reporting.style import FAINT, INK, leg_colour, new_figure
 from phasmid.video.film import square_side
 
 Pixels = UInt8[np.ndarray, "height width 3"]
@@ -144,10 +144,9 @@ class _Strip:
         axis.set_ylabel("normal force [N]", fontsize=letters)
         axis.tick_params(labelsize=letters, length=3, pad=2)
         axis.xaxis.set_major_formatter("{x:g} s")
-        points = round(MOST_POINTS * self._length / self.window)
         colours = [leg_colour(leg) for leg in range(normal.shape[1])]
         for force, colour in zip(normal.T, colours, strict=True):
-            axis.plot(*thin(self._time, force, points), color=colour, linewidth=1.4)
+            axis.plot(self._time, force, color=colour, linewidth=1.4)
         rows = np.linspace(0.96, 0.04, len(colours) + 1)
         row: dict[str, Any] = {"transform": axis.transAxes, "va": "center", "fontweight": "bold"}
         row["fontsize"] = min(1.0, 8 / len(rows)) * letters

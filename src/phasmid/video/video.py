@@ -15,7 +15,7 @@ from phasmid.reporting.robot_mesh import body_pose
 from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import styled
 from phasmid.robot import Appearance
-from phasmid.video.encoder import encode, h264_encoder
+from phasmid.video.encoder import encode
 from phasmid.video.film import camera_of, frames_of, square_side
 from phasmid.video.frame import FrameFigure, Pixels, picture_size
 
@@ -109,8 +109,6 @@ def lack(suffix: str = ".mp4") -> Lack | None:
     """
     if suffix == ".mp4" and find_spec("av") is None:
         return Lack("PyAV", VIDEO_EXTRA)
-    if suffix == ".mp4" and h264_encoder() is None:
-        return Lack("an H.264 encoder in PyAV", VIDEO_EXTRA)
     return opengl_lack()
 
 

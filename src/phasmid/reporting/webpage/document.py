@@ -6,11 +6,10 @@ import base64
 import hashlib
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from string import Template
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import leg_colour
 from phasmid.reporting.summary import Summary
 from phasmid.reporting.text import facts, head, headline, leg_row, note
-from phasmid.reporting.webpage.packing import compressed, data_url, json_block
+from phasmid.reporting.webpage.packing import data_url, json_block
 from phasmid.reporting.webpage.replay import replay
 from phasmid.robot import Appearance
 
@@ -39,17 +38,6 @@ DRAWING = (
     "camera.js",
 )
 """Scripts that draw a robot, in their order; the studio uses them too."""
-
-SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
-
-VIEWS = {
-    "corner": "front corner",
-    "side": "side",
-    "front": "front",
-    "behind": "behind",
-    "above": "above",
-}
-"""Views of the player, and their labels."""
 
 TABLE_RATE = 50.0
 """Most rows of the table of data a second."""
@@ -73,19 +61,8 @@ VERSIONS = {
 """Attributes of a recording that the page shows, and their labels."""
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A figure in a page.
-
-    Attributes:
-        name: Name of the figure and its file, such as ``fig12``.
-        words: Its content, in a sentence.
-        svg: The figure.
-    """
-
-    name: str
-    words: str
-    svg: bytes
+Picture: TypeAlias = tuple[str, str, bytes]
+"""Name of a figure, such as ``fig12``; its content in a sentence; the figure as SVG."""
 
 
 def page_html(
@@ -185,11 +162,6 @@ def _player(run: Run, scene: dict[str, Any] | None, still: bytes | None) -> str:
     return Template(own_text("player.html").rstrip()).substitute(
         name=name,
         still=image,
-        speeds="".join(
-            f'<option value="{speed:g}"{" selected" if speed == 1 else ""}>{speed:g}×</option>'
-            for speed in SPEEDS
-        ),
-        views="".join(f'<option value="{key}">{words}</option>' for key, words in VIEWS.items()),
         boxes="".join(
             f'<label><input type="checkbox" id="show-{key}" checked>{words}</label>'
             for key, words in marks.items()
@@ -224,42 +196,37 @@ def _summary(summary: Summary) -> str:
         # A line without a label continues the one before it.
         rows += f"<dt>{escape(label.replace('  ', '… '))}</dt>" if label else ""
         rows += f"<dd>{escape(fact)}</dd>"
-    both = len(summary.get("normal_force", {})) == 2
-    force = f"Normal force [N]<br>{'sim / model' if both else 'mean'}"
-    joints = [f"{joint} [N·m]<br>peak / rms" for joint in ("Coxa", "Femur", "Tibia")]
     lines = []
     for leg, name in enumerate(summary["robot"]["legs"]):
         cells = "".join(f"<td>{escape(cell)}</td>" for cell in leg_row(summary, leg))
         lines.append(f'<tr><th scope="row">{_chip(leg)}{_leg(leg, name)}</th>{cells}</tr>')
-    heads = ["Leg", force, "Slip [mm]<br>&nbsp;", *joints]
-    titles = "".join(f'<th scope="col">{title}</th>' for title in heads)
     warnings = "".join(f"<li>{escape(plain(text))}</li>" for text in summary["warnings"])
     if warnings:
         warnings = f'<h3>Warnings</h3>\n<ul class="warnings">{warnings}</ul>'
-    return (
-        f'<dl class="facts">{rows}</dl>\n<h3>Leg by leg</h3>\n'
-        '<div class="scrolls" tabindex="0" role="region" aria-label="Numbers of each leg">'
-        f'<table class="numbers"><thead><tr>{titles}</tr></thead>'
-        f"<tbody>{''.join(lines)}</tbody></table></div>\n"
-        f'<p class="note">{escape(note(summary))}</p>\n{warnings}'
+    return Template(own_text("summary.html")).substitute(
+        facts=rows,
+        kinds="sim / model" if len(summary.get("normal_force", {})) == 2 else "mean",
+        legs="".join(lines),
+        note=escape(note(summary)),
+        warnings=warnings,
     )
 
 
 def _figures(pictures: Sequence[Picture]) -> str:
     cards = [
-        f'<figure id="figure-{escape(picture.name)}"><div class="card">'
-        f'<img alt="{escape(plain(picture.words))}" decoding="async" '
-        f'src="{data_url(picture.svg, "image/svg+xml")}"></div>'
-        f"<figcaption><strong>{escape(picture.name)}</strong> · {escape(plain(picture.words))}"
+        f'<figure id="figure-{escape(name)}"><div class="card">'
+        f'<img alt="{escape(plain(words))}" decoding="async" '
+        f'src="{data_url(svg, "image/svg+xml")}"></div>'
+        f"<figcaption><strong>{escape(name)}</strong> · {escape(plain(words))}"
         "</figcaption></figure>"
-        for picture in pictures
+        for name, words, svg in pictures
     ]
     return f'<div class="figures">{"".join(cards)}</div>' if cards else ""
 
 
 def _data(recording: Recording, summary: Summary, run: Run) -> str:
     csv, rate = data_table(recording, run.robot.leg_names)
-    links = [_download("data.csv.gz", "Data as CSV", compressed(csv), "application/gzip", "csv")]
+    links = [_download("data.csv", "Data as CSV", csv, "text/csv")]
     shown = []
     for name in ("scenario", "robot"):
         text = str(recording.attrs[name])
@@ -268,35 +235,27 @@ def _data(recording: Recording, summary: Summary, run: Run) -> str:
         cut = "\n".join(map(plain, text[:LONGEST_FILE].split("\n")))
         cut += "\n… (cut off here)" if len(text) > LONGEST_FILE else ""
         shown.append(f"<details><summary>{file}</summary><pre>{escape(cut)}</pre></details>")
-    commands = {
-        "Make this page again": "phasmid report recording.nc --out ../again",
-        "All data at full rate": "phasmid export recording.nc --format csv --out ../data.csv",
-        "Any figure": "phasmid plot recording.nc --list",
-    }
+    again = ""
     if summary["run"].get("kind") in ("simulation", "model"):
         more = " --trajectory FILE" if summary["run"].get("follows") == "trajectory" else ""
-        again = {"Run it again": f"phasmid walk scenario.toml{more} --out ../again"}
-        commands = again | commands
-    lines = "\n".join(f"# {what}\n{command}" for what, command in commands.items())
+        again = f"# Run it again\nphasmid walk scenario.toml{more} --out ../again\n"
     versions = "".join(
         f"<dt>{escape(label)}</dt><dd>{escape(run.attribute(name))}</dd>"
         for name, label in VERSIONS.items()
         if run.attribute(name)
     )
-    return (
-        f'<ul class="files">{"".join(f"<li>{link}</li>" for link in links)}</ul>\n'
-        f'<p class="note">The table has {rate:.3g} rows a second of {summary["run"]["samples"]} '
-        "samples, with six digits; <code>recording.nc</code>, beside this page, has all.</p>\n"
-        f"<h3>Files of the run</h3>\n{''.join(shown)}\n"
-        f"<h3>How to repeat it</h3>\n<p>In the folder of the run:</p>\n"
-        f"<pre>{escape(lines)}</pre>\n"
-        f'<h3>Versions and settings</h3>\n<dl class="facts">{versions}</dl>'
+    return Template(own_text("data.html")).substitute(
+        links="".join(f"<li>{link}</li>" for link in links),
+        rate=f"{rate:.3g}",
+        samples=summary["run"]["samples"],
+        files="\n".join(shown),
+        again=again,
+        versions=versions,
     )
 
 
-def _download(file: str, words: str, content: bytes, kind: str, name: str = "") -> str:
-    own = f' id="{name}"' if name else ""
-    return f'<a{own} href="{data_url(content, kind)}" download="{file}">{words}</a>'
+def _download(file: str, words: str, content: bytes, kind: str) -> str:
+    return f'<a href="{data_url(content, kind)}" download="{file}">{words}</a>'
 
 
 def data_table(recording: Recording, leg_names: Sequence[str]) -> tuple[bytes, float]:

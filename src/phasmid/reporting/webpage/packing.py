@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import gzip
 import json
 from typing import Any
 
@@ -51,9 +50,3 @@ def data_url(content: bytes, kind: str) -> str:
         kind: Media type, such as ``image/svg+xml``.
     """
     return f"data:{kind};base64,{base64.b64encode(content).decode()}"
-
-
-def compressed(content: bytes) -> bytes:
-    """Return bytes in gzip; the same bytes give the same file."""
-    # The highest levels take three times as long for a fifteenth less.
-    return gzip.compress(content, 4, mtime=0)

@@ -250,21 +250,3 @@
   show();
   requestPaint();
 })();
-
-// The data are kept compressed; who has scripts gets the table itself.
-(() => {
-  const link = document.getElementById("csv");
-  if (!link || !window.DecompressionStream) return;
-  link.addEventListener("click", (event) => {
-    event.preventDefault();
-    const bytes = Uint8Array.from(atob(link.href.split(",")[1]), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    new Response(stream).blob().then((table) => {
-      const plain = document.createElement("a");
-      plain.href = URL.createObjectURL(new Blob([table], { type: "text/csv" }));
-      plain.download = link.download.replace(/\.gz$/, "");
-      plain.click();
-      setTimeout(() => URL.revokeObjectURL(plain.href), 60000);
-    });
-  });
-})();

@@ -11,12 +11,11 @@ from jaxtyping import Float, Integer
 
 from phasmid.recording.ros import rows_at
 from phasmid.reporting.drawing import FORCE_COLOUR, FORCE_LENGTH, swing_moment
-from phasmid.reporting.numbers import centre_of_mass
+from phasmid.reporting.numbers import centre_of_mass, margin_over_time
 from phasmid.reporting.robot_mesh import MeshPieces, link_poses, mesh_pieces, quaternions
 from phasmid.reporting.run import Run
 from phasmid.reporting.style import leg_colour
 from phasmid.reporting.terrain_mesh import landscape
-from phasmid.reporting.time_figures import margin_over_time
 from phasmid.reporting.webpage.packing import packed
 from phasmid.robot import Robot
 from phasmid.terrain import Ground
