@@ -68,11 +68,11 @@ def reaches_height(state: State, model: Model, leg: int, height: float) -> bool:
 
 @internal
 def lift_off(
-    state: State, model: Model, reference: Reference, leg: int, ago: float, time: float
+    state: State, model: Model, reference: Reference, leg: int, elapsed: float, duration: float
 ) -> None:
-    """Begin the swing of a foot, which lifted some time ago and takes a time [s].
+    """Begin the swing of a leg, with the time since lift-off and its duration [s].
 
-    It is lower than the step height where that is out of reach.
+    A swing whose height is out of reach is lowered by 20 % at a time.
     """
     if state.leg_phase[leg] == LegPhase.STANCE:
         if reference.contact[leg] == Contact.GROUND:
@@ -81,8 +81,8 @@ def lift_off(
             set_search(state, leg, SearchStage.NONE)
     state.leg_phase[leg] = LegPhase.SWING
     state.manoeuvre[leg] = Manoeuvre.NONE
-    set_times(state, leg, time, reference.step_height)
-    state.swing_elapsed[leg] = ago
+    set_times(state, leg, duration, reference.step_height)
+    state.swing_elapsed[leg] = elapsed
     for _ in range(9):
         if reaches_height(state, model, leg, state.swing_height[leg]):
             break

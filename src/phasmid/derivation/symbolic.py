@@ -282,17 +282,22 @@ def _terms(entry: sp.Expr) -> Iterator[tuple[sp.Expr, sp.Expr]]:
 
 
 def _text(entry: sp.Expr) -> str:
-    words = ""
+    """Return an entry as text: its constant, then each function times its coefficient."""
+    text = ""
     for function, coefficient in _terms(entry):
         if function == 1:
-            words = _symbols(coefficient)
+            # The first term.
+            text = _symbols(coefficient)
             continue
         negative = coefficient.could_extract_minus_sign() and not coefficient.is_Add
-        size = -coefficient if negative else coefficient
-        inside = f"({_symbols(size)})" if size.is_Add else _symbols(size)
-        sign = (" - " if negative else " + ") if words else ("-" if negative else "")
-        words += f"{sign}{_symbols(function)} {inside}"
-    return words
+        magnitude = -coefficient if negative else coefficient
+        factor = f"({_symbols(magnitude)})" if magnitude.is_Add else _symbols(magnitude)
+        if text:
+            text += " - " if negative else " + "
+        elif negative:
+            text = "-"
+        text += f"{_symbols(function)} {factor}"
+    return text
 
 
 def _symbols(expression: sp.Expr) -> str:

@@ -94,14 +94,15 @@ def gravity_force(
     *,
     gravity: float = STANDARD_GRAVITY,
 ) -> Float[np.ndarray, "*batch dof"]:
-    """Generalised forces that hold the robot still; arguments as of `inverse_dynamics`.
+    """Gravity term g(q): generalised forces that balance gravity at rest.
+
+    It is the gradient of `potential_energy`. Arguments as of `inverse_dynamics`.
 
     Returns:
         Force [N] and moment [N·m] on the trunk, then joint torques [N·m], shape (..., 6 + 3 L).
-        It is the gradient of `potential_energy`.
     """
-    still = BodyMotion.at_rest(body.position, body.rotation)
-    return bias_force(robot, still, q, np.zeros((len(robot.legs), 3)), gravity=gravity)
+    at_rest = BodyMotion.at_rest(body.position, body.rotation)
+    return bias_force(robot, at_rest, q, np.zeros((len(robot.legs), 3)), gravity=gravity)
 
 
 def momentum(

@@ -56,22 +56,22 @@ class States:
 
 @cache
 def walk_states() -> States:
-    """Return the samples of the paper's walk, with the foot forces of least norm.
+    """Return the samples of the paper's walk, with foot forces of minimum norm.
 
-    The links' masses lie as Eq. 10 assumes, so that only the print makes a difference.
+    The centres of mass are where Eq. 10 assumes them, so that differences come from misprints.
     """
     scenario = load_scenario("paper").replace(mass_model="mid-length")
     walk = plan(scenario)
     force = analyse(scenario, walk).foot_force_model.values
-    R_body_hip = walk.robot.arrays.R_body_hip
+    R_body_hip, R_world_body = walk.robot.arrays.R_body_hip, walk.trunk.rotation
     return States(
-        walk.robot,
-        walk.q,
-        walk.qd,
-        walk.qdd,
-        np.einsum("lji,tkj,tlk->tli", R_body_hip, walk.trunk.rotation, force),
-        walk.stance,
-        walk.trunk.attitude,
+        robot=walk.robot,
+        q=walk.q,
+        qd=walk.qd,
+        qdd=walk.qdd,
+        foot_force=np.einsum("lji,tkj,tlk->tli", R_body_hip, R_world_body, force),
+        stance=walk.stance,
+        attitude=walk.trunk.attitude,
     )
 
 

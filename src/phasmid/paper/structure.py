@@ -109,11 +109,11 @@ def axes(evidence: Evidence) -> Finding:
 
 
 def lengths(evidence: Evidence) -> Finding:
-    """Link lengths of Tables 1 and 2."""
-    found = 1000 * evidence.robot.legs[0].lengths
+    """Compare the link lengths with Tables 1 and 2."""
+    coxa, femur, tibia = lengths_mm = 1000 * evidence.robot.legs[0].lengths
     return judged(
-        bool(np.abs(found - LINKS).max() < 1e-9),
-        f"{found[0]:g}, {found[1]:g} and {found[2]:g} mm",
+        bool(np.abs(lengths_mm - LINKS).max() < 1e-9),
+        f"{coxa:g}, {femur:g} and {tibia:g} mm",
         best=Grade.BY_CONSTRUCTION,
     )
 

@@ -81,7 +81,7 @@ def walk_picture(
 
 
 def swing_moment(run: Run) -> float:
-    """Return a time in the middle of the walk at which swing feet are high [s]."""
+    """Return the time at which the feet are highest in sum, in the cycle mid-walk [s]."""
     time, feet = run.time, run.channel("foot_position")
     middle = (time[0] + time[-1]) / 2
     near = np.flatnonzero(np.abs(time - middle) <= run.scenario.stride.period / 2)

@@ -146,7 +146,7 @@ class SceneRenderer:
         try:
             self._renderer = _renderer(self._model, view.size)
         except Exception as error:
-            raise OutputError(f"the picture could not be drawn: {plain(str(error))}.") from None
+            raise OutputError(f"the renderer could not be created: {plain(str(error))}.") from error
         flags = self._renderer.scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 1
         flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = 0

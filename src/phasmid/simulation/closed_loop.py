@@ -223,6 +223,7 @@ class ClosedLoopRun(Run):
     # Updates -------------------------------------------------------------------------------------
 
     def _observe(self) -> Observation:
+        """Apply the servo failures that are due, and return the observation of now."""
         time, failures = self.now * self.dt, self._servo_failures
         while failures and failures[0][0] <= time + 1e-9:
             _, leg, joint = failures.pop(0)

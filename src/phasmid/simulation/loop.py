@@ -88,7 +88,7 @@ def make_steps(
     return len(targets), ""
 
 
-_THREAD = threading.local()
+_thread_local = threading.local()
 
 
 @contextmanager
@@ -99,17 +99,18 @@ def collect_engine_warnings(messages: list[str]) -> Iterator[None]:
     """
     import mujoco
 
-    outer = getattr(_THREAD, "messages", None)
-    _THREAD.messages = messages
-    mujoco.set_mju_user_warning(_collect)
+    outer = getattr(_thread_local, "messages", None)
+    _thread_local.messages = messages
+    mujoco.set_mju_user_warning(_on_warning)
     try:
         yield
     finally:
-        _THREAD.messages = outer
+        _thread_local.messages = outer
 
 
-def _collect(message: str) -> None:
-    messages = getattr(_THREAD, "messages", None)
+def _on_warning(message: str) -> None:
+    """Add a warning of MuJoCo to the messages that this thread collects, or issue it."""
+    messages = getattr(_thread_local, "messages", None)
     if messages is None:
         warnings.warn(message, RuntimeWarning, stacklevel=2)
     else:

@@ -76,14 +76,15 @@ class Run:
     Args:
         scenario: Its simulation, contact and terrain are used.
         walk: The motion that the joints follow.
-        start: A state of the same walk to continue from, from `state`; None: settle first.
-        endless: Whether the run goes on for as long as it is advanced.
+        start: State of a run of the same walk to continue from, see `state`; None: the robot is
+            placed and settles.
+        endless: Run until the caller stops it; `time` is empty.
 
     Attributes:
         model: MuJoCo's model.
         data: MuJoCo's state.
         steps: Number of steps.
-        step: The next of them.
+        step: Index of the next step.
         first: The state in which the robot is placed, before it settles.
         buffer: Samples of the present block.
         log: Recorded samples, where `advance` keeps them.
@@ -126,6 +127,7 @@ class Run:
         else:
             self.restore(start)
         self._start = start
+        # Index of the first sample, rounded up.
         self._begin = -(-self.step // self.every)
 
     @cached_property

@@ -27,7 +27,7 @@ from phasmid.simulation.servo import longest_servo_step, own_servo
 DEEPEST_START = 0.002
 """Allowed depth of a foot in the terrain at the start; its contact pushes it out gently [m]."""
 
-MOST_OF_LIMIT = 0.9
+SAFETY_FACTOR = 0.9
 """Allowed share of the largest stable step: feet are lighter in other poses."""
 
 
@@ -51,20 +51,22 @@ def check_time_step(scenario: Scenario, walk: Motion) -> None:
 
 
 def longest_time_step(scenario: Scenario, robot: Robot) -> float:
-    """Return the longest time step that resolves the contact of a robot on three feet [s]."""
+    """Return the longest time step that resolves the contact with the ground [s].
+
+    The robot stands on three feet, with the contact points of each.
+    """
     contact = scenario.contact
     if contact.contact_law == "mujoco":
-        # With longer ones MuJoCo would make its contact softer.
+        # MuJoCo softens its contact where the time step is longer.
         return SOFT_TIME / 2
-    # Each of twelve points carries its share of the mass. MuJoCo evaluates springs and dampers at
-    # the start of a step, which is stable up to twice the time that is taken here.
-    share = robot.mass / 12
-    frequency = math.sqrt(contact.stiffness / share)
-    ratio = contact.law_damping / (2 * math.sqrt(contact.stiffness * share))
-    robot_on_feet = (math.sqrt(ratio**2 + 1) - ratio) / frequency
+    mass = robot.mass / (3 * CONTACT_POINTS)
+    frequency = math.sqrt(contact.stiffness / mass)
+    damping_ratio = contact.law_damping / (2 * math.sqrt(contact.stiffness * mass))
+    # Half the stability limit of a spring and a damper that are evaluated at the start of a step.
+    stance_limit = (math.sqrt(damping_ratio**2 + 1) - damping_ratio) / frequency
     if contact.contact_law != "spring-damper":
-        return robot_on_feet
-    return min(robot_on_feet, MOST_OF_LIMIT * longest_foot_step(scenario, robot))
+        return stance_limit
+    return min(stance_limit, SAFETY_FACTOR * longest_foot_step(scenario, robot))
 
 
 def longest_foot_step(scenario: Scenario, robot: Robot) -> float:

@@ -85,18 +85,19 @@ class Rough:
         return 2 * np.pi / length * np.stack([np.cos(angle), np.sin(angle)]), phase, amplitude
 
     def surface(self, u: Places, v: Places) -> Surface:
-        """Return height [m], and slope along u and v."""
+        """Return height [m], shape (n,), and slope along u and v, shape (n, 2), at n points [m]."""
         k, phase, amplitude = self._waves
         hills, slope = np.empty(len(u)), np.empty((len(u), 2))
         for start in range(0, len(u), CHUNK):
             part = slice(start, start + CHUNK)
             angle = u[part, None] * k[0] + v[part, None] * k[1] + phase
-            # The sum along the last axis of a point does not depend on the others.
+            # The sum for a point does not depend on the other points of its chunk.
             hills[part] = (amplitude * np.sin(angle)).sum(axis=-1)
-            leaning = amplitude * np.cos(angle)
-            slope[part, 0] = (k[0] * leaning).sum(axis=-1)
-            slope[part, 1] = (k[1] * leaning).sum(axis=-1)
-        share, growth = ramp(u, self.start, RAMP)
-        slope *= share[..., None]
-        slope[..., 0] += growth * hills
-        return share * hills, slope
+            derivative = amplitude * np.cos(angle)
+            slope[part, 0] = (k[0] * derivative).sum(axis=-1)
+            slope[part, 1] = (k[1] * derivative).sum(axis=-1)
+        blend, blend_slope = ramp(u, self.start, RAMP)
+        # The product rule.
+        slope *= blend[..., None]
+        slope[..., 0] += blend_slope * hills
+        return blend * hills, slope

@@ -300,14 +300,15 @@ class Sequencer:
         return True
 
     def _lie_down(self, observation: Observation) -> None:
+        """Begin to lie down on the reversed paths of getting up; go on walking without such."""
         paths = self._rising_paths()
         if not paths:
             self._walk_on(observation)
             return
-        ends = [paths[-1].at(paths[-1].duration).position, self._targets.position]
-        if not np.array_equal(ends[0], ends[1]):
+        standing, present = paths[-1].at(paths[-1].duration).position, self._targets.position
+        if not np.array_equal(standing, present):
             # The walking controller rests within a millimetre of the neutral stance.
-            paths.append(JointPath.through(ends, self.robot, loaded=True))
+            paths.append(JointPath.through([standing, present], self.robot, loaded=True))
         self._begin(paths, Stage.GETTING_UP, backwards=True)
 
     def _rising_paths(self) -> list[JointPath]:

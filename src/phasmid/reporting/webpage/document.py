@@ -78,8 +78,8 @@ def page_html(
         recording: A simulation, an analysis or a robot's log; it carries its robot and scenario.
         summary: Its `phasmid.reporting.summarise`.
         pictures: Its figures, in order.
-        still: A ``.png`` of the robot, for paper and for browsers that do not play.
-        appearance: The robot's meshes, where they do not come with phasmid.
+        still: A PNG image of the robot, for print and for browsers that cannot show the replay.
+        appearance: The robot's meshes; needed if the robot is not a preset of phasmid.
 
     Raises:
         InvalidInput: The recording does not carry the robot and the scenario.
@@ -93,27 +93,23 @@ def page_html(
         ("data", "Data, files and how to repeat it", _data(recording, summary, run)),
     ]
     sections = [section for section in sections if section[2]]
-    links = "".join(f'<li><a href="#{name}">{title}</a></li>' for name, title, _ in sections)
+    links = "".join(f'<li><a href="#{name}">{heading}</a></li>' for name, heading, _ in sections)
     style = "".join(map(own_text, ("colours.css", "style.css")))
     script = "".join(map(own_text, (*DRAWING, "player.js")))
-    policy = (
-        f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
-        f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
-    )
-    words, version = headline(summary), run.attribute("phasmid_version")
+    title, version = headline(summary), run.attribute("phasmid_version")
     footer = f"Written by phasmid {version}".strip() + ". This file needs no network."
     return Template(own_text("template.html")).substitute(
-        policy=policy,
-        title=escape(f"{words} · phasmid"),
+        policy=_content_policy(style, script),
+        title=escape(f"{title} · phasmid"),
         style=style,
         script=script,
         kind="Report of a run" if summary["run"].get("kind") else "Report of a recording",
-        headline=escape(words),
+        headline=escape(title),
         links=f"<ul>{links}</ul>",
         sections="\n".join(
             f'<section id="{name}" aria-labelledby="{name}-title">'
-            f'<h2 id="{name}-title">{title}</h2>\n{content}\n</section>'
-            for name, title, content in sections
+            f'<h2 id="{name}-title">{heading}</h2>\n{content}\n</section>'
+            for name, heading, content in sections
         ),
         footer=escape(footer),
         scene=json_block(scene),
@@ -123,6 +119,14 @@ def page_html(
 def own_text(name: str) -> str:
     """Return the text of a file of this package, such as ``colours.css``."""
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
+
+
+def _content_policy(style: str, script: str) -> str:
+    """Return the security policy of the page, which admits its own style and script alone."""
+    return (
+        f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
+        f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
+    )
 
 
 def _hash(text: str) -> str:
