@@ -64,9 +64,7 @@ solids. Frames are those of Table 1, inertias are about the centre of mass.
 
 ## From a STEP file
 
-`phasmid check robot.step --write-sidecar` writes a first guess of `robot.step.toml`, from names
-such as coxa, femur and tibia (hip, thigh and shin), and from round faces that two links share.
-Correct it, and `robot.step` is a robot wherever one is asked for:
+With a file `robot.step.toml` beside it, `robot.step` is a robot wherever one is asked for:
 
 ```toml
 name = "mine"

@@ -136,8 +136,9 @@ class SidecarReader:
         file = sidecar_of(path)
         if not file.exists():
             raise InvalidInput(
-                f"{path.name} has no {file.name} beside it, which assigns the parts to links.",
-                hint=f"phasmid check {path.name} --write-sidecar writes a first guess of it",
+                f"{path.name} has no {file.name} beside it; it must assign parts to links, and give "
+                "the joints' axes, the feet and masses or densities.",
+                hint="docs/cad.md shows one; phasmid cad writes one with every robot",
             )
         raw, content = read_toml(file)
         self.path = path

@@ -13,7 +13,6 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats import meshes
-from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.tree import ENDLESS, WHOLE_TURN, Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
@@ -95,7 +94,7 @@ class _Reader:
     colors: dict[str, meshes.Color] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.files = meshes.MeshFiles(self.options.mesh_unit)
+        self.files = meshes.MeshFiles(self.path, self.options)
         # A material may be defined in one link and named in another; the robot's own count first.
         looks = [visual for link in self.root.all("link") for visual in link.all("visual")]
         for owner in (self.root, *looks):
@@ -174,17 +173,10 @@ class _Reader:
             return made
         if shape.tag != "mesh":
             return ()
-        written = shape.need_text("filename")
-        scale = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
-        if 0.0 in scale:
-            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.", where=shape.where)
         with located(shape.where):
-            path = named_file(self.path, written, "mesh", self.options.packages)
             try:
-                if not path.is_file():
-                    what = f'mesh "{short(written)}" is not there; it was left out.'
-                    raise meshes.UnreadMesh(what)
-                return self.files.meshes(path, scale)
+                scale = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
+                return self.files.meshes(shape.need_text("filename"), scale)
             except meshes.UnreadMesh as error:
                 subject = f"link {link.need_name()}"
                 self.findings.suspect(subject, error.what, shape.where, error.hint)

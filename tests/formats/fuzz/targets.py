@@ -12,8 +12,8 @@ import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
 from formats.trees import files_of
-from formats.wild_model import BESIDE, WHOLE
-from phasmid.formats import import_robot, load_robot
+from formats.wild_model import BESIDE, WILD
+from phasmid.formats import ImportOptions, import_robot, load_robot
 from phasmid.formats.meshes import MeshFiles
 from phasmid.robot import Appearance, Part, robot_to_toml
 from phasmid.robot.glb import glb, read_glb
@@ -46,7 +46,7 @@ def targets() -> dict[str, Target]:
     preset = resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml"
 
     def mesh(path: Path) -> object:
-        return MeshFiles().meshes(path)
+        return MeshFiles(path, ImportOptions()).meshes(path.name)
 
     return {
         "urdf": Target(
@@ -58,7 +58,7 @@ def targets() -> dict[str, Target]:
         "mjcf": Target(
             ".xml",
             import_robot,
-            (modelled.pop("robot.xml"), WHOLE.encode()),
+            (modelled.pop("robot.xml"), WILD.encode()),
             {**modelled, **BESIDE},
         ),
         "stl": Target(
