@@ -18,7 +18,7 @@ from phasmid.robot import Part, Servo, load_servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.leg import NEAREST_FOOT
 from phasmid.robot.link import solid_box
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.units import plain_number
 
 LIKE = "AX-12A"

@@ -26,7 +26,7 @@ from phasmid.formats.legs import PRINTED, FoundLeg, found_leg, names_in_order
 from phasmid.formats.tree import RigidLink, Tree, inverse
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
 from phasmid.robot.table import LONGEST_NAME
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 
 THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""

@@ -19,7 +19,7 @@ from phasmid.formats.xml import short
 from phasmid.robot import Part
 from phasmid.robot.appearance import MOST_FACES
 from phasmid.robot.glb import LARGEST_FILE, read_glb
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 

@@ -23,7 +23,7 @@ from phasmid.formats.xml import LARGEST_FILE, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 
 if TYPE_CHECKING:

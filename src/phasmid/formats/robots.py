@@ -24,7 +24,7 @@ from phasmid.robot.file import OTHER_FORMATS
 from phasmid.robot.glb import glb
 from phasmid.scenario import Scenario
 from phasmid.scenario import load_scenario as load_own_scenario
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 
 ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)

@@ -19,7 +19,7 @@ from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 
