@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -107,9 +108,9 @@ class _Source:
                     where=element.where,
                     hint="open the file in MuJoCo and save it there, which writes it out",
                 )
-            if "name" in element.attributes or "file" in element.attributes:
-                name = element.attributes.get("name") or Path(element.attributes["file"]).stem
-                self._places.setdefault((element.tag, name), element.where)
+            file = Path(element.attributes.get("file", ""))
+            name = element.attributes.get("name") or file.stem
+            self._places.setdefault((element.tag, name), element.where)
 
     def where(self, tag: str, name: str) -> str:
         """Return file and line of an element, or the file alone where its line is unknown."""
@@ -124,7 +125,9 @@ class _Source:
         # It would else print warnings and write them to a file.
         mujoco.set_mju_user_warning(lambda _: None)
         try:
-            yield
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                yield
         except (ValueError, RuntimeError, mujoco.FatalError, UnicodeError) as error:
             message, file = str(error), self.path.name
             line = re.search(r"\bline ([1-9]\d*)", message)
