@@ -62,7 +62,7 @@ cad: $(DEVELOP) ## draw the paper's robot as solids anew: docs/cad.md and its pi
 	@"$(BIN)/python" docs/cad_page.py
 
 meshes: $(DEVELOP) ## draw the presets' meshes anew (needs the extra cad)
-	@"$(BIN)/python" -m phasmid.cad.presets
+	@"$(BIN)/python" docs/preset_meshes.py
 
 gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 	@"$(BIN)/python" docs/gallery_page.py

@@ -7,18 +7,19 @@ Takes about a minute, and needs the extra ``cad``.
 
 import io
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from phasmid import kinematics
-from phasmid.cad import build, mass_properties
-from phasmid.cad.weights import mass_table
+from phasmid.cad import Assembly, build, mass_properties
 from phasmid.reporting.camera import camera_axes, fitted_view
 from phasmid.reporting.renderer import SceneRenderer
 from phasmid.reporting.robot_mesh import robot_corners
-from phasmid.robot import JOINTS, load_robot
+from phasmid.robot import JOINTS, Body, Link, Robot, load_robot
+from phasmid.robot.inertial import Inertial
 from phasmid.scenario import load_scenario
 
 HERE = Path(__file__).parent
@@ -43,8 +44,6 @@ phasmid cad phantomx-paper --out results/cad
 | `ROBOT.step` | named, coloured parts: `body`, and in each leg `coxa`, `femur`, `tibia` |
 | `ROBOT.step.toml` | which part belongs to which link, where the axes are, densities and weights |
 | `ROBOT.glb` | all meshes; a robot file beside it names it: `appearance = "ROBOT.glb"` |
-| `stl/LINK.stl` | a mesh of each link in its own frame, in metres |
-| `ROBOT-masses.md` | masses of the file beside those of the solids |
 
 Servos are solids of their real outside and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A
 servo belongs to the link to which its case is screwed: the coxa's to the body. A femur that is
@@ -101,6 +100,54 @@ of its own with limits of size, memory and time, so that a damaged one costs one
 Robot to STEP to robot moves no axis and no foot by more than a micrometre, and changes no inertia
 by more than 1 %.
 """
+
+
+HEAD = (
+    "| link | numbers of | mass [g] | centre of mass x, y, z [mm] "
+    "| inertia xx, yy, zz [g·mm²] | xy, xz, yz [g·mm²] |\n"
+    "|---|---|---|---|---|---|"
+)
+
+
+def mass_table(robot: Robot, assembly: Assembly) -> str:
+    """Each link of the robot's file and of its solids, line by line, as Markdown.
+
+    Frames are the body's and those of Table 1; inertias are about the centre of mass. Legs whose
+    file and solids agree to the digits shown stand once.
+    """
+    found = mass_properties(assembly)
+    lines = [HEAD, *_pair("body", robot.body, found["body"])]
+    seen = set()
+    for leg in robot.legs:
+        pairs = [
+            "\n".join(_pair(joint, link, found[f"{leg.name}.{joint}"]))
+            for joint, link in zip(JOINTS, leg.links, strict=True)
+        ]
+        if tuple(pairs) not in seen:
+            seen.add(tuple(pairs))
+            if len(seen) > 1:
+                lines.append(f"| **{leg.name}** | | | | | |")
+            lines += pairs
+    solids = sum(link.mass for link in found.values())
+    lines += [
+        f"| whole robot | file | {1000 * robot.mass:.1f} | | | |",
+        f"| | solids | {1000 * solids:.1f} | | | |",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _pair(name: str, given: Body | Link, made: Inertial) -> Iterator[str]:
+    for title, source, mass in ((name, "file", given), ("", "solids", made)):
+        com = ", ".join(_number(1e3 * float(c), 1) for c in mass.com)
+        I = 1e9 * np.asarray(mass.inertia)
+        across = ", ".join(_number(float(I[i, j]), 0) for i, j in ((0, 1), (0, 2), (1, 2)))
+        own = ", ".join(_number(float(I[i, i]), 0) for i in range(3))
+        yield f"| {title} | {source} | {1000 * mass.mass:.1f} | {com} | {own} | {across} |"
+
+
+def _number(value: float, digits: int) -> str:
+    # A rounded zero has no sign.
+    return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
 def draw(robot):

@@ -198,13 +198,11 @@ def primitive(shape: str, **measures: Any) -> Part:
     return Part(vertices - middle, made.faces)
 
 
-def stl(*parts: Part) -> bytes:
+def stl(part: Part) -> bytes:
     """Return triangles as a binary STL file, in single precision."""
     import trimesh
 
-    corners = np.concatenate([part.vertices[part.faces] for part in parts]).reshape(-1, 3)
-    faces = np.arange(len(corners)).reshape(-1, 3)
-    mesh: Any = trimesh.Trimesh(corners, faces, process=False)
+    mesh: Any = trimesh.Trimesh(part.vertices, part.faces, process=False)
     return bytes(mesh.export(file_type="stl"))
 
 

@@ -1,4 +1,4 @@
-"""STEP files out: a robot's solids with their sidecar; `cad_files` adds meshes and masses."""
+"""STEP files out: a robot's solids with their sidecar; `cad_files` adds meshes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from phasmid.cad import Assembly, build, meshes
-from phasmid.cad.step import group_paths, step_text, unique
-from phasmid.cad.weights import mass_table
-from phasmid.formats.meshes import stl
+from phasmid.cad.step import group_paths, step_text
 from phasmid.formats.step_in import sidecar_of
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
@@ -19,7 +17,7 @@ from phasmid.toml import toml_key, toml_string
 
 
 def cad_files(robot: Robot, folder: Path) -> dict[Path, tuple[str, bytes]]:
-    """Draw a robot; return its STEP file, sidecar, meshes and table of masses.
+    """Draw a robot; return its STEP file, sidecar and meshes.
 
     Args:
         robot: The robot.
@@ -31,12 +29,11 @@ def cad_files(robot: Robot, folder: Path) -> dict[Path, tuple[str, bytes]]:
     Raises:
         PhasmidError: build123d is not installed.
     """
-    name = _file_name(robot.name)
+    plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in robot.name)
+    name = plain.strip(".") or "robot"
     step = folder / f"{name}.step"
     assembly = build(robot)
-    looks = meshes(assembly)
-    table = f"# {robot.name}: masses\n\n{mass_table(robot, assembly)}"
-    files = {
+    return {
         step: ("assembly of named, coloured solids", step_text(assembly)),
         sidecar_of(step): (
             "which part belongs to which link, axes, densities",
@@ -44,18 +41,9 @@ def cad_files(robot: Robot, folder: Path) -> dict[Path, tuple[str, bytes]]:
         ),
         folder / f"{name}.glb": (
             "meshes of all links; name it as appearance in the robot's file",
-            glb(looks),
-        ),
-        folder / f"{name}-masses.md": (
-            "the file's masses beside those of the solids",
-            table.encode(),
+            glb(meshes(assembly)),
         ),
     }
-    taken: set[str] = set()
-    for link, parts in looks.items():
-        own = unique(_file_name(link).casefold(), taken)
-        files[folder / "stl" / f"{own}.stl"] = (f"mesh of {link}, in metres", stl(*parts))
-    return files
 
 
 def step_files(robot: Robot, name: str) -> dict[str, bytes]:
@@ -74,12 +62,6 @@ def step_files(robot: Robot, name: str) -> dict[str, bytes]:
     assembly = build(robot)
     text = sidecar_text(robot, assembly, masses="file")
     return {name: step_text(assembly), sidecar_of(Path(name)).name: text.encode()}
-
-
-def _file_name(name: str) -> str:
-    """Return a name as a file name that all systems accept."""
-    plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in name)
-    return plain.strip(".") or "robot"
 
 
 def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") -> str:
