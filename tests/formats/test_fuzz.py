@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
+from formats.test_urdf_in import LEG
 from formats.tetrahedron import CORNERS, FACES, binary_stl
 from formats.trees import files_of
 from formats.wild_model import BESIDE, WILD
@@ -41,31 +42,6 @@ NUMBERS = (b"nan", b"-inf", b"1e400", b"-", b"", b"0", b"-1", b"9" * 400, b"1e30
 WORDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000, 0x10000000)
 """Four bytes that counts, sizes and floats should not be."""
 
-FOREIGN = """<?xml version="1.0" encoding="utf-8"?>
-<!-- What other programs write. -->
-<robot name="foreign" xmlns:xacro="http://www.ros.org/wiki/xacro">
-  <material name="blue"><color rgba="0 0 1 1"/><texture filename="a.png"/></material>
-  <link name="base">
-    <inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
-    <visual><geometry><box size="0.1 0.2 0.3"/></geometry><material name="blue"/></visual>
-    <collision><geometry><cylinder radius="0.1" length="0.2"/></geometry></collision>
-  </link>
-  <link name="lower">
-    <visual><origin xyz="0 0 1" rpy="1 2 3"/>
-      <geometry><mesh filename="a.stl" scale="1 -1 1"/></geometry></visual>
-    <visual><geometry><mesh filename="b.dae"/></geometry></visual>
-    <collision><geometry><sphere radius="0.1"/></geometry></collision>
-  </link>
-  <joint name="hip" type="revolute">
-    <origin xyz="0.1 0 0" rpy="0 1.5707963 0"/>
-    <parent link="base"/><child link="lower"/><axis xyz="0 0 2"/>
-    <limit lower="-1.5" upper="1.5" effort="2" velocity="6"/>
-    <dynamics damping="0.1" friction="0.2"/><mimic joint="hip"/>
-  </joint>
-  <gazebo reference="base"><material>Gazebo/Blue</material></gazebo>
-</robot>
-"""
-
 PART = Part(CORNERS, FACES, (0.2, 0.4, 0.6, 1.0), "shell")
 ROBOT = load_robot("phantomx-paper")
 SHOWN = replace(ROBOT, appearance=Appearance.of({"body": (PART,), "coxa": (PART,)}))
@@ -73,7 +49,7 @@ URDF, MJCF = files_of(SHOWN, ".urdf"), files_of(SHOWN, ".xml")
 BALL = trimesh.creation.icosphere(subdivisions=3)
 
 READERS: dict[str, tuple[Callable[[Path], object], list[bytes]]] = {
-    "a.urdf": (import_robot, [URDF.pop("robot.urdf"), FOREIGN.encode()]),
+    "a.urdf": (import_robot, [URDF.pop("robot.urdf"), LEG.encode()]),
     "a.xml": (import_robot, [MJCF.pop("robot.xml"), WILD.encode()]),
     "a.toml": (load_robot, [robot_to_toml(ROBOT).encode()]),
     "a.glb": (read_glb, [glb({"body": (PART,), "left.coxa": (PART, PART)})]),
