@@ -240,20 +240,8 @@ class _Reader:
         lower, upper = (
             limit.number(key, 0.0, least=-math.inf, largest=math.inf) for key in ("lower", "upper")
         )
-        if lower > upper:
-            raise InvalidInput(
-                f"joint {name}: its lower limit {lower:.6g} lies above the upper {upper:.6g}.",
-                where=limit.where,
-            )
-        largest = max(-lower, upper)
-        if kind == "prismatic" or largest <= WHOLE_TURN:
+        if kind == "prismatic" or max(-lower, upper) < ENDLESS:
             return lower, upper
-        if largest < ENDLESS:
-            raise InvalidInput(
-                f"joint {name}: limits {lower:g} to {upper:g} rad; URDF angles are radians.",
-                where=limit.where,
-                hint=f"{math.radians(lower):.5g} and {math.radians(upper):.5g}",
-            )
         what = f"joint {name}: limits beyond {ENDLESS:g} rad were taken for none."
         self.findings.note(f"joint {name}", what, limit.where)
         return lower if lower > -ENDLESS else -math.inf, upper if upper < ENDLESS else math.inf
