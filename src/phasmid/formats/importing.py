@@ -19,7 +19,7 @@ from phasmid.formats.assumptions import (
     weighed,
 )
 from phasmid.formats.chains import Chain, Skeleton, skeleton
-from phasmid.formats.feet import feet_of
+from phasmid.formats.feet import find_foot, foot_places
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.judge import judge_links, judge_robot
 from phasmid.formats.legs import PRINTED, FoundLeg, found_leg, names_in_order
@@ -75,8 +75,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
     legs: tuple[FoundLeg, ...] = ()
     robot = None
     try:
-        bones = skeleton(tree)
-        findings += bones.findings
+        bones = skeleton(tree, findings)
         legs = _legs(bones, options.foot, findings)
         if not findings.any_impossible:
             X_body_trunk, legs = _centred(legs, findings)
@@ -91,21 +90,16 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
 def _legs(bones: Skeleton, foot: str, findings: Findings) -> tuple[FoundLeg, ...]:
     """Find the legs; those that do not fit this model become findings."""
     order = names_in_order(np.array([chain.hip for chain in bones.chains]))
-    names, chains = [name for name, _ in order], [bones.chains[i] for _, i in order]
+    places = foot_places(foot, len(order))
     legs: list[FoundLeg] = []
-    feet = feet_of(chains, foot)
-    for number, (name, chain, end) in enumerate(zip(names, chains, feet, strict=True), 1):
-        subject = f"leg {number}"
+    for number, ((name, index), place) in enumerate(zip(order, places, strict=True), 1):
+        chain = bones.chains[index]
         try:
-            if isinstance(end, PhasmidError):
-                raise end
+            end = find_foot(number, chain, place, findings)
             legs.append(found_leg(number, name, chain, end, findings))
         except PhasmidError as error:
-            what = error.what.removeprefix(f"{subject}: ")
-            findings.impossible(subject, what, error.where, error.hint)
-            continue
-        if end.finding:
-            findings.append(end.finding)
+            what = error.what.removeprefix(f"leg {number}: ")
+            findings.impossible(f"leg {number}", what, error.where, error.hint)
         _note_endless(chain, findings)
     return tuple(legs)
 
