@@ -184,14 +184,6 @@ def named(name: str) -> str:
             "body; the largest may not exceed the sum of the others.",
         ),
         (
-            swapped(
-                "inertia_g_mm2 = { xx = 19819.5, yy = 127028.3, zz = 120839.4, "
-                "xy = -1.937, xz = -0.294, yz = -0.734 }",
-                "inertia_g_mm2 = [[19819.5, -1.9, 0], [2.4, 127028.3, 0], [0, 0, 120839.4]]",
-            ),
-            "link femur: inertia is not symmetric; I_xy is -1.9 and I_yx is 2.4 g mm^2.",
-        ),
-        (
             swapped("mass_g = 73.685", "mass_g = 0"),
             "link tibia: mass is 0 kg; it must be greater than 0.",
         ),
