@@ -62,7 +62,7 @@ cad: $(DEVELOP) ## draw the paper's robot as solids anew: docs/cad.md and its pi
 	@"$(BIN)/python" docs/cad_page.py
 
 meshes: $(DEVELOP) ## draw the presets' meshes anew (needs the extra cad)
-	@"$(BIN)/python" -m phasmid.cad.presets
+	@"$(BIN)/python" docs/preset_meshes.py
 
 gallery: $(READY) ## draw every figure anew: docs/gallery.md and its pictures
 	@"$(BIN)/python" docs/gallery_page.py
@@ -128,8 +128,8 @@ stress: $(DEVELOP) ## kill and interrupt walks at random moments (ARGS such as -
 bad-input: $(DEVELOP) ## give bad inputs of every kind, each to be refused in one sentence (ARGS=urdf)
 	@"$(BIN)/python" benchmarks/bad_input.py $(ARGS)
 
-fuzz: $(DEVELOP) ## read 2000 damaged files per format (ARGS such as "urdf --files 100 --seed 7")
-	@cd tests && OPENBLAS_NUM_THREADS=1 "$(abspath $(BIN))/python" -m formats.fuzz.run --keep ../results/fuzz $(ARGS)
+fuzz: $(DEVELOP) ## read 2000 damaged files per format
+	@FUZZ_FILES=2000 "$(BIN)/python" -m pytest tests/formats/test_fuzz.py $(ARGS)
 
 UV_LOCK = uv pip compile --quiet --universal --python-version 3.11 --only-binary :all: \
 	--generate-hashes --no-header --no-annotate --no-emit-index-url --no-emit-find-links

@@ -41,8 +41,6 @@ extra `cad` (`pip install "phasmid[cad]"`); walking does not. `make cad` writes 
 | `ROBOT.step` | named, coloured parts: `body`, and in each leg `coxa`, `femur`, `tibia` |
 | `ROBOT.step.toml` | which part belongs to which link, joint axes, densities and weights |
 | `ROBOT.glb` | all meshes; use them in a robot file with `appearance = "ROBOT.glb"` |
-| `stl/LINK.stl` | a mesh of each link in its own frame, in metres |
-| `ROBOT-masses.md` | masses of the file beside those of the solids |
 
 Servos have their real size and weight: an AX-12 is 32 × 50 × 38 mm and 54.6 g. A servo belongs to
 the link to which its case is screwed; the coxa servo belongs to the body. A long femur holds two
@@ -53,8 +51,7 @@ approximate.
 
 ## Masses
 
-`ROBOT-masses.md` lists mass, centre of mass and inertia of each link, from the robot file and from
-the solids. {findings}
+{findings}
 
 ## From a STEP file
 
@@ -124,7 +121,7 @@ def findings(robot, assembly):
     rod = math.sqrt(12 * leg.tibia.inertia[2, 2] / leg.tibia.mass)
     body = 100 * (made["body"].mass / robot.body.mass - 1)
     return (
-        f"On the paper's robot the solids differ by: {'; '.join(lines)}; "
+        f"On the paper's robot the solids differ from the file by: {'; '.join(lines)}; "
         f"body {body:+.0f} % of mass. Coxa and femur agree with Table 2: two brackets, and two "
         "servos back to back. Table 2's tibia has the inertia of an even rod of "
         f"{1000 * rod:.0f} mm, and is {1000 * leg.tibia.length:.0f} mm long; its centre of mass "

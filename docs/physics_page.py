@@ -14,7 +14,7 @@ import numpy as np
 
 from phasmid.reporting.style import FAINT, Figure, save_figure, styled
 from phasmid.scenario import Scenario
-from phasmid.scenario.contact import ContactTable
+from phasmid.scenario.tables import ContactTable
 from phasmid.simulation.contact import SOFT_TIME
 from phasmid.simulation.simscape.run import substeps
 from phasmid.simulation.simscape.trunk import KINETIC_FROM

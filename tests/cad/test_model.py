@@ -14,7 +14,6 @@ pytest.importorskip("build123d")
 from general_robot import general_robot
 from phasmid.cad import Assembly, build, mass_properties, meshes
 from phasmid.robot import JOINTS, load_robot
-from phasmid.robot.inertial import Inertial, merged
 
 
 @pytest.fixture(scope="module")
@@ -41,24 +40,6 @@ def test_a_short_femur_leaves_the_knee_s_servo_to_the_tibia() -> None:
     links = build(load_robot("phantomx-ax")).links
     assert [p.name for p in links["right_front.femur"]].count("knee_servo") == 0
     assert [p.name for p in links["right_front.tibia"]].count("knee_servo") == 1
-
-
-def test_masses_add_up_as_those_of_points_and_turn_with_their_frame(paper: Assembly) -> None:
-    # Two points of m = 1 at x = 0 and x = 2: com 1, inertia about y and z m (1² + 1²) = 2.
-    zero = np.zeros((3, 3))
-    both = merged([Inertial(1.0, np.array([x, 0.0, 0.0]), zero) for x in (0.0, 2.0)])
-    assert both is not None
-    assert both.mass == 2
-    assert np.array_equal(both.com, [1, 0, 0])
-    assert np.array_equal(both.inertia, np.diag([0.0, 2.0, 2.0]))
-    # I' = R I Rᵀ; round-off of a few products.
-    coxa = mass_properties(paper)["right_front.coxa"]
-    X = np.eye(4)
-    X[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    X[:3, 3] = [1, 2, 3]
-    moved = coxa.at(X)
-    assert np.diag(moved.inertia) == pytest.approx(np.diag(coxa.inertia)[[1, 0, 2]], rel=1e-12)
-    assert moved.com == pytest.approx([1 - coxa.com[1], 2 + coxa.com[0], 3 + coxa.com[2]])
 
 
 def test_a_solid_s_inertia_is_that_of_its_closed_form() -> None:

@@ -60,28 +60,10 @@ MASS, BAR = 0.1718, (1.15e-5, 2.51e-4, 2.51e-4)
             "lie between 2.6 and 200 mm.",
         ),
         (
-            bar(MASS, (0.065, 0, 0), (1e-6, 2.5e-4, 2.8e-4)),
-            "impossible",
-            f"link {TIBIA}",
-            "principal moments 1e-06, 0.00025, 0.00028 kg m^2 cannot belong to a rigid body;",
-        ),
-        (
-            bar(-0.1, (0, 0, 0), BAR),
-            "impossible",
-            f"link {TIBIA}",
-            "mass is -0.1 kg; it must be greater than 0.",
-        ),
-        (
             with_link(TREE, TIBIA, inertial=None),
             "impossible",
             f"link {TIBIA}",
             "moves but has no mass.",
-        ),
-        (
-            bar(MASS, (3.0, 0, 0), BAR),
-            "impossible",
-            f"link {TIBIA}",
-            "centre of mass lies 3 m from a 0.13 m link.",
         ),
         (
             bar(MASS, (0.16, 0, 0), BAR),
@@ -100,7 +82,7 @@ MASS, BAR = 0.1718, (1.15e-5, 2.51e-4, 2.51e-4)
             with_link(TREE, COXA, inertial=of(0.5, (0, 0, 0), (2e-4,) * 3)),
             "suspect",
             "leg right_front",
-            "is not the mirror image of leg left_front: its coxa has 24.71 g and that one 500 g.",
+            "is not the mirror image of leg left_front: the coxas' masses differ by 475 g.",
         ),
         (
             with_joint(TREE, FEMUR, lower=0.0, upper=0.0),
@@ -144,15 +126,11 @@ def test_masses_that_were_copied_are_suspect() -> None:
 
 def test_a_robot_must_stand_over_its_feet() -> None:
     """A robot that topples on feet that phasmid assumed is not impossible."""
-    for aside, severity in ((0.08, "suspect"), (1.5, "impossible")):
-        body = replace(
-            MK4.body, com=np.array([0, aside, 0]), size=np.full(3, 2.0), inertia=np.eye(3) * 0.1
-        )
-        robot = replace(MK4, body=body)
-        found = [f for f in judge_robot(robot) if f.subject == "robot"]
-        assert [f.severity.value for f in found] == [severity]
-        (found,) = [f for f in judge_robot(robot, read=True) if f.subject == "robot"]
-        assert found.severity is Severity.SUSPECT
+    body = replace(MK4.body, com=np.array([0, 1.5, 0]), size=np.full(3, 2.0), inertia=np.eye(3))
+    robot = replace(MK4, body=body)
+    for read, severity in ((False, Severity.IMPOSSIBLE), (True, Severity.SUSPECT)):
+        found = [f.severity for f in judge_robot(robot, read=read) if f.subject == "robot"]
+        assert found == [severity]
 
 
 def test_links_that_are_fixed_to_each_other_are_judged_as_one_body() -> None:
@@ -195,18 +173,12 @@ REAR = MK4.leg("left_rear")
             ),
             "leg right_rear",
             "is not the mirror image of leg left_rear: the hips' places differ by 10 mm; their "
-            "directions differ by 10°; its tibia is 130.9 mm long and that one's 150.9 mm.",
+            "directions differ by 10°; the tibias' lengths differ by 20 mm.",
         ),
         (
             changed(("right_front",), **with_range(2, -60, 0)),
             "joint right_front.tibia",
             "stands at",
-        ),
-        # coxa_deg = [-1.3, 1.3] with radians for degrees.
-        (
-            changed(MK4.leg_names, **with_range(0, -1.3, 1.3)),
-            "joints",
-            "turns by 2.6° in all, [-1.3°, 1.3°].",
         ),
         # Times of the weight at a leg's length: 1000 N·m over 31.6 N times 0.246 m.
         (
@@ -218,11 +190,6 @@ REAR = MK4.leg("left_rear")
             replace(MK4, servo=replace(MK4.servo, no_load_speed=100.0)),
             "servo",
             "speed is 100 rad/s; the limit is",
-        ),
-        (
-            replace(MK4, body=replace(MK4.body, mass=199.0, inertia=np.eye(3))),
-            "robot",
-            "weighs 200.7 kg in all; walking robots weigh 0.05 to 200 kg.",
         ),
     ],
 )

@@ -10,7 +10,7 @@ import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.formats import meshes
+from phasmid.formats import ImportOptions, meshes
 from phasmid.formats.meshes import MeshFiles, UnreadMesh, primitive, read_meshes
 from phasmid.robot import Part
 from phasmid.robot.glb import glb
@@ -49,7 +49,8 @@ def test_every_format_gives_the_same_triangles_with_corners_made_one(
 @pytest.mark.parametrize("scale", [(-1, 1, 1), (-1, -1, -1), (-1, -1, 1), (2, 3, 4)])
 def test_a_mirrored_mesh_keeps_its_outside_out(scale: tuple[float, ...], tmp_path: Path) -> None:
     """Its volume, the sum of det(corners) / 6 over the faces, stays positive."""
-    (mesh,) = MeshFiles().meshes(saved(tmp_path, "a.stl", FORMATS["a.stl"]), scale)
+    path = saved(tmp_path, "a.stl", FORMATS["a.stl"])
+    (mesh,) = MeshFiles(path, ImportOptions()).meshes("a.stl", scale)
     volume = np.linalg.det(mesh.vertices[mesh.faces]).sum() / 6
     expected = 0.125 * 0.25 * 0.5 / 6 * abs(np.prod(scale))
     assert volume == pytest.approx(expected, rel=1e-14)
@@ -57,10 +58,12 @@ def test_a_mirrored_mesh_keeps_its_outside_out(scale: tuple[float, ...], tmp_pat
 
 def test_the_unit_takes_the_place_of_an_even_scale_and_mirrors_stay(tmp_path: Path) -> None:
     path = saved(tmp_path, "tibia.stl", binary_stl(280 * CORNERS[FACES]))
-    (mesh,) = MeshFiles("mm").meshes(path, (0.001, -0.001, 0.001))
+    (mesh,) = MeshFiles(path, ImportOptions(mesh_unit="mm")).meshes(
+        "tibia.stl", (0.001, -0.001, 0.001)
+    )
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), [0.035, 0.07, 0.14], rtol=1e-14)
     assert mesh.vertices[:, 1].min() < -0.06
-    (mesh,) = MeshFiles("mm").meshes(path, (1, 1, 2))
+    (mesh,) = MeshFiles(path, ImportOptions(mesh_unit="mm")).meshes("tibia.stl", (1, 1, 2))
     assert np.ptp(mesh.vertices[:, 2]) == pytest.approx(0.28, rel=1e-14)
 
 
@@ -90,7 +93,7 @@ def test_i10_damaged_lying_and_other_meshes_are_named(
     name: str, content: bytes, what: str, tmp_path: Path
 ) -> None:
     with pytest.raises(PhasmidError) as error:
-        MeshFiles().meshes(saved(tmp_path, name, content))
+        read_meshes(saved(tmp_path, name, content))
     assert error.value.what.startswith(what)
     assert isinstance(error.value, UnreadMesh) == ("left out" in what)
 
@@ -99,12 +102,11 @@ def test_all_faces_of_a_model_together_have_a_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(meshes, "MOST_FACES", 8)
-    files = MeshFiles()
-    path = saved(tmp_path, "a.stl", FORMATS["a.stl"])
-    files.meshes(path)
-    files.meshes(path)
+    files = MeshFiles(saved(tmp_path, "a.stl", FORMATS["a.stl"]), ImportOptions())
+    files.meshes("a.stl")
+    files.meshes("a.stl")
     with pytest.raises(InvalidInput, match="more than 8 faces; such models are refused"):
-        files.meshes(path)
+        files.meshes("a.stl")
 
 
 @pytest.mark.parametrize(

@@ -130,8 +130,8 @@ def test_a_model_from_the_wild_keeps_limits_motors_looks_and_feet(wild: Path) ->
     volume = np.pi * 0.01**2 * (0.12 + 4 / 3 * 0.01)
     assert tree.links["body_1"].inertial.mass == pytest.approx(800 * volume, rel=1e-12)
     assert tree.links["toe_1"].inertial is None
-    assert tree.links["thigh"].where == "leg.xml, line 2"
-    assert joints["hip"].where == "leg.xml, line 3"
+    assert tree.links["thigh"].where == "wild.xml, line 19"
+    assert joints["hip"].where == "wild.xml, line 20"
     assert [finding.what for finding in tree.findings] == [
         "1 <equality>, 1 <tendon> were ignored.",
         "crate beside the robot was ignored.",
@@ -145,31 +145,10 @@ def test_i3_names_outside_of_the_folder_are_refused(name: str, tmp_path: Path) -
     error = refused(tmp_path, two(inside=shown, after=mesh))
     assert error.what == f'mesh "{name}" lies outside the model folder.'
     assert error.where == "robot.xml, line 4"
-    error = refused(tmp_path, two(before=f'<include file="{name}"/>'))
-    assert error.what == f'include "{name}" lies outside the model folder.'
     folder = '<compiler meshdir="../../.."/>'
     mesh = '<asset><mesh name="m" file="etc/x.stl"/></asset>'
     error = refused(tmp_path, two(inside=shown, after=folder + mesh))
     assert error.what == 'mesh "../../../etc/x.stl" lies outside the model folder.'
-
-
-def test_i5_includes_in_a_circle_are_named(tmp_path: Path) -> None:
-    (tmp_path / "a.xml").write_text('<mujoco><include file="b.xml"/></mujoco>')
-    (tmp_path / "b.xml").write_text('<mujoco>\n<include file="a.xml"/></mujoco>')
-    with pytest.raises(InvalidInput) as error:
-        read_mjcf(tmp_path / "a.xml")
-    assert error.value.what == "a.xml includes b.xml includes a.xml."
-    assert error.value.where == "b.xml, line 2"
-
-
-def test_includes_that_double_each_time_and_very_many_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "a.xml").write_text("<mujoco><worldbody/></mujoco>")
-    error = refused(tmp_path, two(before='<include file="a.xml"/><include file="a.xml"/>'))
-    assert error.what == 'include "a.xml" is there twice.'
-    for i in range(101):
-        (tmp_path / f"{i}.xml").write_text(f'<mujoco><include file="{i + 1}.xml"/></mujoco>')
-    error = refused(tmp_path, two(before='<include file="0.xml"/>'))
-    assert error.what == "robot.xml includes more than 100 files; such models are refused."
 
 
 SPARE = two().split("<worldbody>")[1].split("</worldbody>")[0]
@@ -198,6 +177,10 @@ for name, new in (("base", "spare"), ("arm", "arm2"), ("j", "k")):
         ),
         (two(joint=' pos="0 nan 0"'), "MuJoCo finds numbers in robot.xml that are not finite."),
         (two(joint=' range="nan 1"'), "MuJoCo finds numbers in robot.xml that are not finite."),
+        (
+            two(before='<include file="/etc/passwd"/>'),
+            "<include> is not read. open the file in MuJoCo and save it there, which writes it out",
+        ),
         (
             two(inside='<replicate count="1000000000"><body/></replicate>'),
             "<replicate> is not read."

@@ -10,10 +10,8 @@ import pytest
 
 from formats.trees import ROBOTS, block, files_of
 from general_robot import general_robot
-from phasmid.formats import tree_of
-from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.tree import neutral_angles
-from phasmid.kinematics import leg_frames, quaternion_rotation
+from phasmid.kinematics import leg_frames
 from phasmid.robot import Appearance, Robot, preset_names
 
 
@@ -21,27 +19,6 @@ def compiled(robot: Robot) -> mujoco.MjModel:
     files = files_of(robot, ".xml")
     text = files.pop("robot.xml").decode()
     return mujoco.MjModel.from_xml_string(text, files)
-
-
-def test_an_inertia_far_below_the_engines_own_threshold_keeps_its_axes() -> None:
-    """R diag(moments) R^T is the tensor to rounding even where its entries are 1e-12 kg m²."""
-    robot = general_robot()
-    tree = tree_of(robot)
-    links = {
-        name: replace(link, inertial=replace(link.inertial, inertia=1e-8 * link.inertial.inertia))
-        if link.inertial
-        else link
-        for name, link in tree.links.items()
-    }
-    files = mjcf_files(replace(tree, links=links), "r", neutral_angles(robot), robot.servo)
-    model = mujoco.MjModel.from_xml_string(files["r.xml"].decode())
-    for name, link in links.items():
-        if link.inertial:
-            body = model.body(name)
-            R = quaternion_rotation(body.iquat)
-            tensor = R @ np.diag(body.inertia) @ R.T
-            scale = np.abs(link.inertial.inertia).max()
-            np.testing.assert_allclose(tensor, link.inertial.inertia, rtol=0, atol=1e-14 * scale)
 
 
 @pytest.mark.parametrize("name", preset_names())

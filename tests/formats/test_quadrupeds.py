@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phasmid import dynamics, kinematics
+from phasmid import kinematics
 from phasmid.control import Command
 from phasmid.formats import import_robot, load_robot
 from phasmid.motion import plan
@@ -79,53 +79,34 @@ def file(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Pinocchio has no wheels for Windows")
-def test_inverse_dynamics_is_that_of_pinocchio_from_the_same_file(file: Path) -> None:
-    """Torques of 40 N·m and less in sums of a hundred terms: 1e-12."""
+def test_feet_and_masses_are_those_of_pinocchio_from_the_same_file(file: Path) -> None:
+    """p_body_foot at random angles φ of the file, θ = signs φ + offsets, to round-off."""
     import pinocchio as pin
 
-    found = import_robot(file)
-    robot, legs = found.robot, found.legs
+    imported = import_robot(file)
+    robot, legs = imported.robot, imported.legs
     assert robot is not None
     assert [leg.joints[0][:2] for leg in legs] == ["FR", "RR", "RL", "FL"]
-    model = pin.buildModelFromUrdf(str(file), pin.JointModelFreeFlyer())
+    model = pin.buildModelFromUrdf(str(file))
     data = model.createData()
-    model.gravity.linear = np.array([0.0, 0.0, -9.81])
-    ids = [[model.getJointId(name) for name in leg.joints] for leg in legs]
-    pin.forwardKinematics(model, data, pin.neutral(model))
-    # The body's origin is amid the hips.
-    middle = np.mean([data.oMi[leg[0]].translation for leg in ids], axis=0)
+    assert robot.mass == pytest.approx(
+        pin.computeTotalMass(model) + SIZES[file.stem][-1], rel=1e-12
+    )
+    ids = np.array([[model.getJointId(name) for name in leg.joints] for leg in legs])
+    signs, offsets = (np.array([getattr(leg, key) for leg in legs]) for key in ("signs", "offsets"))
+    at = np.array([[model.joints[int(j)].idx_q for j in row] for row in ids])
     rng = np.random.default_rng(1)
     for _ in range(20):
-        q, qd, qdd = rng.normal(size=(3, 4, 3))
-        force = 30 * rng.normal(size=(4, 3))
-        R = kinematics.rotation_rpy(*rng.uniform(-1, 1, (3, 1)))[0]
-        w, dw, v, a = rng.normal(size=(4, 3))
-        body = dynamics.BodyMotion(np.zeros(3), R, v, w, a, dw)
-        ours = dynamics.inverse_dynamics(robot, body, q, qd, qdd, foot_force=force).joint_torque
-        root = -R @ middle
-        state, speed, acceleration = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
-        state[:3], state[3:7] = root, pin.Quaternion(R).coeffs()
-        velocity = v + np.cross(w, root)
-        speed[:3], speed[3:6] = R.T @ velocity, R.T @ w
-        pull = a + np.cross(dw, root) + np.cross(w, np.cross(w, root)) - np.cross(w, velocity)
-        acceleration[:3], acceleration[3:6] = R.T @ pull, R.T @ dw
-        for i, leg in enumerate(legs):
-            for k, j in enumerate(ids[i]):
-                sign, at = leg.signs[k], model.joints[j].idx_v
-                state[model.joints[j].idx_q] = sign * (q[i, k] - leg.offsets[k])
-                speed[at], acceleration[at] = sign * qd[i, k], sign * qdd[i, k]
-        pin.forwardKinematics(model, data, state)
-        feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T
-        loads = [pin.Force.Zero() for _ in range(model.njoints)]
-        for i, leg in enumerate(ids):
-            X = data.oMi[leg[2]]
-            turned, arm = X.rotation.T @ force[i], X.rotation.T @ (feet[i] - X.translation)
-            loads[leg[2]] = pin.Force(turned, np.cross(arm, turned))
-        torque = pin.rnea(model, data, state, speed, acceleration, loads)
+        file_q = rng.normal(size=(4, 3))
+        state = pin.neutral(model)
+        state[at] = file_q
+        pin.framesForwardKinematics(model, data, state)
         theirs = [
-            [leg.signs[k] * torque[model.joints[j].idx_v] for k, j in enumerate(ids[i])]
-            for i, leg in enumerate(legs)
+            data.oMf[model.getFrameId(f"{leg.joints[0][:2]}_foot")].translation for leg in legs
         ]
+        q = signs * file_q + offsets
+        ours = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q))
+        # The body's origin is amid the hips, which here is the trunk's.
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12)
 
 

@@ -16,9 +16,9 @@ from phasmid.cad import drawing as drawings
 from phasmid.cad.drawing import DrawnPart, read_drawing
 from phasmid.cad.step import step_text
 from phasmid.errors import InvalidInput
-from phasmid.formats import ImportOptions, Tree, robot_from_tree
+from phasmid.formats import Tree, robot_from_tree
 from phasmid.formats.step_in import SidecarReader, read_step, sidecar_of
-from phasmid.formats.step_out import first_guess, sidecar_text, step_files
+from phasmid.formats.step_out import sidecar_text, step_files
 from phasmid.robot import JOINTS, Robot, load_robot
 
 ROBOT = load_robot("phantomx-paper")
@@ -127,19 +127,6 @@ def test_a_converted_robot_keeps_the_numbers_of_its_file_whatever_its_legs_are_c
             assert len(shown) == len(drawn[f"{own.name}.{joint}"])
     assert len(robot.appearance.body) == len(drawn["body"])
     assert robot.body.mass == pytest.approx(ROBOT.body.mass, rel=1e-12)
-
-
-def test_a_first_guess_finds_links_axes_and_feet(
-    folder: Path, drawing: tuple[DrawnPart, ...], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("phasmid.formats.step_out.read_drawing", lambda _: drawing)
-    guess = first_guess(folder / "robot.step")
-    robot = robot_from_tree(tree(folder, drawing, guess), ImportOptions(servo_model="AX-12A")).robot
-    assert robot is not None
-    for leg, own in zip(robot.legs, ROBOT.legs, strict=True):
-        # Axes are those of round faces; the foot is the mesh's tip, within its tolerance.
-        assert np.abs(leg.lengths - own.lengths)[:2].max() < 1e-6
-        assert leg.tibia.length == pytest.approx(own.tibia.length, abs=1e-3)
 
 
 def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(

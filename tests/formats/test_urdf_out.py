@@ -11,8 +11,9 @@ import pytest
 from formats.tetrahedron import CORNERS, FACES
 from formats.trees import write
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats.tree import rpy_of
 from phasmid.formats.urdf_in import read_urdf
-from phasmid.formats.urdf_out import FOOT_RADIUS, rpy_of, urdf_files
+from phasmid.formats.urdf_out import FOOT_RADIUS, urdf_files
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part, load_robot
 

@@ -13,7 +13,6 @@ from general_robot import general_robot
 from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
 from phasmid.formats.meshes import primitive
 from phasmid.formats.mjcf_out import mjcf_files
-from phasmid.formats.tree import neutral_angles
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot import Part, Robot, load_robot, preset_names
 
@@ -33,8 +32,7 @@ def files_of(robot: Robot, suffix: str) -> dict[str, bytes]:
     if suffix == ".urdf":
         files = urdf_files(tree_of(robot), "robot")
     else:
-        home = neutral_angles(robot)
-        files = mjcf_files(tree_of(robot), "robot", home, robot.servo)
+        files = mjcf_files(robot, "robot")
     main = f"robot{suffix}"
     return {main: files.pop(main), **files}
 

@@ -6,7 +6,12 @@ import trimesh
 
 WILD = """<mujoco model="wild">
   <compiler angle="degree" eulerseq="XYZ" meshdir="assets"/>
-  <include file="defaults.xml"/>
+  <default>
+    <default class="leg"><joint damping="0.1" armature="0.01" range="-40 50" axis="0 1 0"/>
+      <geom density="800" rgba="0.2 0.3 0.4 1"/></default>
+    <default class="visual">
+      <geom type="mesh" contype="0" conaffinity="0" group="1" mass="0"/></default>
+  </default>
   <asset><mesh name="plate" file="plate.stl" scale="0.001 0.001 -0.001"/>
     <material name="red" rgba="0.8 0.1 0.1 1"/></asset>
   <worldbody>
@@ -17,7 +22,16 @@ WILD = """<mujoco model="wild">
         <freejoint/>
         <geom class="visual" mesh="plate" material="red"/>
         <geom type="ellipsoid" size=".1 .08 .05" mass="2"/>
-        <include file="leg.xml"/>
+        <body name="thigh" pos=".1 .05 0" euler="0 30 45">
+          <joint name="hip" pos="0.01 0.02 -0.03" ref="15"/>
+          <geom type="capsule" fromto="0 0 0 .1 0 -.02" size=".015"/>
+          <body pos=".1 0 0" axisangle="1 1 0 60">
+            <joint name="abduct" axis="1 0 0.5" range="-20 20"/>
+            <joint name="knee" pos="-.02 .01 0" axis="0 2 0" frictionloss="0.2"/>
+            <geom type="capsule" fromto="0 0 0 0 0 -.12" size=".01"/>
+            <site name="toe_1" pos="0 0 -.13" euler="0 90 0"/><site name="camera_mount"/>
+          </body>
+        </body>
         <body name="mast" pos="0 0 .1">
           <geom type="cylinder" fromto="0 0 0 0 0 .2" size=".01"/>
         </body>
@@ -33,32 +47,7 @@ WILD = """<mujoco model="wild">
   <tendon><fixed name="t"><joint joint="hip" coef="1"/></fixed></tendon>
 </mujoco>"""
 
-WILD_DEFAULTS = """<mujocoinclude><default>
-  <default class="leg"><joint damping="0.1" armature="0.01" range="-40 50" axis="0 1 0"/>
-    <geom density="800" rgba="0.2 0.3 0.4 1"/></default>
-  <default class="visual">
-    <geom type="mesh" contype="0" conaffinity="0" group="1" mass="0"/></default>
-</default></mujocoinclude>"""
-
-WILD_LEG = """<mujocoinclude>
-  <body name="thigh" pos=".1 .05 0" euler="0 30 45">
-    <joint name="hip" pos="0.01 0.02 -0.03" ref="15"/>
-    <geom type="capsule" fromto="0 0 0 .1 0 -.02" size=".015"/>
-    <body pos=".1 0 0" axisangle="1 1 0 60">
-      <joint name="abduct" axis="1 0 0.5" range="-20 20"/>
-      <joint name="knee" pos="-.02 .01 0" axis="0 2 0" frictionloss="0.2"/>
-      <geom type="capsule" fromto="0 0 0 0 0 -.12" size=".01"/>
-      <site name="toe_1" pos="0 0 -.13" euler="0 90 0"/><site name="camera_mount"/>
-    </body>
-  </body>
-</mujocoinclude>"""
-
-WHOLE = WILD.replace('<include file="leg.xml"/>', WILD_LEG.replace("mujocoinclude>", "frame>"))
-"""The same with its leg in one file."""
-
 BESIDE = {
     "assets/plate.stl": trimesh.creation.box((200.0, 100.0, 20.0)).export(file_type="stl"),
-    "defaults.xml": WILD_DEFAULTS.encode(),
-    "leg.xml": WILD_LEG.encode(),
 }
 """Files beside it, by name."""

@@ -182,6 +182,6 @@ def test_what_needs_a_correction_or_holds_in_part_is_graded_so() -> None:
 def test_the_solids_of_a_step_file_give_the_robot_back(monkeypatch) -> None:
     found = structure.from_cad(Evidence(SHORT))
     assert found.grade is Grade.WITH_A_LIMIT
-    assert found.number.startswith("the solids of a STEP file give 6 legs and 18 joints, ")
+    assert found.number.startswith("a STEP file and the file beside it give 6 legs and 18 joints; ")
     monkeypatch.setattr(structure, "find_spec", lambda _: None)
     assert structure.from_cad(Evidence(SHORT)).grade is Grade.NOT_TESTED

@@ -52,14 +52,6 @@ def test_the_makers_points_at_other_voltages_are_met_within_3_percent(name, volt
     assert motor.no_load_speed(voltage) == pytest.approx(rpm * RPM, rel=0.03)
 
 
-def test_the_xl430_at_9_volt_is_weaker_than_any_motor_with_its_other_points():
-    # The maker's 1.0 N m at 9 V lie below the line through its points at 11.1 and 12 V: a motor
-    # with a constant resistance cannot have all three. The model stays with the line.
-    motor = load_servo("XL430-W250").motor
-    assert motor.stall_torque(9.0) / 1.0 == pytest.approx(1.118, abs=0.002)
-    assert motor.no_load_speed(9.0) / (47 * RPM) == pytest.approx(0.967, abs=0.002)
-
-
 def test_a_servo_of_ones_own_needs_only_what_the_ideal_servo_needs():
     own = {"name": "mine", "stall_torque": 2.0, "no_load_speed": 5.0, "stiffness": 10.0}
     servo = Servo(**ServoTable.model_validate(own).model_dump())

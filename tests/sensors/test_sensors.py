@@ -9,7 +9,7 @@ from phasmid import load_scenario, plan, sense, simulate
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation, rotation_rpy, rpy_quaternion
 from phasmid.recording import new_recording
-from phasmid.scenario.sensors import SensorsTable
+from phasmid.scenario.tables import SensorsTable
 from phasmid.sensors.measurement import measure
 from phasmid.sensors.models import InertialSensor, Sampling
 

@@ -36,13 +36,11 @@ class Cylinder:
     Attributes:
         point: A point of its axis [m], shape (3,).
         direction: Of its axis, a unit vector, shape (3,).
-        radius: [m].
         area: [m²].
     """
 
     point: Float[np.ndarray, "3"]
     direction: Float[np.ndarray, "3"]
-    radius: float
     area: float
 
 

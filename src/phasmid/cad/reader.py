@@ -117,13 +117,12 @@ def _measured(shape: Any, name: str, color: Any) -> DrawnPart:
         Cylinder(
             np.array(tuple(face.axis_of_rotation.position)) / MM,
             np.array(tuple(face.axis_of_rotation.direction)),
-            face.radius / MM,
             face.area / MM**2,
         )
         for face in shape.faces().filter_by(build123d().GeomType.CYLINDER)
         if face.radius
     )
-    numbers = [vertices] + [np.r_[c.point, c.direction, c.radius, c.area] for c in cylinders]
+    numbers = [vertices] + [np.r_[c.point, c.direction, c.area] for c in cylinders]
     if solid is not None:
         numbers += [np.array(solid.mass), solid.com, solid.inertia]
     if not all(np.isfinite(array).all() for array in numbers):

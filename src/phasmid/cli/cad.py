@@ -1,4 +1,4 @@
-"""``phasmid cad``: a robot as solids and meshes, with their masses."""
+"""``phasmid cad``: a robot as solids and meshes."""
 
 from __future__ import annotations
 

@@ -23,8 +23,6 @@ OPTIONS = {
     "--gait GAIT": "gait of the servo verdict; default: the first of its number of legs, or the "
     "scenario's",
     "--json": "print the robot's numbers as JSON",
-    "--write-sidecar": "write a first guess of FILE.toml, with the values missing in a STEP file",
-    "--force": "replace an older sidecar",
 }
 
 
@@ -41,8 +39,6 @@ def run(options: argparse.Namespace) -> int:
 
     source = options.file
     suffix = Path(source).suffix.lower()
-    if options.write_sidecar:
-        return _write_sidecar(Path(source), force=options.force)
     is_robot = source in preset_names() or is_foreign(source)
     if not is_robot and (suffix == ".toml" or is_file(Path(source))):
         raw, _ = read_toml(Path(source))
@@ -54,19 +50,6 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidInput("--json is for robots; this is a scenario.")
     scenario = load_scenario(source)
     return _check_scenario(scenario.replace(gait=options.gait) if options.gait else scenario)
-
-
-def _write_sidecar(path: Path, *, force: bool) -> int:
-    from phasmid.formats.step_in import sidecar_of
-    from phasmid.formats.step_out import first_guess
-    from phasmid.recording.file import write_whole
-
-    sidecar = sidecar_of(path)
-    if sidecar.exists() and not force:
-        raise InvalidInput(f"{sidecar} exists; nothing was written.", hint="--force")
-    write_whole(sidecar, first_guess(path).encode("utf-8"))
-    print(f"Written to {plain(str(sidecar))}: correct it, then phasmid check {plain(str(path))}")
-    return 0
 
 
 def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:

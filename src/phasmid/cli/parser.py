@@ -23,7 +23,7 @@ COMMANDS = {
     "replay": "repeat a recorded walk and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "verify": "check the physics against closed forms and conservation laws",
-    "cad": "write a robot as solids (STEP) and meshes, with their masses (extra cad)",
+    "cad": "write a robot as solids (STEP) and meshes (extra cad)",
     "check": "check whether a robot or scenario is physically possible",
     "advise": "do these servos hold a robot, how warm and how long, and which others do",
     "gaits": "list the gaits of a robot with support margins and largest speeds",

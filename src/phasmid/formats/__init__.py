@@ -17,7 +17,7 @@ from phasmid.formats.robots import (
 )
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.robot.inertial import Inertial
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 
 __all__ = [
     "ROBOT_SUFFIXES",

@@ -14,11 +14,11 @@ from phasmid.formats.findings import Findings
 from phasmid.formats.legs import UPRIGHT, FoundLeg
 from phasmid.formats.tree import TreeJoint
 from phasmid.kinematics.leg import angles_and_margin
-from phasmid.robot import Part, Servo, load_servo
+from phasmid.robot import JOINTS, Part, Servo, load_servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.leg import NEAREST_FOOT
 from phasmid.robot.link import solid_box
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.units import plain_number
 
 LIKE = "AX-12A"
@@ -105,23 +105,31 @@ class Piece:
 
     Attributes:
         subject: Of messages, such as ``link tibia_rf``.
-        leg: Name of its leg; empty for the trunk.
+        where: File and line.
         joint: ``coxa``, ``femur``, ``tibia``, or ``body``.
-        length: From joint to joint [m].
+        leg: Its leg; None for the trunk.
         size: Box of the trunk [m], shape (3,).
         inertial: Mass and inertia; None where there is none.
         parts: Its look, in this frame.
-        where: File and line.
     """
 
     subject: str
-    leg: str
+    where: str
     joint: str
-    length: float
+    leg: FoundLeg | None
     size: Float[np.ndarray, "3"]
     inertial: Inertial | None
     parts: tuple[Part, ...]
-    where: str
+
+    @property
+    def name(self) -> str:
+        """Name of an appearance's link: ``body``, or ``LEG.coxa``."""
+        return f"{self.leg.name}.{self.joint}" if self.leg else self.joint
+
+    @property
+    def length(self) -> float:
+        """Length from joint to joint [m]; 0 for the trunk."""
+        return float(self.leg.lengths[JOINTS.index(self.joint)]) if self.leg else 0.0
 
     @property
     def mass(self) -> float:
@@ -134,7 +142,7 @@ class Piece:
         half = SLENDER * self.length / 2
         if self.parts:
             corners = np.concatenate([part.vertices for part in self.parts])
-        elif self.joint == "body":
+        elif self.leg is None:
             corners = np.array([-self.size / 2, self.size / 2])
         else:
             corners = np.array([[0.0, -half, -half], [self.length, half, half]])

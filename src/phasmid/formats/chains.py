@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
-from phasmid.formats.findings import Finding, Findings
+from phasmid.formats.findings import Findings
 from phasmid.formats.tree import HINGES, RigidLink, Tree, TreeJoint, fixed_to, rigid_link
 from phasmid.robot.table import MOST_LEGS
 
@@ -62,25 +62,27 @@ class Skeleton:
     Attributes:
         trunk: The trunk with all that does not move, or is held, against it.
         chains: The legs, as the file lists them.
-        findings: Branches that were held or left out.
     """
 
     trunk: RigidLink
     chains: tuple[Chain, ...]
-    findings: tuple[Finding, ...]
 
 
-def skeleton(tree: Tree) -> Skeleton:
+def skeleton(tree: Tree, findings: Findings) -> Skeleton:
     """Find a tree's trunk and legs, by what moves on what and by no name.
 
     Links that joints fix to each other are one. A branch that is no leg, such as a head or a
     gripper, is held at angle 0 and belongs to the link that carries it.
 
+    Args:
+        tree: The tree.
+        findings: Receives branches that were held or left out.
+
     Raises:
         InvalidRobot: There are fewer than four chains of three hinges, more than `MOST_LEGS`, or
             an odd number of them beside others; or the trunk has another axis than z up.
     """
-    root, findings = _trunk(tree)
+    root = _trunk(tree, findings)
     _, first_joints = fixed_to(tree, root)
     # Legs are compared with each other, so that time grows with the square of their number.
     if len(first_joints) > MOST_LEGS:
@@ -121,18 +123,18 @@ def skeleton(tree: Tree) -> Skeleton:
             where=tree.links[root].where,
             hint="give the root link x forward, y left and z up",
         )
-    return Skeleton(trunk, chains, tuple(findings))
+    return Skeleton(trunk, chains)
 
 
-def _trunk(tree: Tree) -> tuple[str, Findings]:
+def _trunk(tree: Tree, findings: Findings) -> str:
     """Return the root, or the link that moves freely in it."""
-    root, findings = tree.root.name, Findings()
+    root = tree.root.name
     _, joints = fixed_to(tree, root)
     if len(joints) != 1 or joints[0].kind not in FREE:
-        return root, findings
+        return root
     what = f"was left out: joint {joints[0].name} lets {joints[0].child}, the trunk, move freely."
     findings.note(f"link {root}", what, joints[0].where)
-    return joints[0].child, findings
+    return joints[0].child
 
 
 def _stem(tree: Tree, first: TreeJoint) -> tuple[TreeJoint, ...]:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
+from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats.chains import Chain
-from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.findings import Findings
 from phasmid.formats.tree import RigidLink
 from phasmid.units import plain_number
 
@@ -34,39 +33,34 @@ class Foot:
     Attributes:
         point: In the frame of the tibia's first link [m], shape (3,).
         source: Its source, in words.
-        finding: A note or suspicion about it; None without one.
     """
 
     point: Float[np.ndarray, "3"]
     source: str
-    finding: Finding | None = None
 
 
-def feet_of(chains: Sequence[Chain], option: str) -> list[Foot | PhasmidError]:
-    """Find the feet of all legs.
+def find_foot(number: int, chain: Chain, place: str, findings: Findings) -> Foot:
+    """Find the foot of a leg.
 
     Args:
-        chains: Hinges of the legs, in the robot's order.
-        option: As `ImportOptions.foot`.
+        number: Number of the leg in the robot, for messages.
+        chain: Its three hinges.
+        place: A point or a link, as one of `foot_places`; empty to find it in the file.
+        findings: Receives what was assumed.
 
-    Returns:
-        The foot of each leg, or the reason why there is none.
+    Raises:
+        InvalidInput: There is no such place.
+        InvalidRobot: The file has no foot, and nothing to assume one from.
+    """
+    return _named(number, chain, place) if place else _found(number, chain, findings)
+
+
+def foot_places(option: str, count: int) -> list[str]:
+    """Return the part of the option `ImportOptions.foot` for each leg; empty for one without.
 
     Raises:
         InvalidInput: The option names no leg.
     """
-    feet: list[Foot | PhasmidError] = []
-    places = _places(option, len(chains))
-    for number, (chain, place) in enumerate(zip(chains, places, strict=True), 1):
-        try:
-            feet.append(_named(number, chain, place) if place else _found(number, chain))
-        except PhasmidError as error:
-            feet.append(error)
-    return feet
-
-
-def _places(option: str, count: int) -> list[str]:
-    """Return the part of the option for each leg; empty for a leg without one."""
     if "=" not in option:
         return [option] * count
     places = [""] * count
@@ -127,7 +121,7 @@ def _named(number: int, chain: Chain, place: str) -> Foot:
     return Foot(tibia.poses[found[0]][:3, 3], f"link {found[0]}")
 
 
-def _found(number: int, chain: Chain) -> Foot:
+def _found(number: int, chain: Chain, findings: Findings) -> Foot:
     """Return the foot of the file: a link, a collision sphere, or the tip of the shapes."""
     tibia = chain.links[2]
     named = [link for link in tibia.ends if names_a_foot(link.name)]
@@ -145,10 +139,10 @@ def _found(number: int, chain: Chain) -> Foot:
     balls = _ball_ends(tibia, axis)
     away, balls_away = _radii(axis, corners), _radii(axis, balls)
     if len(balls) and balls_away.max() >= AT_THE_END * away.max(initial=0.0):
-        severity, source = Severity.NOTE, "collision sphere"
+        report, source = findings.note, "collision sphere"
         point = balls[np.argmax(balls_away)]
     elif len(corners):
-        severity, source = Severity.SUSPECT, "tip of the shape"
+        report, source = findings.suspect, "tip of the shape"
         tip = corners[away >= away.max() - TIP]
         point = (tip.min(axis=0) + tip.max(axis=0)) / 2
     else:
@@ -164,8 +158,8 @@ def _found(number: int, chain: Chain) -> Foot:
     )
     shown = ",".join(plain_number(length) for length in np.round(point, 4) + 0.0)
     hint = f"--foot {shown}, in metres in each leg's last link, changed to where it touches"
-    finding = Finding(severity, f"leg {number}", what, where, hint)
-    return Foot(point, f"{source} of {tibia.name}", finding)
+    report(f"leg {number}", what, where, hint)
+    return Foot(point, f"{source} of {tibia.name}")
 
 
 def _ball_ends(tibia: RigidLink, axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "balls 3"]:

@@ -19,14 +19,14 @@ from phasmid.formats.assumptions import (
     weighed,
 )
 from phasmid.formats.chains import Chain, Skeleton, skeleton
-from phasmid.formats.feet import feet_of
+from phasmid.formats.feet import find_foot, foot_places
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.judge import judge_links, judge_robot
 from phasmid.formats.legs import PRINTED, FoundLeg, found_leg, names_in_order
 from phasmid.formats.tree import RigidLink, Tree, inverse
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
 from phasmid.robot.table import LONGEST_NAME
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 
 THINNEST = 0.05
 """Height of a trunk of which only the hips are known [m], about that of a servo."""
@@ -75,8 +75,7 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
     legs: tuple[FoundLeg, ...] = ()
     robot = None
     try:
-        bones = skeleton(tree)
-        findings += bones.findings
+        bones = skeleton(tree, findings)
         legs = _legs(bones, options.foot, findings)
         if not findings.any_impossible:
             X_body_trunk, legs = _centred(legs, findings)
@@ -91,21 +90,16 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
 def _legs(bones: Skeleton, foot: str, findings: Findings) -> tuple[FoundLeg, ...]:
     """Find the legs; those that do not fit this model become findings."""
     order = names_in_order(np.array([chain.hip for chain in bones.chains]))
-    names, chains = [name for name, _ in order], [bones.chains[i] for _, i in order]
+    places = foot_places(foot, len(order))
     legs: list[FoundLeg] = []
-    feet = feet_of(chains, foot)
-    for number, (name, chain, end) in enumerate(zip(names, chains, feet, strict=True), 1):
-        subject = f"leg {number}"
+    for number, ((name, index), place) in enumerate(zip(order, places, strict=True), 1):
+        chain = bones.chains[index]
         try:
-            if isinstance(end, PhasmidError):
-                raise end
+            end = find_foot(number, chain, place, findings)
             legs.append(found_leg(number, name, chain, end, findings))
         except PhasmidError as error:
-            what = error.what.removeprefix(f"{subject}: ")
-            findings.impossible(subject, what, error.where, error.hint)
-            continue
-        if end.finding:
-            findings.append(end.finding)
+            what = error.what.removeprefix(f"leg {number}: ")
+            findings.impossible(f"leg {number}", what, error.where, error.hint)
         _note_endless(chain, findings)
     return tuple(legs)
 
@@ -138,21 +132,21 @@ def _pieces(
 ) -> list[Piece]:
     """Return the trunk and all links in their frames, with the file's masses."""
 
-    def piece(rigid: RigidLink, X: np.ndarray, leg: str, joint: str, length: float) -> Piece:
+    def piece(rigid: RigidLink, X: np.ndarray, joint: str, leg: FoundLeg | None = None) -> Piece:
         inertial = possible_inertia(rigid.inertial.at(X)) if rigid.inertial else None
         parts = tuple(part.at(X) for part in rigid.parts)
         named = next((link for link in rigid.links if link.inertial), rigid.links[0])
-        subject = f"link {named.name}"
-        return Piece(subject, leg, joint, length, size, inertial, parts, named.where)
+        return Piece(f"link {named.name}", named.where, joint, leg, size, inertial, parts)
 
     hips = np.array([leg.position for leg in legs])
     size = _body_size(bones.trunk, X_body_trunk, hips)
-    pieces = [piece(bones.trunk, X_body_trunk, "", "body", 0.0)]
-    for leg in legs:
-        for i, (joint, rigid) in enumerate(zip(JOINTS, leg.chain.links, strict=True)):
-            X = inverse(leg.X_trunk_links[i]) @ leg.chain.poses[i]
-            pieces.append(piece(rigid, X, leg.name, joint, float(leg.lengths[i])))
-    return pieces
+    return [piece(bones.trunk, X_body_trunk, "body")] + [
+        piece(rigid, inverse(X_trunk_link) @ X_trunk_rigid, joint, leg)
+        for leg in legs
+        for joint, rigid, X_trunk_link, X_trunk_rigid in zip(
+            JOINTS, leg.chain.links, leg.X_trunk_links, leg.chain.poses, strict=True
+        )
+    ]
 
 
 def _robot(
@@ -164,8 +158,7 @@ def _robot(
 ) -> Robot | None:
     """Build the robot; None where a link is impossible, which becomes a finding."""
     pieces = weighed(pieces, options, findings)
-    owners = [None, *(leg for leg in legs for _ in JOINTS)]
-    made = [_link(*each, findings) for each in zip(pieces, owners, strict=True)]
+    made = [_link(piece, findings) for piece in pieces]
     possible = [piece for piece, link in zip(pieces, made, strict=True) if link]
     findings += judge_links([leg.chain for leg in legs], possible)
     joints = [joint for leg in legs for joint in leg.chain.joints]
@@ -181,7 +174,7 @@ def _robot(
     )
     if findings.any_impossible:
         return None
-    parts = {f"{p.leg}.{p.joint}" if p.leg else "body": p.parts for p in pieces if p.parts}
+    parts = {piece.name: piece.parts for piece in pieces if piece.parts}
     links = cast("list[Link]", made[1:])
     return Robot(
         plain(tree.name).strip()[:LONGEST_NAME] or "robot",
@@ -196,9 +189,9 @@ def _robot(
     )
 
 
-def _link(piece: Piece, leg: FoundLeg | None, findings: Findings) -> Link | Body | None:
+def _link(piece: Piece, findings: Findings) -> Link | Body | None:
     """Return the trunk or a link; None where no body can have its numbers, with a finding."""
-    own = piece.inertial
+    own, leg = piece.inertial, piece.leg
     if own is None or own.mass == 0:
         moves = "moves but" if leg else "is the trunk and"
         findings.impossible(piece.subject, f"{moves} has no mass.", piece.where, NO_MASS)

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.errors import PhasmidError
 from phasmid.formats.assumptions import DATA_SHEET, Piece
@@ -31,15 +30,6 @@ cables and horns."""
 ALIKE = 1e-6
 """Masses that differ by less than this part are one number, copied."""
 
-LIGHTEST, HEAVIEST = 0.05, 200.0
-"""Masses of walking robots with servos [kg]; a single small servo has 0.01."""
-
-NARROWEST_RANGE = math.radians(5)
-"""Ranges of joints narrower than this are unlikely for a leg [rad]."""
-
-LEANING = 0.1
-"""Part of the half track by which the centre of mass may be off the middle."""
-
 STRONGEST = 10.0
 """Torque, in weights of the robot at a leg's length, above which an effort is a placeholder:
 the strongest walking machines have 1, the PhantomX 0.2."""
@@ -52,13 +42,14 @@ ACROSS = 0.1
 """Part of a leg's direction that may point to the body's other side: the sine of 5.7°."""
 
 PLACES = 2.0
-"""Hips and neutral feet of a pair may lie this far from each other's mirror image [mm]."""
+"""Hips and feet of a pair may lie this far from each other's mirror image, and lengths of its
+links differ by as much [mm]."""
 
 DIRECTIONS, LIMITS = 1.0, 20.0
 """Angles by which the directions and the joint limits of a pair may differ [°]."""
 
-LENGTHS, MASSES = 0.01, 0.1
-"""Parts by which lengths and masses of a pair may differ; cables make hundredths of a mass."""
+MASSES = 0.1
+"""Part by which masses of a pair may differ: cables make hundredths of a mass."""
 
 
 def judge_links(chains: Iterable[Chain], links: Iterable[Piece]) -> Findings:
@@ -114,19 +105,12 @@ def judge_robot(robot: Robot, *, read: bool = False) -> tuple[Finding, ...]:
 
     Args:
         robot: The robot, from a file of any kind.
-        read: Whether hips were computed from joints and neutral feet assumed, as from a URDF.
+        read: Whether neutral feet were assumed, as from a URDF.
     """
     found = Findings()
-    if not LIGHTEST <= robot.mass <= HEAVIEST:
-        what = (
-            f"weighs {plain_number(robot.mass)} kg in all; walking robots weigh {LIGHTEST:g} to "
-            f"{HEAVIEST:g} kg."
-        )
-        found.suspect("robot", what, hint="--total-mass-g as on a scale")
     _judge_servo(robot, found)
-    _judge_symmetry(robot, found, read=read)
+    _judge_symmetry(robot, found)
     _judge_stance(robot, found, assumed=read)
-    _judge_ranges(robot, found)
     try:
         _ = robot.appearance and robot.appearance.parts
     except PhasmidError as error:
@@ -161,112 +145,79 @@ def _judge_stance(robot: Robot, found: Findings, *, assumed: bool) -> None:
             if not low <= angle <= high:
                 found.impossible(
                     f"joint {leg.name}.{joint}",
-                    f"stands at {_degrees(angle)}, outside its limits {_range(low, high)}.",
+                    f"stands at {_degrees(angle)}, outside its limits "
+                    f"[{_degrees(low)}, {_degrees(high)}].",
                     hint="move the neutral foot, or widen the limits",
                 )
     com, feet = centre_of_mass(robot, q), neutral_feet(robot)
     margin = float(support_margin(feet[:, :2], np.ones(len(feet), dtype=bool), np.asarray(com[:2])))
-    aside = float(com[1] - feet[:, 1].mean())
-    hint = "move the neutral feet" if assumed else "check the trunk's centre of mass"
     if margin < 0:
         stance = "on the feet that phasmid assumed" if assumed else "in its neutral stance"
         severity = Severity.SUSPECT if assumed else Severity.IMPOSSIBLE
+        hint = "move the neutral feet" if assumed else "check the trunk's centre of mass"
         what = f"it topples {stance}: {shortfall(margin)}."
         found.append(Finding(severity, "robot", what, hint=hint))
-    elif abs(aside) > LEANING * float(np.ptp(feet[:, 1])) / 2:
-        found.suspect(
-            "robot",
-            f"its centre of mass is {_mm(abs(aside))} to the {'left' if aside > 0 else 'right'} "
-            "of the middle of its feet.",
-            hint=hint,
-        )
 
 
-def _judge_ranges(robot: Robot, found: Findings) -> None:
-    """Find joints that hardly turn, as of radians taken for degrees."""
-    for leg in robot.legs:
-        for joint, (low, high) in zip(JOINTS, leg.joint_limits, strict=True):
-            if high - low < NARROWEST_RANGE:
-                what = f"turns by {_degrees(high - low, 3)} in all, {_range(low, high)}."
-                hint = "limits of TOML files are degrees: coxa_deg = [-50, 50]"
-                found.suspect(f"joint {leg.name}.{joint}", what, hint=hint)
-
-
-def _judge_symmetry(robot: Robot, found: Findings, *, read: bool) -> None:
+def _judge_symmetry(robot: Robot, found: Findings) -> None:
     """Find legs that point across the body, and pairs of legs that do not mirror each other."""
     # An odd leg would move the mean.
     middle = float(np.median([leg.mount_position[1] for leg in robot.legs]))
-    across = {leg.name for leg in robot.legs if _points_across(leg, middle)}
-    for name in sorted(across):
-        leg = robot.leg(name)
-        yaw = math.degrees(leg.mount_yaw)
-        side = "left" if leg.mount_position[1] > middle else "right"
-        what = f"points across the body: its hip is on the {side} and its yaw is "
-        turned = f"yaw_deg = {plain_number(-yaw)}"
-        hint = "check the origin and axis of its first joint" if read else turned
-        found.suspect(f"leg {name}", f"{what}{plain_number(yaw)}°.", hint=hint)
-    right, left = (
-        sorted(
-            (leg for leg in robot.legs if side * (leg.mount_position[1] - middle) > MIDDLE),
-            key=lambda leg: -leg.mount_position[0],
-        )
-        for side in (-1, 1)
-    )
+    sides = {leg.name: leg.mount_position[1] - middle for leg in robot.legs}
+    for leg in robot.legs:
+        side = sides[leg.name]
+        if abs(side) > MIDDLE and np.sign(side) * leg.X_body_hip[1, 0] < -ACROSS:
+            yaw, where = math.degrees(leg.mount_yaw), "left" if side > 0 else "right"
+            what = (
+                f"points across the body: its hip is on the {where} and its yaw is "
+                f"{plain_number(yaw)}°."
+            )
+            found.suspect(f"leg {leg.name}", what, hint=f"yaw_deg = {plain_number(-yaw)}")
+    by_x = sorted(robot.legs, key=lambda leg: -leg.mount_position[0])
+    right, left = ([leg for leg in by_x if sign * sides[leg.name] > MIDDLE] for sign in (-1, 1))
     if len(right) != len(left):
         found.note("robot", f"{len(right)} legs are on its right side and {len(left)} on its left.")
         return
     for one, other in zip(right, left, strict=True):
-        unlike = _differences(one, other, middle, directions=not across & {one.name, other.name})
-        if unlike:
+        if unlike := _differences(one, other, middle):
             what = f"is not the mirror image of leg {other.name}: {'; '.join(unlike)}."
             hint = "give both the same measures, unless the robot is built so"
             found.suspect(f"leg {one.name}", what, hint=hint)
 
 
-def _points_across(leg: Leg, middle: float) -> bool:
-    """Return whether a leg points to the side of the body on which its hip does not lie."""
-    side = float(leg.mount_position[1]) - middle
-    return abs(side) > MIDDLE and math.copysign(1, side) * float(leg.X_body_hip[1, 0]) < -ACROSS
-
-
-def _differences(one: Leg, other: Leg, middle: float, *, directions: bool) -> list[str]:
+def _differences(one: Leg, other: Leg, middle: float) -> list[str]:
     """Describe the differences between a leg and the mirror image of its counterpart."""
     mirror = np.array([1.0, -1.0, 1.0])
-    hip = other.mount_position * mirror + [0.0, 2 * middle, 0.0]
+    hip = other.mount_position * mirror + [0.0, 2 * middle, 0.0] - one.mount_position
+    foot = other.neutral_foot * mirror - one.neutral_foot
     cosine = float(one.X_body_hip[:3, 0] @ (other.X_body_hip[:3, 0] * mirror))
-    direction = math.degrees(math.acos(min(1.0, max(-1.0, cosine)))) if directions else 0.0
     limits = np.degrees(np.abs(one.joint_limits[1:] - other.joint_limits[1:]).max())
-    foot = other.neutral_foot * mirror
-    found = [
-        f"{what} differ by {plain_number(difference, 3)}{unit}"
-        for what, difference, most, unit in (
-            ("the hips' places", 1000 * _distance(hip, one.mount_position), PLACES, " mm"),
-            ("their directions", direction, DIRECTIONS, "°"),
-            ("their joint limits", float(limits), LIMITS, "°"),
-            ("their neutral feet", 1000 * _distance(foot, one.neutral_foot), PLACES, " mm"),
-        )
-        if difference > most
+    differences = [
+        ("the hips' places", 1000 * np.linalg.norm(hip), PLACES, " mm"),
+        ("their directions", math.degrees(math.acos(np.clip(cosine, -1, 1))), DIRECTIONS, "°"),
+        ("their joint limits", limits, LIMITS, "°"),
+        ("their neutral feet", 1000 * np.linalg.norm(foot), PLACES, " mm"),
     ]
     for a, b in zip(one.links, other.links, strict=True):
-        if abs(a.length - b.length) > LENGTHS * max(a.length, b.length):
-            found.append(f"its {a.name} is {_mm(a.length)} long and that one's {_mm(b.length)}")
-        if abs(a.mass - b.mass) > MASSES * max(a.mass, b.mass):
-            grams = (plain_number(1000 * link.mass) for link in (a, b))
-            found.append(f"its {a.name} has {' g and that one '.join(grams)} g")
-    return found
-
-
-def _distance(a: Float[np.ndarray, "3"], b: Float[np.ndarray, "3"]) -> float:
-    return float(np.linalg.norm(a - b))
+        differences += [
+            (f"the {a.name}s' lengths", 1000 * abs(a.length - b.length), PLACES, " mm"),
+            (
+                f"the {a.name}s' masses",
+                1000 * abs(a.mass - b.mass),
+                1000 * MASSES * max(a.mass, b.mass),
+                " g",
+            ),
+        ]
+    return [
+        f"{what} differ by {plain_number(float(difference), 3)}{unit}"
+        for what, difference, most, unit in differences
+        if difference > most
+    ]
 
 
 def _mm(length: float) -> str:
     return f"{plain_number(1000 * length)} mm"
 
 
-def _degrees(angle: float, digits: int = 4) -> str:
-    return f"{plain_number(math.degrees(angle), digits)}°"
-
-
-def _range(low: float, high: float) -> str:
-    return f"[{_degrees(low)}, {_degrees(high)}]"
+def _degrees(angle: float) -> str:
+    return f"{plain_number(math.degrees(angle))}°"

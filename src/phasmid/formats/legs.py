@@ -12,7 +12,7 @@ from phasmid.errors import InvalidRobot
 from phasmid.formats.chains import Chain
 from phasmid.formats.feet import Foot
 from phasmid.formats.findings import Findings
-from phasmid.formats.tree import WHOLE_TURN
+from phasmid.formats.tree import WHOLE_TURN, rpy_of
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import HEXAPOD_LEGS, JOINTS
 from phasmid.robot.link import LONGEST_LENGTH
@@ -196,7 +196,7 @@ def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLe
         chain,
         foot.source,
         p_hip,
-        _angles(np.column_stack([x0, np.cross(z1, x0), z1])),
+        rpy_of(np.column_stack([x0, np.cross(z1, x0), z1]))[::-1],
         np.array(links),
         lengths,
         # Positions of frames along parallel axes have no meaning: the coxa has all of the offset.
@@ -301,16 +301,6 @@ def _limits(chain: Chain, signs: np.ndarray, offsets: np.ndarray) -> Float[np.nd
         turns = round((ends[0] + ends[1]) / 2 / (2 * math.pi))
         row[:] = [end - 2 * math.pi * turns for end in ends]
     return limits
-
-
-def _angles(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3"]:
-    """Return yaw, pitch and roll of a rotation, the pitch within a quarter turn [rad]."""
-    level = math.hypot(R[0, 0], R[1, 0])
-    pitch = math.atan2(-R[2, 0], level)
-    if level < 1e-9:
-        # The hip's x is vertical: yaw and roll turn about one line, and yaw takes all.
-        return np.array([math.atan2(-R[0, 1], R[1, 1]), pitch, 0.0])
-    return np.array([math.atan2(R[1, 0], R[0, 0]), pitch, math.atan2(R[2, 1], R[2, 2])])
 
 
 def _adjusted(leg: FoundLeg, number: int, findings: Findings) -> FoundLeg:

@@ -14,10 +14,12 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.formats.files import named_file
 from phasmid.formats.xml import short
 from phasmid.robot import Part
 from phasmid.robot.appearance import MOST_FACES
 from phasmid.robot.glb import LARGEST_FILE, read_glb
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 
@@ -53,39 +55,46 @@ class MeshFiles:
     """The mesh files of one model; each is read once, however many links show it.
 
     Args:
-        unit: ``m`` or ``mm``: the unit of all files, which takes the place of a scale that is
-            the same along all axes; ``as-given`` for the model's own scale.
+        model: The model's file.
+        options: Folders of packages, and the unit of all mesh files, which takes the place of a
+            scale that is the same along all axes.
     """
 
-    def __init__(self, unit: str = "as-given") -> None:
-        self.unit = unit
+    def __init__(self, model: Path, options: ImportOptions) -> None:
+        self.model, self.options = model, options
         self._read: dict[Path, tuple[Part, ...]] = {}
         self._meshes = self._faces = 0
 
-    def meshes(self, path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Part, ...]:
+    def meshes(self, name: str, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Part, ...]:
         """Return the meshes of a file, in metres.
 
         Args:
-            path: The file.
+            name: The file, as the model names it.
             scale: Factors along x, y and z that the model gives.
 
         Raises:
-            UnreadMesh: Files of this kind are not read.
-            InvalidInput: The file cannot be read, holds no mesh, or is in another unit.
+            UnreadMesh: The file is absent, or files of its kind are not read.
+            InvalidInput: The file cannot be read, holds no mesh, or is in another unit; or it lies
+                outside the model's folder, or the scale is 0.
         """
+        if 0.0 in scale:
+            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
+        path = named_file(self.model, name, "mesh", self.options.packages)
+        if not path.is_file():
+            raise UnreadMesh(f'mesh "{short(name)}" is not there; it was left out.')
         if path not in self._read:
             self._read[path] = read_meshes(path)
-        if self.unit in UNITS:
+        unit = UNITS.get(self.options.mesh_unit)
+        if unit is not None:
             even = len({abs(factor) for factor in scale}) == 1
-            size = UNITS[self.unit]
-            scale = [size * (np.sign(f) if even else f) for f in scale]
+            scale = [unit * (np.sign(factor) if even else factor) for factor in scale]
         found = tuple(scaled(part, scale) for part in self._read[path])
         self.count(found)
         span = max(float(np.ptp(part.vertices, axis=0).max()) for part in found)
         if span > LARGEST_SPAN:
             raise InvalidInput(
                 f"mesh {path.name} spans {plain_number(span)} m.",
-                hint="--mesh-unit mm" if self.unit != "mm" else "",
+                hint="" if self.options.mesh_unit == "mm" else "--mesh-unit mm",
             )
         return found
 
@@ -189,13 +198,11 @@ def primitive(shape: str, **measures: Any) -> Part:
     return Part(vertices - middle, made.faces)
 
 
-def stl(*parts: Part) -> bytes:
+def stl(part: Part) -> bytes:
     """Return triangles as a binary STL file, in single precision."""
     import trimesh
 
-    corners = np.concatenate([part.vertices[part.faces] for part in parts]).reshape(-1, 3)
-    faces = np.arange(len(corners)).reshape(-1, 3)
-    mesh: Any = trimesh.Trimesh(corners, faces, process=False)
+    mesh: Any = trimesh.Trimesh(part.vertices, part.faces, process=False)
     return bytes(mesh.export(file_type="stl"))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,21 +18,17 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
-from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink, root_error
-from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
+from phasmid.formats.xml import LARGEST_FILE, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 
 if TYPE_CHECKING:
     import mujoco
-
-MOST_FILES = 100
-"""Largest number of files that a model may include, directly or not."""
 
 MOST_ELEMENTS = 2000
 """Largest number of bodies, joints, geoms and sites; no robot has more."""
@@ -42,8 +39,8 @@ MASSLESS = 1e-14
 INVISIBLE = 3
 """Geoms of this group and above are hidden by the engine's viewers."""
 
-_OWN_FILES = {"attach", "model", "replicate"}
-"""Elements that multiply bodies or load models beyond this file and its includes."""
+_OWN_FILES = {"attach", "include", "model", "replicate"}
+"""Elements that load other files or multiply bodies."""
 
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 """Colour of a geom that takes the colour of its material."""
@@ -70,8 +67,7 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
     with source.engine_errors():
         import mujoco
 
-        main = source.texts.pop("").decode("utf-8", "replace")
-        spec = mujoco.MjSpec.from_string(main, include=source.texts)
+        spec = mujoco.MjSpec.from_string(source.text)
         _strip(spec, source)
         _name_elements(spec, source)
         _load_meshes(spec, source)
@@ -82,21 +78,21 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
 
 
 class _Source:
-    """An MJCF file and its includes, none of them from outside the model's folder.
+    """An MJCF file that needs no other files than meshes.
 
     Attributes:
         path: The file.
+        text: Its content.
+        options: Folders of packages and unit of meshes.
         findings: Receives omissions.
-        texts: Contents of the includes by the name as written; of the file itself at ``""``.
-        places: File and line by tag and name of an element.
     """
 
     def __init__(self, path: Path, options: ImportOptions) -> None:
         self.path = path
         self.options = options
         self.findings = Findings()
-        self.places: dict[tuple[str, str], str] = {}
         raw = read_bytes(path, LARGEST_FILE)
+        self.text = raw.decode("utf-8", "replace")
         root = read_xml(raw, path.name)
         if root.tag != "mujoco":
             raise InvalidInput(
@@ -104,11 +100,7 @@ class _Source:
                 "read from URDF, a <robot>, and MJCF, a <mujoco>.",
                 hint="export the robot as URDF, MJCF or STEP",
             )
-        self.texts = {"": raw}
-        self._scan(root, (path.resolve(),))
-
-    def _scan(self, root: Element, chain: tuple[Path, ...]) -> None:
-        """Note the places of elements, and read the files that they include."""
+        self._places: dict[tuple[str, str], str] = {}
         for element in root.walk():
             if element.tag in _OWN_FILES:
                 raise InvalidInput(
@@ -116,39 +108,13 @@ class _Source:
                     where=element.where,
                     hint="open the file in MuJoCo and save it there, which writes it out",
                 )
-            if element.tag == "include":
-                with located(element.where):
-                    name, path = self._include(element, chain)
-                    self.texts[name] = read_bytes(path, LARGEST_FILE)
-                self._scan(read_xml(self.texts[name], path.name), (*chain, path))
-            elif "name" in element.attributes or "file" in element.attributes:
-                name = element.attributes.get("name") or Path(element.attributes["file"]).stem
-                self.places.setdefault((element.tag, name), element.where)
-
-    def _include(self, element: Element, chain: tuple[Path, ...]) -> tuple[str, Path]:
-        """Return the name and the path of an included file."""
-        name = element.need_text("file")
-        path = named_file(self.path, name, "include", self.options.packages)
-        if not path.is_file():
-            # Some writers count from the file that includes.
-            beside = named_file(chain[-1], name, "include", self.options.packages)
-            path = beside if beside.is_file() else path
-        if path in chain:
-            circle = [*chain[chain.index(path) :], path]
-            raise InvalidInput(" includes ".join(file.name for file in circle) + ".")
-        if len(self.texts) > MOST_FILES:
-            raise InvalidInput(
-                f"{self.path.name} includes more than {MOST_FILES} files; such models are refused."
-            )
-        if not path.is_file():
-            raise InvalidInput(f'include "{short(name)}" is not there.')
-        if name in self.texts:
-            raise InvalidInput(f'include "{short(name)}" is there twice.')
-        return name, path
+            file = Path(element.attributes.get("file", ""))
+            name = element.attributes.get("name") or file.stem
+            self._places.setdefault((element.tag, name), element.where)
 
     def where(self, tag: str, name: str) -> str:
         """Return file and line of an element, or the file alone where its line is unknown."""
-        return self.places.get((tag, name), self.path.name)
+        return self._places.get((tag, name), self.path.name)
 
     @contextmanager
     def engine_errors(self) -> Iterator[None]:
@@ -159,20 +125,20 @@ class _Source:
         # It would else print warnings and write them to a file.
         mujoco.set_mju_user_warning(lambda _: None)
         try:
-            yield
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                yield
         except (ValueError, RuntimeError, mujoco.FatalError, UnicodeError) as error:
-            raise self._one_sentence(str(error)) from None
+            message, file = str(error), self.path.name
+            line = re.search(r"\bline ([1-9]\d*)", message)
+            first = message.strip().partition("\n")[0]
+            sentence = short(re.sub(r"^(XML |XML parse )?[Ee]rror:\s*", "", first)).rstrip(".;, ")
+            raise InvalidInput(
+                f"MuJoCo cannot use {file}: {sentence}.",
+                where=f"{file}, line {line.group(1)}" if line else file,
+            ) from None
         finally:
             mujoco.set_mju_user_warning(before)
-
-    def _one_sentence(self, message: str) -> InvalidInput:
-        line = re.search(r"\bline ([1-9]\d*)", message)
-        where = f"{self.path.name}, line {line.group(1)}" if line and not self.texts else ""
-        first = message.strip().partition("\n")[0]
-        sentence = short(re.sub(r"^(XML |XML parse )?[Ee]rror:\s*", "", first)).rstrip(".;, ")
-        return InvalidInput(
-            f"MuJoCo cannot use {self.path.name}: {sentence}.", where=where or self.path.name
-        )
 
 
 def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
@@ -234,14 +200,14 @@ def _name_elements(spec: mujoco.MjSpec, source: _Source) -> None:
 
 def _load_meshes(spec: mujoco.MjSpec, source: _Source) -> None:
     """Read the meshes that are shown; delete those that are not there, and their geoms."""
-    files = meshes.MeshFiles(source.options.mesh_unit)
+    files = meshes.MeshFiles(source.path, source.options)
     shown = {geom.meshname for geom in spec.geoms if geom.meshname}
     for mesh in list(spec.meshes):
         where = source.where("mesh", mesh.name)
         try:
             if mesh.name in shown:
                 with located(where):
-                    _load_mesh(spec, mesh, source, files)
+                    _load_mesh(spec, mesh, files)
                 continue
         except meshes.UnreadMesh as error:
             source.findings.suspect(f"mesh {short(mesh.name)}", error.what, where, error.hint)
@@ -250,20 +216,15 @@ def _load_meshes(spec: mujoco.MjSpec, source: _Source) -> None:
         spec.delete(mesh)
 
 
-def _load_mesh(spec: mujoco.MjSpec, mesh: Any, source: _Source, files: meshes.MeshFiles) -> None:
+def _load_mesh(spec: mujoco.MjSpec, mesh: Any, files: meshes.MeshFiles) -> None:
     """Read a mesh's file into the specification."""
     # The engine makes one slash of two.
-    written = re.sub(r"^(\w+):/+", r"\1://", mesh.file)
-    if not written:
+    name = re.sub(r"^(\w+):/+", r"\1://", mesh.file)
+    if not name:
         raise meshes.UnreadMesh(f"mesh {short(mesh.name)} names no file; it was left out.")
-    if not np.all(mesh.scale):
-        raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
     folder = spec.compiler.meshdir
-    named = written if "://" in written or not folder else f"{folder}/{written}"
-    path = named_file(source.path, named, "mesh", source.options.packages)
-    if not path.is_file():
-        raise meshes.UnreadMesh(f'mesh "{short(written)}" is not there; it was left out.')
-    parts = files.meshes(path, mesh.scale)
+    named = name if "://" in name or not folder else f"{folder}/{name}"
+    parts = files.meshes(named, mesh.scale)
     starts = np.cumsum([0, *(len(part.vertices) for part in parts[:-1])])
     faces = [part.faces + start for part, start in zip(parts, starts, strict=True)]
     mesh.file, mesh.scale, mesh.content_type = "", [1.0, 1.0, 1.0], ""

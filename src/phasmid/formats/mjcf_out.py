@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,10 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from phasmid.formats.meshes import StlFiles
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink, neutral_angles, tree_of
 from phasmid.formats.xml import written
-from phasmid.robot import Part, Servo
+from phasmid.kinematics import joint_angles, leg_frames
+from phasmid.robot import Part, Robot, Servo
 from phasmid.robot.inertial import Inertial
 
 FOOT_SHARE = 0.05
@@ -58,28 +58,27 @@ _SCENE = """<mujoco>
 </mujoco>"""
 
 
-def mjcf_files(tree: Tree, name: str, home: Mapping[str, float], servo: Servo) -> dict[str, bytes]:
+def mjcf_files(robot: Robot, name: str) -> dict[str, bytes]:
     """Return a robot's MJCF file and its meshes; the robot stands in its keyframe `home`.
 
     Each foot becomes a site of its name and a small collision sphere, whose far end is the foot.
     Every hinge has a position actuator of its name.
 
     Args:
-        tree: The robot, as `tree_of` gives it.
+        robot: The robot.
         name: Name of the file without its ending.
-        home: Joint angles by name in which the robot stands [rad].
-        servo: Gives the actuators' stiffness and damping.
 
     Returns:
         Content by file name: ``NAME.xml`` and ``NAME_meshes/*.stl``, each mesh once.
     """
+    tree, angles = tree_of(robot), list(neutral_angles(robot).values())
     root, meshes = ET.fromstring(_SCENE), StlFiles(name)  # noqa: S314, our own text
     asset, world, actuator, sensor, keyframe = (
         _only(root, tag) for tag in ("asset", "worldbody", "actuator", "sensor", "keyframe")
     )
     root.set("model", tree.name or name)
     _only(root, "compiler").set("meshdir", meshes.folder)
-    height = _height(tree, home)
+    height = _height(robot)
     trunk = ET.SubElement(world, "body", name=tree.root.name, pos=written([0.0, 0.0, height]))
     ET.SubElement(trunk, "freejoint", name=f"{tree.root.name}_free")
     _fill(trunk, tree, tree.root, meshes)
@@ -91,8 +90,7 @@ def mjcf_files(tree: Tree, name: str, home: Mapping[str, float], servo: Servo) -
             touch = {"name": f"{joint.child}_contact", "site": joint.child}
             ET.SubElement(sensor, "touch", touch)
         else:
-            ET.SubElement(actuator, "position", _drive(joint, servo))
-    angles = [home[joint.name] for joint in tree.joints if joint.kind != "fixed"]
+            ET.SubElement(actuator, "position", _drive(joint, robot.servo))
     qpos = [0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0, *angles]
     ET.SubElement(keyframe, "key", name="home", qpos=written(qpos), ctrl=written(angles))
     ET.indent(root)
@@ -137,19 +135,14 @@ def _fill(
             _fill(child, tree, tree.links[joint.child], meshes, joint)
 
 
-def _height(tree: Tree, home: Mapping[str, float]) -> float:
+def _height(robot: Robot) -> float:
     """Return the height of the trunk at which the lowest foot touches the floor [m]."""
-    poses = {tree.root.name: np.eye(4)}
     lowest = []
-    for joint in tree.joints:
-        X = poses[joint.parent]
-        if joint.kind == "fixed":
-            radius, centre = _sphere(joint)
-            lowest.append(float(X[2, :3] @ centre + X[2, 3]) - radius)
-        else:
-            turn = np.eye(4)
-            turn[:3, :3] = Rotation.from_rotvec(home[joint.name] * joint.axis).as_matrix()
-            poses[joint.child] = X @ joint.X_parent_child @ turn
+    for leg in robot.legs:
+        frames = leg.X_body_hip @ leg_frames(leg, joint_angles(leg, leg.neutral_foot))
+        knee, foot = frames[2, :3, 3], frames[3, :3, 3]
+        radius = FOOT_SHARE * float(np.linalg.norm(foot - knee))
+        lowest.append(float((foot + FOOT_SHARE * (knee - foot))[2]) - radius)
     return -min(lowest)
 
 

@@ -12,7 +12,7 @@ from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.mjcf_in import read_mjcf
 from phasmid.formats.step_in import read_step
-from phasmid.formats.tree import Tree, neutral_angles, tree_of
+from phasmid.formats.tree import Tree, tree_of
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.formats.xml import LARGEST_FILE, read_xml
@@ -24,7 +24,7 @@ from phasmid.robot.file import OTHER_FORMATS
 from phasmid.robot.glb import glb
 from phasmid.scenario import Scenario
 from phasmid.scenario import load_scenario as load_own_scenario
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 
 ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)
@@ -235,13 +235,12 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
         from phasmid.formats.step_out import step_files
 
         return step_files(robot, path.name)
-    tree = tree_of(robot)
     if suffix == ".urdf":
-        return urdf_files(tree, path.stem)
+        return urdf_files(tree_of(robot), path.stem)
     # Lazy import: SciPy's rotations take 0.2 s.
     from phasmid.formats.mjcf_out import mjcf_files
 
-    files = mjcf_files(tree, path.stem, neutral_angles(robot), robot.servo)
+    files = mjcf_files(robot, path.stem)
     # An .mjcf keeps its ending.
     return {path.name: files.pop(f"{path.stem}.xml"), **files}
 

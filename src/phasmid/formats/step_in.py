@@ -23,7 +23,7 @@ from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.table import Limits, Name, ServoTable, Tensor, Vector
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml
 
@@ -136,8 +136,9 @@ class SidecarReader:
         file = sidecar_of(path)
         if not file.exists():
             raise InvalidInput(
-                f"{path.name} has no {file.name} beside it, which assigns the parts to links.",
-                hint=f"phasmid check {path.name} --write-sidecar writes a first guess of it",
+                f"{path.name} has no {file.name} beside it; it must assign parts to links and give "
+                "the joints' axes, the feet and masses or densities.",
+                hint="docs/cad.md shows one; phasmid cad writes one with every robot",
             )
         raw, content = read_toml(file)
         self.path = path

@@ -23,6 +23,9 @@ HINGES = frozenset({"revolute", "continuous"})
 WHOLE_TURN = 2.02 * math.pi
 """A turn and a hundredth [rad]: limits of ±6.28 or ±6.3 rad are in use, larger ones are degrees."""
 
+VERTICAL = 2e-15
+"""Some round-offs: the x axis of a frame is vertical if its level part is shorter."""
+
 ENDLESS = 1000.0
 """Limits of a joint from here on mean none [rad]."""
 
@@ -235,6 +238,20 @@ def inverse(X: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
     Y = np.eye(4)
     Y[:3, :3], Y[:3, 3] = R, -R @ X[:3, 3]
     return Y
+
+
+def rpy_of(R: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3"]:
+    """Return roll, pitch and yaw of a rotation Rz(yaw) Ry(pitch) Rx(roll) [rad], shape (3,).
+
+    The roll is taken from the remainder of the yaw, so that both are exact near a pitch of a right
+    angle. There each of them alone is not determined, and the yaw takes all.
+    """
+    level = math.hypot(R[0, 0], R[1, 0])
+    vertical = level < VERTICAL
+    yaw = math.atan2(-R[0, 1], R[1, 1]) if vertical else math.atan2(R[1, 0], R[0, 0])
+    c, s = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
+    return np.array([0.0 if vertical else roll, math.atan2(-R[2, 0], level), yaw])
 
 
 def tree_of(robot: Robot) -> Tree:

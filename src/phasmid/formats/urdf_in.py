@@ -13,14 +13,13 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats import meshes
-from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.tree import ENDLESS, WHOLE_TURN, Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 
@@ -95,7 +94,7 @@ class _Reader:
     colors: dict[str, meshes.Color] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.files = meshes.MeshFiles(self.options.mesh_unit)
+        self.files = meshes.MeshFiles(self.path, self.options)
         # A material may be defined in one link and named in another; the robot's own count first.
         looks = [visual for link in self.root.all("link") for visual in link.all("visual")]
         for owner in (self.root, *looks):
@@ -174,17 +173,10 @@ class _Reader:
             return made
         if shape.tag != "mesh":
             return ()
-        written = shape.need_text("filename")
-        scale = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
-        if 0.0 in scale:
-            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.", where=shape.where)
         with located(shape.where):
-            path = named_file(self.path, written, "mesh", self.options.packages)
             try:
-                if not path.is_file():
-                    what = f'mesh "{short(written)}" is not there; it was left out.'
-                    raise meshes.UnreadMesh(what)
-                return self.files.meshes(path, scale)
+                scale = shape.numbers("scale", 3, (1.0, 1.0, 1.0))
+                return self.files.meshes(shape.need_text("filename"), scale)
             except meshes.UnreadMesh as error:
                 subject = f"link {link.need_name()}"
                 self.findings.suspect(subject, error.what, shape.where, error.hint)
@@ -248,20 +240,8 @@ class _Reader:
         lower, upper = (
             limit.number(key, 0.0, least=-math.inf, largest=math.inf) for key in ("lower", "upper")
         )
-        if lower > upper:
-            raise InvalidInput(
-                f"joint {name}: its lower limit {lower:.6g} lies above the upper {upper:.6g}.",
-                where=limit.where,
-            )
-        largest = max(-lower, upper)
-        if kind == "prismatic" or largest <= WHOLE_TURN:
+        if kind == "prismatic" or max(-lower, upper) < ENDLESS:
             return lower, upper
-        if largest < ENDLESS:
-            raise InvalidInput(
-                f"joint {name}: limits {lower:g} to {upper:g} rad; URDF angles are radians.",
-                where=limit.where,
-                hint=f"{math.radians(lower):.5g} and {math.radians(upper):.5g}",
-            )
         what = f"joint {name}: limits beyond {ENDLESS:g} rad were taken for none."
         self.findings.note(f"joint {name}", what, limit.where)
         return lower if lower > -ENDLESS else -math.inf, upper if upper < ENDLESS else math.inf

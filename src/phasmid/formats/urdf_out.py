@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.formats.meshes import Color, StlFiles
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink, rpy_of
 from phasmid.formats.urdf_in import OWN_SHAPE, UNLIMITED
 from phasmid.formats.xml import written
 from phasmid.robot import Part
@@ -60,19 +61,6 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
             element.set(key, _NOT_XML.sub("\ufffd", value))
     ET.indent(root)
     return {f"{name}.urdf": ET.tostring(root, "utf-8", xml_declaration=True), **meshes.files}
-
-
-def rpy_of(R: Float[np.ndarray, "3 3"]) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of a rotation Rz(yaw) Ry(pitch) Rx(roll) [rad].
-
-    The roll is taken from the remainder of the yaw, so that both are exact where the pitch is
-    a right angle and each of them alone is not determined.
-    """
-    yaw = math.atan2(R[1, 0], R[0, 0])
-    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
-    c, s = math.cos(yaw), math.sin(yaw)
-    roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
-    return roll, pitch, yaw
 
 
 def _add_link(
@@ -128,7 +116,7 @@ def _add_link(
 def _add_origin(
     owner: ET.Element,
     xyz: Float[np.ndarray, "3"],
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    rpy: Iterable[float] = (0.0, 0.0, 0.0),
 ) -> None:
     ET.SubElement(owner, "origin", xyz=written(xyz), rpy=written(rpy))
 

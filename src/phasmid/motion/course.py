@@ -25,7 +25,7 @@ from phasmid.motion.swing import Swings, plan_swings
 from phasmid.motion.trunk import TrunkMotion, between_events, progress, swayed, trunk_motion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.scenario.stride import StrideTable
+from phasmid.scenario.tables import StrideTable
 from phasmid.terrain import Ground
 
 EARLIEST = -2

@@ -12,7 +12,7 @@ from phasmid.motion.curves import Path, cos_and_sin, join, lift, vector
 from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
-from phasmid.scenario.stride import StrideTable
+from phasmid.scenario.tables import StrideTable
 
 
 def straight_feet(

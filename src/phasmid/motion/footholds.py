@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.scenario.footing import FootingTable
+from phasmid.scenario.tables import FootingTable
 from phasmid.terrain import Ground
 
 DIRECTIONS = 16

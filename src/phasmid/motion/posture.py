@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 
 from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root, vector
 from phasmid.motion.trunk import TrunkMotion
-from phasmid.scenario.footing import FootingTable
+from phasmid.scenario.tables import FootingTable
 
 
 class Postures(NamedTuple):

@@ -8,8 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from phasmid.motion.curves import Curve, Path, blend, lift, vector
-from phasmid.scenario.footing import FootingTable
-from phasmid.scenario.stride import StrideTable
+from phasmid.scenario.tables import FootingTable, StrideTable
 from phasmid.terrain import Ground
 
 PLACES = 161

@@ -17,7 +17,7 @@ from phasmid.kinematics import (
     step_twist,
 )
 from phasmid.motion.curves import Path, blend, composed, cos_and_sin, vector
-from phasmid.scenario.stride import StrideTable
+from phasmid.scenario.tables import StrideTable
 
 
 def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"]) -> Path:

@@ -22,15 +22,17 @@ from phasmid.robot import (
     with_neutral_foot,
     with_payload,
 )
-from phasmid.scenario.contact import ContactTable
-from phasmid.scenario.footing import FootingTable
-from phasmid.scenario.gait import GaitTable
-from phasmid.scenario.model import ModelTable
-from phasmid.scenario.robot_import import ImportOptions
-from phasmid.scenario.sensors import SensorsTable
-from phasmid.scenario.servo import ServoTable
-from phasmid.scenario.simulation import SimulationTable
-from phasmid.scenario.stride import StrideTable
+from phasmid.scenario.tables import (
+    ContactTable,
+    FootingTable,
+    GaitTable,
+    ImportOptions,
+    ModelTable,
+    SensorsTable,
+    ServoTable,
+    SimulationTable,
+    StrideTable,
+)
 from phasmid.scenario.terrain import TerrainTable
 from phasmid.tables import (
     Count,

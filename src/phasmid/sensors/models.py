@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from phasmid.compiled import gufunc
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.scenario.sensors import SensorsTable
+from phasmid.scenario.tables import SensorsTable
 
 GYRO, ACCELEROMETER, ORIENTATION, FOOT = 1, 2, 3, 4
 """Numbers of the sensors' random streams."""

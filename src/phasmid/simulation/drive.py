@@ -27,7 +27,7 @@ from phasmid.recording import Recording
 from phasmid.recording.recording import Attributes
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.scenario.sensors import SENSORS
+from phasmid.scenario.tables import SENSORS
 from phasmid.simulation.closed_loop import ClosedLoopRun, Commanded, period_steps
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.run import Progress

@@ -14,7 +14,7 @@ from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot, load_servo, preset_names, with_payload
 from phasmid.scenario import Scenario
-from phasmid.scenario.robot_import import ImportOptions
+from phasmid.scenario.tables import ImportOptions
 
 Walks = Literal["by itself", "by hand", "the plan"]
 """Source of the commands."""

@@ -14,7 +14,7 @@ from phasmid.motion import plan
 from phasmid.recording import Recording
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.scenario.simulation import SimulationTable
+from phasmid.scenario.tables import SimulationTable
 from phasmid.simulation.drives import Setpoints
 from phasmid.tables import choices
 from phasmid.verification.laboratory import Laboratory

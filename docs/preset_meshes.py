@@ -1,0 +1,13 @@
+"""Draws the robots that come with phasmid anew, as meshes: python docs/preset_meshes.py."""
+
+from importlib import resources
+from pathlib import Path
+
+from phasmid.cad import build, meshes
+from phasmid.robot import load_robot, preset_names
+from phasmid.robot.glb import glb
+
+FOLDER = Path(str(resources.files("phasmid.robot") / "presets"))
+
+for name in preset_names():
+    (FOLDER / f"{name}.glb").write_bytes(glb(meshes(build(load_robot(name)))))

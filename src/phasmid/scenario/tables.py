@@ -1,0 +1,453 @@
+"""Tables of a scenario file, besides its terrain: values, units, bounds and defaults."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from annotated_types import Ge, Gt, Le, Lt
+from jaxtyping import Float
+from pydantic import BeforeValidator, Field, model_validator
+
+from phasmid.errors import InvalidInput
+from phasmid.gait import Gait, check_gait_name, is_gait_file, read_gait
+from phasmid.robot import Servo
+from phasmid.robot.servo import both_directions
+from phasmid.robot.table import MOST_LEGS
+from phasmid.tables import (
+    Angle,
+    AngularVelocity,
+    Count,
+    Hint,
+    Length,
+    Mass,
+    Number,
+    Of,
+    Table,
+    Temperature,
+    Time,
+    Voltage,
+)
+from phasmid.units import STANDARD_GRAVITY
+
+
+class GaitTable(Table):
+    """``gait = "wave"``, a gait file, or a table of its own numbers.
+
+    Attributes:
+        name: A gait of the library, a gait file, or any name where offsets are given.
+        duty_factor: Fraction of the cycle for which each foot stands.
+        offsets: For each leg the fraction of the cycle at which it lifts, in the legs' order, or
+            by the legs' names.
+        sway: How far the body sways away from lifted feet, as a share of their distance from the
+            middle of all feet; absent: as the gait of the library does, or not at all.
+    """
+
+    name: str = "tripod"
+    duty_factor: Number | None = None
+    offsets: (
+        Annotated[tuple[Number, ...], Field(max_length=MOST_LEGS)]
+        | Annotated[dict[str, Number], Field(max_length=MOST_LEGS)]
+        | None
+    ) = None
+    sway: Number | None = None
+
+    @model_validator(mode="after")
+    def _check_name(self) -> GaitTable:
+        if self.offsets is None:
+            check_gait_name(self.name)
+        return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, raw: Any) -> Any:
+        if isinstance(raw, Gait):
+            return _fields(raw, tuple(float(offset) for offset in raw.offsets))
+        if isinstance(raw, str | Path):
+            raw = {"name": str(raw)}
+        if isinstance(raw, Mapping) and raw.get("offsets") is None:
+            name = raw.get("name")
+            if isinstance(name, str) and is_gait_file(name):
+                # The scenario carries the numbers, and repeats without the file.
+                gait, legs = read_gait(Path(name))
+                offsets = tuple(float(offset) for offset in gait.offsets)
+                by_leg = dict(zip(legs, offsets, strict=True)) if legs else offsets
+                given = {k: v for k, v in raw.items() if k != "name" and v is not None}
+                return _fields(gait, by_leg) | given
+        return raw
+
+
+def _fields(gait: Gait, offsets: tuple[float, ...] | dict[str, float]) -> dict[str, Any]:
+    fields = {"name": gait.name, "duty_factor": gait.duty_factor, "offsets": offsets}
+    return fields | ({"sway": gait.sway} if gait.sway else {})
+
+
+class StrideTable(Table):
+    """``[stride]``: how the feet travel.
+
+    Attributes:
+        step_length: The body's way forward in one step, the time for which a foot stands [m].
+        step_sideways: The body's way to the left in one step [m].
+        step_turn: The body's turn to the left in one step [rad].
+        step_height: Height to which a foot lifts [m].
+        period: Time of one cycle, in which every leg steps once [s].
+        samples: Samples of one cycle, both ends included.
+        stance_law: ``straight``: standing feet stay where they are; ``coxa-only``: only the coxa
+            joint moves in stance, so that feet slip.
+        stance_timing: ``rest-to-rest``: the body stops whenever a foot lifts or lands;
+            ``constant-speed``: it never stops.
+        curve: Polynomial of all paths: the paper's quintic, or the cubic spline of its ref. [11].
+        stance_radius: Distance of the neutral feet from their hips, seen from above [m]; absent:
+            the robot's.
+        body_height: Height of the hips over level ground [m]; absent: the robot's.
+    """
+
+    step_length: Length = 0.040
+    step_sideways: Length = 0.0
+    step_turn: Annotated[Angle, Ge(-np.pi), Le(np.pi)] = 0.0
+    step_height: Annotated[Length, Ge(0)] = 0.030
+    period: Annotated[Time, Gt(0)] = 2.0
+    samples: Annotated[Count, Ge(9), Le(100_000), Hint("41, as the paper; two phases need 9")] = 41
+    stance_law: Literal["straight", "coxa-only"] = "straight"
+    stance_timing: Literal["rest-to-rest", "constant-speed"] = "rest-to-rest"
+    curve: Literal["quintic", "cubic-spline"] = "quintic"
+    stance_radius: Annotated[Length, Gt(0), Le(2)] | None = None
+    body_height: Annotated[Length, Gt(0), Le(2)] | None = None
+
+    @property
+    def step(self) -> Float[np.ndarray, "3"]:
+        """Displacement of one step: forward [m], left [m], turn [rad]."""
+        return np.array([self.step_length, self.step_sideways, self.step_turn])
+
+    def scaled(self, factor: float) -> StrideTable:
+        """Return the stride with steps of another size."""
+        steps = ("step_length", "step_sideways", "step_turn")
+        return self.model_copy(update={name: factor * getattr(self, name) for name in steps})
+
+
+class FootingTable(Table):
+    """``[footing]``: adaptation of a walk to ground that the plan follows.
+
+    The lengths and angles are assumptions, for feet of some millimetres and servos that place them
+    within one or two.
+
+    Attributes:
+        search_radius: Farthest that a foothold may lie from where it would be on level ground [m].
+        foothold_margin: Radius of the ground around a foothold that must be even [m].
+        steepest_foothold: Slope above which ground is not stepped on [rad].
+        deepest_foothold: Ground that lies deeper than this between two sides is a gap, and not
+            stepped on [m].
+        least_friction: Ground with a smaller coefficient is not stepped on where there is better.
+        trunk_attitude: ``follow-terrain``: the trunk leans as the ground under its feet does;
+            ``level``: it stays level.
+        steepest_lean: Farthest that the trunk leans [rad].
+    """
+
+    search_radius: Annotated[Length, Ge(0), Le(0.5)] = 0.040
+    foothold_margin: Annotated[Length, Gt(0), Le(0.1)] = 0.010
+    steepest_foothold: Annotated[Angle, Gt(0), Le(np.pi / 4)] = np.radians(30)
+    deepest_foothold: Annotated[Length, Gt(0)] = 0.050
+    least_friction: Annotated[Number, Ge(0)] = 0.3
+    trunk_attitude: Literal["follow-terrain", "level"] = "follow-terrain"
+    steepest_lean: Annotated[Angle, Ge(0), Le(np.pi / 4)] = np.radians(25)
+
+
+class ModelTable(Table):
+    """``[model]``: assumptions of analysis and simulation on the robot and its mechanics.
+
+    Attributes:
+        mass_model: ``as-given``, or ``mid-length``: centres of mass at mid-length and principal
+            inertias only, as the printed Eq. 10 assumes.
+        mounts: ``as-given``, or ``perpendicular``: all legs square to the direction of walking.
+        body_acceleration: Whether the analysis counts the motion (``included``) or only gravity
+            (``quasi-static``).
+        force_model: How the analysis shares the load among the feet: ``minimum-norm`` of the
+            forces, the paper's; ``weighted-minimum-norm``, where forces along the ground count
+            more; ``minimum-torque`` of the joints; ``friction-cone``: the minimum norm of forces
+            that do not pull or slip; ``smallest-largest-load``, within the same limits.
+        tangential_weight: Of ``weighted-minimum-norm``: cost of a force along the ground beside
+            that of a normal one.
+        torque_limits: Whether ``friction-cone`` and ``smallest-largest-load`` also keep the
+            standing legs' joints within the servo's stall torque.
+        load_transfer: Time in which the load moves when a foot lands or lifts, centred on the
+            event [s]; 0: at once.
+        gravity: Acceleration of free fall [m/s²].
+        payload: Mass that the robot carries at the centre of its trunk's upper side [kg].
+    """
+
+    mass_model: Literal["as-given", "mid-length"] = "as-given"
+    mounts: Literal["as-given", "perpendicular"] = "as-given"
+    body_acceleration: Literal["included", "quasi-static"] = "included"
+    force_model: Literal[
+        "minimum-norm",
+        "weighted-minimum-norm",
+        "minimum-torque",
+        "friction-cone",
+        "smallest-largest-load",
+    ] = "minimum-norm"
+    tangential_weight: Annotated[Number, Gt(0), Le(1e6)] = 10.0
+    torque_limits: Literal["ignored", "counted"] = "ignored"
+    load_transfer: Annotated[Time, Ge(0)] = 0.0
+    gravity: Annotated[Number, Gt(0), Le(100)] = STANDARD_GRAVITY
+    payload: Annotated[Mass, Ge(0), Le(100)] = 0.0
+
+
+class SimulationTable(Table):
+    """``[simulation]``: how the engine runs.
+
+    Attributes:
+        drive: ``prescribed``: joints follow the plan, whatever torque it takes (the paper's way);
+            ``ideal-servo``: position servos with the torque and speed limits of the robot's servo;
+            ``servo``: the robot's servo with its own law, motor, gears and heat; ``torque``: what
+            the planned motion takes by inverse dynamics, and more against errors, within the
+            torque and speed limits of the robot's servo. Absent: ``prescribed`` for a planned walk;
+            for a driven robot ``servo``, or ``ideal-servo`` where no stall current is known.
+        position_gain: Of ``torque``: angular acceleration against an error of a joint's angle
+            [1/s²]; the joint's inertia is that of the robot standing on half of its legs.
+        speed_gain: Of ``torque``: the same against an error of its speed [1/s]; absent: damped
+            critically, twice the root of the position's.
+        dt: Time step [s].
+        record_interval: Time between recorded samples [s], a whole number of steps; absent: every
+            step, or every millisecond where steps are shorter.
+        max_steps: Longest run that is not refused [steps].
+        start_height: Height of the body frame at the start [m], from where the robot drops onto its
+            feet; absent: where the plan has it.
+        start_posture: Of a robot that a controller drives: ``standing`` on its feet, or ``packed``:
+            on its belly with its legs folded.
+        belly_contact: Whether the trunk's underside can lie on the ground; without it a trunk that
+            touches the ground ends the run. A robot that starts packed always can.
+    """
+
+    drive: Literal["prescribed", "ideal-servo", "servo", "torque"] | None = None
+    position_gain: Annotated[Number, Gt(0), Le(1e5)] = 900.0
+    speed_gain: Annotated[Number, Ge(0), Le(1e3)] | None = None
+    dt: Annotated[Time, Gt(0)] = 0.001
+    record_interval: Annotated[Time, Gt(0)] | None = None
+    max_steps: Annotated[Count, Gt(0)] = 100_000_000
+    start_height: Annotated[Length, Gt(0), Le(10)] | None = None
+    start_posture: Literal["standing", "packed"] = "standing"
+    belly_contact: bool = False
+
+    @property
+    def planned_drive(self) -> str:
+        """The drive of a planned walk: ``prescribed`` where none is named."""
+        return self.drive or "prescribed"
+
+    @property
+    def can_lie(self) -> bool:
+        """True if the trunk can lie on the ground."""
+        return self.belly_contact or self.start_posture == "packed"
+
+
+LAW_DAMPING = {"spring-damper": 30.0, "mujoco": 30.0, "simscape": 100.0}
+"""Damping of each law where the scenario gives none [N·s/m]; the engine's own law has none."""
+
+
+class ContactTable(Table):
+    """``[contact]``: four points on each foot, and the law by which the ground holds them.
+
+    Attributes:
+        contact_law: ``spring-damper``: a linear spring and damper per point; ``mujoco``: the
+            engine's own soft contact with its own numbers; ``simscape``: the law of the paper's
+            library, a one-sided damper and stick-slip friction, in a simulator of its own, of
+            prescribed joints on level ground.
+        stiffness: Of each of a foot's four contact points [N/m].
+        damping: Of each of a foot's four contact points [N·s/m]; absent: the law's own, 30 for
+            ``spring-damper``, 100 for ``simscape``, whose points damp only while they sink in.
+            With 50 and more of ``spring-damper``, feet that slide for long chatter.
+        friction_damping: Of ``spring-damper``, sideways, of each point that sticks [N·s/m]. A
+            pushed foot creeps by its force over it. More creeps less and keeps more internal
+            force between the feet.
+        kinetic_friction: Of ``simscape``: coefficient of a foot that slides, at most the
+            ground's own, which is the static one.
+        friction_threshold: Of ``simscape``: speed up to which a foot sticks, by creeping [m/s].
+        impedance: Of ``spring-damper``, the engine's d: a point's force also resists its
+            acceleration, with a mass of d/(1 - d) times that with which the foot resists a push.
+        tip_width: Side of the square on which the four points of a foot lie [m].
+    """
+
+    contact_law: Literal["spring-damper", "mujoco", "simscape"] = "spring-damper"
+    stiffness: Annotated[Number, Gt(0), Of("spring-damper", "simscape")] = 1e4
+    damping: Annotated[Annotated[Number, Gt(0)] | None, Of("spring-damper", "simscape")] = None
+    friction_damping: Annotated[Number, Gt(0), Of("spring-damper")] = 500.0
+    kinetic_friction: Annotated[Number, Ge(0), Le(10), Of("simscape")] = 0.5
+    friction_threshold: Annotated[Number, Gt(0), Of("simscape")] = 1e-3
+    impedance: Annotated[Number, Gt(0.01), Lt(0.99), Of("spring-damper")] = 0.2
+    tip_width: Annotated[Length, Gt(0), Le(0.1)] = 0.004
+
+    @property
+    def law_damping(self) -> float:
+        """The damping, or the law's own where none is given [N·s/m]."""
+        return LAW_DAMPING[self.contact_law] if self.damping is None else self.damping
+
+
+Ticks = Annotated[Number, Ge(0), Le(254)]
+Pair = Annotated[
+    Annotated[tuple[Ticks, Ticks], BeforeValidator(both_directions)] | None,
+    Hint("a number of ticks, or two of them, such as [1, 2]"),
+]
+
+
+class ServoTable(Table):
+    """``[servo]``: settings of the robot's servos; those that are absent are the servo's own.
+
+    All of them concern ``drive = "servo"``; supply, air and torque limit also the verdict on the
+    servos.
+
+    Attributes:
+        voltage: Supply of the servos [V]; absent: the servo's rated voltage.
+        ambient_temperature: Of the air, and of the servos at the start [°C].
+        torque_limit: Largest output, as a share of the full one.
+        compliance_margin: Position error up to which the output is nothing [ticks]; a pair stands
+            for turning towards smaller and towards larger angles.
+        compliance_slope: Error beyond the margin at which the output is full [ticks], or a pair;
+            powers of two count, from 2 to 128: of other numbers the one below is taken.
+        punch: Output at the margin, in 1/1023 of the full one.
+        p_gain: Output per position error of a servo with a PID law, in its maker's units.
+        d_gain: Output per change of that error, in its maker's units.
+    """
+
+    voltage: Annotated[Voltage, Gt(0), Le(100)] | None = None
+    ambient_temperature: Annotated[Temperature, Ge(-50), Le(100)] = 25.0
+    torque_limit: Annotated[Number, Gt(0), Le(1)] | None = None
+    compliance_margin: Pair = None
+    compliance_slope: Pair = None
+    punch: Annotated[Number, Ge(0), Le(1023)] | None = None
+    p_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
+    d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
+
+    def supply(self, servo: Servo) -> float:
+        """Return the voltage at which a servo runs [V]."""
+        return servo.rated_voltage if self.voltage is None else self.voltage
+
+    def set_up(self, servo: Servo) -> Servo:
+        """Return a servo with these settings in place of its own."""
+        outside = {"voltage", "ambient_temperature"}
+        return replace(servo, **self.model_dump(exclude=outside, exclude_none=True))
+
+
+SENSORS = ("joint", "imu", "foot")
+"""Sensors, by the beginning of their options' names."""
+
+
+class SensorsTable(Table):
+    """``[sensors]``: rate, delay and noise of the robot's sensors.
+
+    The defaults are those of an AX-12A on its bus and of a small inertial sensor such as the
+    MPU-6050, with its ranges at power-on; noises are standard deviations of one sample.
+
+    Attributes:
+        measured: Whether a recording also holds sensor readings (``everything``) or only the
+            true (``nothing``).
+        sensor_seed: Of all noise and biases.
+        joint_rate: Readings of each joint's angle and load a second [1/s]. 50: one after another,
+            18 servos need 13 ms at 1 Mbit/s with the return delay of 0.5 ms that they come with.
+        joint_delay: Time from a reading to its arrival [s].
+        encoder_step: Angle from one tick of the joints' encoders to the next [rad]; 0: exact.
+        load_step: Share of full output by which the load reading steps; an AX-12A has 1023 steps.
+        imu_rate: Readings of gyro, accelerometer and orientation a second [1/s].
+        imu_delay: Time from a reading to its arrival [s].
+        gyro_noise: Of each axis [rad/s].
+        gyro_bias: Standard deviation of each axis' constant error [rad/s]; assumed: what is left
+            of the chip's 20 deg/s after taking the mean at rest.
+        gyro_range: Largest reading [rad/s].
+        accelerometer_noise: Of each axis [m/s²]: 400 µg/√Hz at 100 Hz.
+        accelerometer_bias: Standard deviation of each axis' constant error [m/s²]; assumed.
+        accelerometer_range: Largest reading [m/s²].
+        orientation_noise: Of the turn about each axis by which the orientation is wrong [rad];
+            assumed.
+        foot_rate: Readings of each foot's force and contact a second [1/s].
+        foot_delay: Time from a reading to its arrival [s].
+        foot_force_noise: Of the normal force [N]; assumed.
+        contact_threshold: Normal force from which a foot counts as touching [N]; assumed.
+    """
+
+    measured: Literal["nothing", "everything"] = "nothing"
+    sensor_seed: Annotated[Count, Ge(0), Le(2**63 - 1)] = 0
+    joint_rate: Annotated[Number, Gt(0), Le(1e6)] = 50.0
+    joint_delay: Annotated[Time, Ge(0), Le(10)] = 0.013
+    encoder_step: Annotated[Angle, Ge(0), Le(math.pi)] = math.radians(300 / 1024)
+    load_step: Annotated[Number, Ge(0), Le(1)] = 1 / 1023
+    imu_rate: Annotated[Number, Gt(0), Le(1e6)] = 100.0
+    imu_delay: Annotated[Time, Ge(0), Le(10)] = 0.005
+    gyro_noise: Annotated[AngularVelocity, Ge(0)] = math.radians(0.05)
+    gyro_bias: Annotated[AngularVelocity, Ge(0)] = math.radians(0.1)
+    gyro_range: Annotated[AngularVelocity, Gt(0)] = math.radians(250)
+    accelerometer_noise: Annotated[Number, Ge(0)] = 0.004 * STANDARD_GRAVITY
+    accelerometer_bias: Annotated[Number, Ge(0)] = 0.05
+    accelerometer_range: Annotated[Number, Gt(0)] = 2 * STANDARD_GRAVITY
+    orientation_noise: Annotated[Angle, Ge(0), Le(1)] = math.radians(0.5)
+    foot_rate: Annotated[Number, Gt(0), Le(1e6)] = 100.0
+    foot_delay: Annotated[Time, Ge(0), Le(10)] = 0.005
+    foot_force_noise: Annotated[Number, Ge(0)] = 0.1
+    contact_threshold: Annotated[Number, Gt(0)] = 0.5
+
+    def check_interval(self, interval: float, sensors: Iterable[str] = SENSORS) -> None:
+        """Refuse samples so rare that a reading would fall between two of them.
+
+        Args:
+            interval: From one recorded sample to the next [s].
+            sensors: Those that are to read, each the beginning of its options' names.
+
+        Raises:
+            InvalidInput: A sensor reads more often; old values would pass for new ones.
+        """
+        for sensor in sensors:
+            rate = getattr(self, f"{sensor}_rate")
+            # A millionth: times of samples are sums of steps.
+            if interval * rate > 1 + 1e-6:
+                raise InvalidInput(
+                    f"{sensor}_rate is {rate:g} readings a second and a sample is recorded every "
+                    f"{1000 * interval:g} ms; old values would pass for new readings.",
+                    hint=f"record_interval_ms = {1000 / rate:g} or less, or {sensor}_rate = "
+                    f"{1 / interval:g} or less",
+                )
+
+
+class ImportOptions(Table):
+    """``[robot_import]``: how a robot is read from URDF, MJCF or STEP; no other file needs it.
+
+    Attributes:
+        foot: Where the feet are: a link's name or its ending, or x,y,z in metres in the frame of
+            each leg's last link; or one place for each leg, as 1-3=0,0,-0.13; 4-6=0,0,0.13;
+            empty: found in the tree, or else at the end of the last mesh.
+        masses: as-given; or geometry, which spreads each link's mass over its box.
+        total_mass: What the robot weighs on a scale [kg]; all masses are scaled to it.
+        servo_model: Name of the servo; empty: efforts and speeds of the file.
+        package: Folders that package:// names, such as my_robot=../my_robot; commas between.
+        mesh_unit: Unit of the mesh files (as-given, m or mm).
+    """
+
+    foot: str = ""
+    masses: Literal["as-given", "geometry"] = "as-given"
+    total_mass: Annotated[Mass, Gt(0), Le(1000)] | None = None
+    servo_model: str = ""
+    package: str = ""
+    mesh_unit: Literal["as-given", "m", "mm"] = "as-given"
+
+    @property
+    def packages(self) -> dict[str, str]:
+        """Folders by the name of the package that ``package://`` names.
+
+        Raises:
+            InvalidInput: A package has no folder.
+        """
+        packages = {}
+        for pair in filter(None, (part.strip() for part in self.package.split(","))):
+            name, equals, folder = pair.partition("=")
+            if not (name and equals and folder):
+                raise InvalidInput(
+                    f'package is "{pair}"; it must be a name and its folder.',
+                    hint="--package my_robot=../my_robot",
+                )
+            packages[name.strip()] = folder.strip()
+        return packages
+
+    @model_validator(mode="after")
+    def _check_packages(self) -> ImportOptions:
+        _ = self.packages
+        return self
