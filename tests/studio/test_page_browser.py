@@ -294,20 +294,19 @@ def test_a_run_is_recorded_saved_and_its_report_opened(page):
     assert report.locator("#summary").is_visible()
 
 
-def test_hostile_names_are_shown_as_text_W11(page):
-    window, _ = page
-    window.get_by_label("Robot file").set_input_files(
-        {
-            "name": "<img src=x onerror=alert(5)>.toml",
-            "mimeType": "application/toml",
-            "buffer": hostile_files(4.0)["robot"].encode(),
-        }
-    )
-    until(window, f"document.body.innerText.includes({LEG_NAMES[0]!r})")
-    for number, name in enumerate(LEG_NAMES, start=1):
-        assert window.get_by_role("button", name=f"{number} {name}").count() == 1
-    own = "document.querySelectorAll('script:not([src]), [onerror], [onload], img').length"
-    assert window.evaluate(own) == 0
+def test_hostile_names_are_shown_as_text_W11(browser, tmp_path):
+    (tmp_path / "robot.toml").write_text(hostile_files(4.0)["robot"], encoding="utf-8")
+    robot = str(tmp_path / "robot.toml")
+    with (
+        running(tmp_path, robot=robot) as studio,
+        opened(browser, studio) as (window, _, wrong),
+    ):
+        until(window, f"document.body.innerText.includes({LEG_NAMES[0]!r})")
+        for number, name in enumerate(LEG_NAMES, start=1):
+            assert window.get_by_role("button", name=f"{number} {name}").count() == 1
+        own = "document.querySelectorAll('script:not([src]), [onerror], [onload], img').length"
+        assert window.evaluate(own) == 0
+        assert wrong == []
 
 
 def test_a_lost_connection_is_told_and_comes_back(browser, tmp_path):
