@@ -71,15 +71,14 @@
         const end = trail[trail.length - 1];
         if (end && time - end[3] < scene.trail / TRAIL_POINTS) return;
         const k = at.foot_position + 3 * leg;
-        if (Number.isFinite(frame[k])) trail.push([frame[k], frame[k + 1], frame[k + 2], time, end ? end[4] + 1 : 0]);
+        if (Number.isFinite(frame[k])) trail.push([frame[k], frame[k + 1], frame[k + 2], time]);
         while (trail.length && time - trail[0][3] > scene.trail) trail.shift();
       });
     }
 
-    // Numbers of this moment, and whether later ones will differ. Where pictures are dear, the
-    // last frame is shown as it is.
-    function now(stamp, smooth) {
-      const part = smooth && before ? Math.min((stamp - arrived) / between, 1) : 1;
+    // Numbers of this moment, and whether later ones will differ.
+    function now(stamp) {
+      const part = before ? Math.min((stamp - arrived) / between, 1) : 1;
       if (part >= 1) row.set(last);
       else for (let i = 0; i < width; i++) row[i] = before[i] + part * (last[i] - before[i]);
       if (part < 1)
