@@ -8,8 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
-from phasmid.cli.robot_options import add_import_options, import_options
-from phasmid.cli.scenario_options import add_field_options, with_fields
+from phasmid.cli.scenario_options import (
+    add_field_options,
+    add_import_options,
+    import_options,
+    with_fields,
+)
 from phasmid.cli.tables import print_table
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
 

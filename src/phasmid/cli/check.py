@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.robot_options import add_import_options, import_options
+from phasmid.cli.scenario_options import add_import_options, import_options
 from phasmid.cli.tables import print_table
 from phasmid.errors import InvalidInput, plain
 from phasmid.units import STANDARD_GRAVITY, plain_number
