@@ -15,7 +15,7 @@
     let arrived = 0;
     let between = 1000 / 30;
     let trails = [];
-    const self = { begin, forget, take, now, value, get at() { return at; }, get latest() { return last; }, get trails() { return trails; }, count: 0 };
+    const self = { begin, forget, take, now, value, get at() { return at; }, get latest() { return last; }, get trails() { return trails; } };
 
     function begin(newScene) {
       const same = scene && scene.number === newScene.number;
@@ -60,7 +60,6 @@
       }
       last = frame;
       arrived = stamp;
-      self.count += 1;
       remember(frame);
       return true;
     }
@@ -76,7 +75,7 @@
       });
     }
 
-    // Numbers of this moment, and whether later ones will differ.
+    // Numbers of a moment, between the last two frames or of the last, and whether later ones differ.
     function now(stamp) {
       const part = before ? Math.min((stamp - arrived) / between, 1) : 1;
       if (part >= 1) row.set(last);

@@ -35,7 +35,7 @@
     const X_body = new Float32Array(16);
     const X_body_link = new Float32Array(16);
     let X_links = [];
-    const self = { begin, requestPaint, get perSecond() { return perSecond(); }, count: 0 };
+    const self = { begin, requestPaint, get perSecond() { return perSecond(); } };
 
     function look() {
       const style = getComputedStyle(document.documentElement);
@@ -98,7 +98,7 @@
       const seconds = Math.min((stamp - previous) / 1000, 0.25);
       previous = stamp;
       drawing.fit(soft ? 0.75 : Math.min(window.devicePixelRatio || 1, 2));
-      const { row, moves } = frames.now(performance.now());
+      const { row, moves } = frames.now(soft ? Infinity : performance.now());
       const body = vector(row, "body_position");
       if (camera.largest === 0) aim(row, body);
       pose(body, turn(row, "body_orientation"), X_body);
@@ -126,7 +126,6 @@
       if (shown("forces")) marks.arrows(feet, forces("foot_force"));
       if (shown("centre")) marks.centre(vector(row, "centre"), row[frames.at.below], safe, seen, colours);
       numbers.paint(shown("names"), seen, X_links);
-      self.count += 1;
       shownAt.push(stamp);
       while (shownAt[0] < stamp - 1000) shownAt.shift();
       if (!soft && (moves || eases)) requestPaint();
