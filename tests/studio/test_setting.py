@@ -144,6 +144,11 @@ def test_scenarios_and_height_maps_are_taken_from_files(tmp_path):
     assert (again.gait.name, again.terrain_name) == ("wave", "hills.csv")
     with pytest.raises(InvalidInput, match="a file that was not loaded"):
         with_file(PAPER, load, tmp_path)
+    # A saved scenario comes back.
+    saved = scenario_file(with_values(PAPER, {"gait": "wave", "terrain": "stairs"}))
+    load = Load(what="scenario", name=saved["name"], content=saved["text"].encode())
+    again = with_file(PAPER, load, tmp_path)
+    assert (again.gait.name, again.terrain_name) == ("wave", "stairs")
 
 
 def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
@@ -201,7 +206,7 @@ def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
     text = line.replace("{}", tmp_path.as_posix()).encode()
     words = (
         "must have the robot of a preset|must contain its gait|a file that was not loaded|"
-        "robot_import is for robot files"
+        "must name none"
     )
     with pytest.raises(InvalidInput, match=words):
         with_file(PAPER, Load(what="scenario", name="x.toml", content=text), folder)

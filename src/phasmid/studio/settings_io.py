@@ -98,9 +98,12 @@ def _check_named_files(path: Path, setting: Setting) -> None:
             where=where,
             hint=f'"{guess}"' if guess and "." not in str(robot) else "phasmid studio FILE",
         )
-    if raw.get("robot_import"):
+    reading = raw.get("robot_import")
+    if isinstance(reading, dict) and reading.get("package"):
         raise InvalidInput(
-            "robot_import is for robot files, which are not loaded here.", where=where
+            "robot_import.package names a folder of this machine; a scenario that is loaded in the "
+            "page must name none.",
+            where=where,
         )
     if "offsets" not in gait and is_gait_file(gait.get("name")):
         raise InvalidInput(
