@@ -136,7 +136,7 @@ def measured(
     begin, used, frames = time.monotonic(), time.process_time(), looker.frames
     next_doing, settled, early, done = begin + options.every, begin + min(60.0, length / 5), 0.0, 0
     refused, course = 0, [memory()]
-    live = simulation._operator.live
+    live = simulation.live
     simulated = live.now if live else 0.0
     while (now := time.monotonic()) < begin + length:
         time.sleep(0.2)
@@ -151,7 +151,7 @@ def measured(
             except PhasmidError:
                 refused += 1
     passed, late = time.monotonic() - begin, memory()
-    live = simulation._operator.live
+    live = simulation.live
     found: dict[str, Any] = {
         "wall": round(passed, 1),
         "frames_a_second": round((looker.frames - frames) / passed, 2),

@@ -211,13 +211,6 @@ def scenarios() -> Iterator[BadInput]:
         yield BadInput(
             f"commands: {name}", ("drive", "--commands", "a.toml"), {"a.toml": text.encode()}
         )
-    for name, table in {
-        "unknown column": b"time_s,speed\n0,1\n",
-        "nan": b"time_s,ahead_mm_per_s\n0,nan\n",
-        "too fast": b"time_s,ahead_mm_per_s\n0,50000\n",
-        "one cell of a megabyte": b"time_s\n" + b"1" * 1_000_000,
-    }.items():
-        yield BadInput(f"commands csv: {name}", ("drive", "--commands", "a.csv"), {"a.csv": table})
 
 
 def png(width: int, height: int) -> bytes:

@@ -19,7 +19,7 @@ CHOSEN = (
     "scenario: patches of text",
     "gait: never three feet",
     "commands: 50 m/s",
-    "commands csv: nan",
+    "commands: nan",
     "height map a.csv: beyond single floats",
     "height map a.npy: claims much",
     "trajectory a.csv: milliseconds since 1970",

@@ -487,7 +487,6 @@ def test_hostile_names_drive_no_terminal_W11(here, capsys):
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
     for arguments in (
         ["check", "robot.toml"],
-        ["check", "robot.toml", "--json"],
         ["check", "scenario.toml"],
         ["check", "scenario.toml", "--voltage", "9"],
         ["walk", "scenario.toml", "--voltage", "9", "--out", "a", "--no-figures"],

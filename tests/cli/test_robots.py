@@ -1,6 +1,6 @@
 """Robots at the command line: checked, walked and converted, in any format."""
 
-import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -28,18 +28,22 @@ def answered(capsys, *arguments):
     return status, *capsys.readouterr()
 
 
-def test_check_tells_a_preset_in_words_and_as_json(capsys):
-    status, out, _ = answered(capsys, "check", "phantomx-mk4")
+@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-mk4", "octopod"])
+def test_check_lists_a_preset_in_80_columns(capsys, preset):
+    status, out, _ = answered(capsys, "check", preset)
+    robot = phasmid.load_robot(preset)
     assert status == 0
-    assert "6 legs, 3.216 kg (31.55 N), servo XL430-W250" in out
+    assert f"{len(robot.legs)} legs, {robot.mass:.3f} kg" in out
     assert out.endswith("possible.\n")
-    status, out, _ = answered(capsys, "check", "phantomx-mk4", "--json")
-    told = json.loads(out)
-    assert status == 0
-    assert told["possible"]
-    legs = told["robot"]["legs"]
-    assert [leg["name"] for leg in legs] == list(phasmid.load_robot("phantomx-mk4").leg_names)
-    assert legs[0]["lengths_mm"] == pytest.approx([52.907539, 61.8465843843, 130.862523283])
+    rows = [line for line in out.splitlines() if line[0].isdigit() or line.startswith("leg ")]
+    assert len(rows) == 2 * (1 + len(robot.legs))
+    assert max(map(len, rows)) <= 80
+    for number, leg in enumerate(robot.legs, 1):
+        frame, pose = (row for row in rows if row.startswith(f"{number} {leg.name} "))
+        lengths = [float(length) for length in re.split(" {2,}", frame)[1].split("/")]
+        assert lengths == pytest.approx(1000 * leg.lengths, rel=5e-4)
+        masses = [float(mass) for mass in pose.split("  ")[-1].split("/")]
+        assert masses == pytest.approx([1000 * link.mass for link in leg.links], abs=0.05)
 
 
 @needs_data

@@ -40,15 +40,6 @@ def test_a_command_holds_until_the_next_and_absent_keys_keep_their_values(tmp_pa
     assert script.at(4.001) is None
 
 
-def test_a_csv_table_is_a_script(tmp_path):
-    text = "time_s,ahead_mm_per_s,turn_deg_per_s,gait\n0,50,,\n1.5,,18,wave\n"
-    (tmp_path / "a.csv").write_text(text)
-    script = load_script(tmp_path / "a.csv")
-    assert script.at(0.5) == Command(velocity=(0.05, 0.0, 0.0))
-    assert script.at(1.5).gait == "wave"
-    assert script.at(1.5).velocity == pytest.approx((0.05, 0.0, np.radians(18)))
-
-
 def test_the_text_of_a_script_keeps_commands_to_the_bit():
     commands = [
         Command(velocity=(0.1 / 3, -1e-17, 0.7), pose=(0.01, 0, 0, 0.1, 0, 1 / 7)),
@@ -132,11 +123,7 @@ def test_waypoints_are_reached_in_order_with_their_headings():
             "the script has both commands and waypoints; it must have one of the two.",
         ),
         ("a.toml", "[[waypoint]]\nx = 1", "waypoint[0].y is missing."),
-        ("a.csv", "", "is empty."),
-        ("a.csv", "time_s,ahead\n0,1\n1\n", "a.csv line 3: 1 cells for 2 columns."),
-        ("a.csv", "time_s,ahead\n0,nan\n", "ahead is nan; it must be a finite number."),
-        ("a.csv", "time_s,aheed\n0,1\n", 'unknown key "aheed".'),
-        ("a.txt", "", "is no script of commands; it must be a .toml or .csv file."),
+        ("a.csv", "", "is no script of commands; it must be a .toml file."),
     ],
 )
 def test_invalid_scripts_are_refused_in_one_sentence(tmp_path, name, text, what):

@@ -301,26 +301,6 @@ def test_a_completed_walk_that_left_its_way_is_warned_of(short_walk, share):
         assert not any("of its way" in sentence for sentence in summarise(told)["warnings"])
 
 
-@pytest.mark.parametrize(
-    ("force", "torque", "proposed"),
-    [
-        # 12 % falls below 5 % with a quarter of the step, 7 % with half of it.
-        (0.12, 0.03, "differ by 12 %: it is too long; try --dt 0.00025."),
-        (0.01, 0.07, "differ by 7 %: it is too long; try --dt 0.0005."),
-        # Nothing converges: the proposal stays within reason.
-        (9.0, 0.0, "differ by 900 %: it is too long; try --dt 6.25e-05."),
-        (0.049, 0.049, ""),
-    ],
-)
-def test_a_time_step_that_is_too_long_is_warned_of(short_walk, force, torque, proposed):
-    told = {"time_step": 1e-3, "duration": 4.0, "normal_force": force, "joint_torque": torque}
-    told |= {"way": 0.62e-3}
-    summary = summarise(short_walk.assign_attrs({f"refinement_{k}": v for k, v in told.items()}))
-    said = [sentence for sentence in summary["warnings"] if "time step" in sentence]
-    assert said == ([f"At half the time step forces or torques {proposed}"] if proposed else [])
-    assert "way 0.62 mm" in " ".join(printed(summary).split())
-
-
 def test_a_walk_that_ends_just_before_a_switch_is_judged_as_one_that_ends_on_it():
     """Feet touch down some milliseconds before the switch at 2 s, the last sample or later.
 

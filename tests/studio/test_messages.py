@@ -40,8 +40,8 @@ def refused(text):
         ({"do": "record", "on": False}, Record(on=False)),
         ({"do": "keep"}, Keep()),
         (
-            {"do": "load", "what": "robot", "name": "<script>.toml", "content": "aGk="},
-            Load(what="robot", name="<script>.toml", content=b"hi"),
+            {"do": "load", "what": "terrain", "name": "<script>.png", "content": "aGk="},
+            Load(what="terrain", name="<script>.png", content=b"hi"),
         ),
         ({"do": "bench", "leg": 1}, Bench(leg=1)),
         (
@@ -102,7 +102,7 @@ def test_what_is_no_json_is_refused_with_its_place(text, said):
         ({"do": "change", "name": 1, "value": 1}, "name is 1; it must be text.", ""),
         ({"do": "change", "name": 2000 * "x", "value": 1}, 'name is "xxx', None),
         ({"do": "change", "name": "a", "value": [1]}, "value is [1]; it must be a number.", ""),
-        ({"do": "load", "what": "robot", "name": "a", "content": "*"}, "content must be byt", ""),
+        ({"do": "load", "what": "terrain", "name": "a", "content": "*"}, "content must be byt", ""),
         ({"do": "bench", "leg": 1, "foot": [0, 0, 11]}, "foot[2] is 11; it must be 10 or le", ""),
         ({"do": "bench", "leg": 1, "force": None}, "force is empty; it must be a list.", ""),
     ],

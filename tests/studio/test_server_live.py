@@ -64,7 +64,7 @@ def test_a_mistake_of_ours_is_told_without_its_detail_and_ends_nothing(answer, c
 def test_a_message_of_eleven_megabytes_is_refused_in_a_sentence(studio):
     content = base64.b64encode(bytes(8_250_000)).decode()
     with studio.connect() as page:
-        told = say(page, id=1, do="load", what="robot", name="a.stl", content=content)
+        told = say(page, id=1, do="load", what="terrain", name="a.png", content=content)
         assert told["status"] == 413
         assert told["text"] == "message is 11.0 MB; the limit is 10 MB."
         assert say(page, id=2, do="play", how="play")["status"] == 200

@@ -10,7 +10,6 @@ import pytest
 
 from phasmid import Scenario, load_robot, load_scenario, save_robot
 from phasmid.errors import InvalidInput
-from phasmid.robot import robot_to_toml
 from phasmid.studio.fields import catalogue, field_of, values
 from phasmid.studio.messages import Load
 from phasmid.studio.setting import setting_of
@@ -119,33 +118,37 @@ def test_a_scenario_file_loads_to_the_same_experiment(tmp_path):
     assert robot.servo == setting.robot.servo
 
 
-def test_robots_scenarios_and_height_maps_are_taken_from_files(tmp_path):
-    text = robot_to_toml(replace(load_robot("octopod"), name="mine")).encode()
-    setting = with_file(PAPER, Load(what="robot", name="../mine.toml", content=text), tmp_path)
+def test_a_robot_file_of_the_start_can_be_gone_back_to(tmp_path):
+    save_robot(replace(load_robot("octopod"), name="mine"), tmp_path / "mine.toml")
+    setting = setting_of(
+        load_scenario("paper").replace(robot=str(tmp_path / "mine.toml"), gait="wave")
+    )
     assert setting.robot_name == "mine.toml"
-    assert len(setting.base.legs) == 8
     assert choices(setting, "robot")[-1] == "mine.toml"
-    # It can be gone back to.
     back = field_of("robot").changed(field_of("robot").changed(setting, "quadruped"), "mine.toml")
     assert len(back.base.legs) == 8
-    ground = with_file(
-        setting,
-        Load(what="terrain", name="hills.csv", content=b"0,0,0\n0,0.01,0\n0,0,0\n"),
-        tmp_path,
-    )
+    # It stays when a scenario is loaded.
+    load = Load(what="scenario", name="x.toml", content=b'robot = "phantomx-ax"')
+    assert choices(with_file(setting, load, tmp_path), "robot")[-1] == "mine.toml"
+
+
+def test_scenarios_and_height_maps_are_taken_from_files(tmp_path):
+    hills = Load(what="terrain", name="hills.csv", content=b"0,0,0\n0,0.01,0\n0,0,0\n")
+    ground = with_file(PAPER, hills, tmp_path)
     assert ground.terrain_name == "hills.csv"
     place = np.array([0.31]), np.array([0.0])
     assert float(ground.scenario.load_terrain().height(*place)[0]) > 0
-    file = scenario_file(field_of("payload").changed(PAPER, 0.2))
-    with_file(
-        PAPER,
-        Load(what="robot", name=file["robot"]["name"], content=file["robot"]["text"].encode()),
-        tmp_path,
-    )
-    again = with_file(
-        PAPER, Load(what="scenario", name="x.toml", content=file["text"].encode()), tmp_path
-    )
-    assert again.base.mass == pytest.approx(PAPER.base.mass + 0.2, rel=1e-12)
+    text = b'gait = "wave"\n[terrain]\nkind = "height-map"\nheight_map = "hills.csv"\n'
+    load = Load(what="scenario", name="x.toml", content=text)
+    again = with_file(ground, load, tmp_path)
+    assert (again.gait.name, again.terrain_name) == ("wave", "hills.csv")
+    with pytest.raises(InvalidInput, match="a file that was not loaded"):
+        with_file(PAPER, load, tmp_path)
+    # A saved scenario comes back.
+    saved = scenario_file(with_values(PAPER, {"gait": "wave", "terrain": "stairs"}))
+    load = Load(what="scenario", name=saved["name"], content=saved["text"].encode())
+    again = with_file(PAPER, load, tmp_path)
+    assert (again.gait.name, again.terrain_name) == ("wave", "stairs")
 
 
 def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
@@ -153,12 +156,13 @@ def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
     with pytest.raises(InvalidInput) as refusal:
         with_file(PAPER, Load(what="scenario", name="x.toml", content=text.encode()), tmp_path)
     assert refusal.value.what == (
-        'robot is "phantomx-paper-of-paper.toml", a file that was not loaded; load that file '
-        "first, and then the scenario again."
+        'robot is "phantomx-paper-of-paper.toml"; a scenario that is loaded in the page must have '
+        "the robot of a preset."
     )
-    assert refusal.value.hint == "phantomx-paper-of-paper.toml"
-    with pytest.raises(InvalidInput):
-        with_file(PAPER, Load(what="robot", name="x.toml", content=b"\xff\xfe"), tmp_path)
+    assert (refusal.value.where, refusal.value.hint) == ("x.toml", "phasmid studio FILE")
+    with pytest.raises(InvalidInput) as refusal:
+        with_file(PAPER, Load(what="scenario", name="x.toml", content=b"\xff\xfe"), tmp_path)
+    assert str(tmp_path) not in str(refusal.value)
 
 
 @pytest.mark.parametrize(
@@ -189,7 +193,8 @@ def test_a_scenario_that_would_freeze_the_page_is_refused_before_it_is_built(
         '[gait]\nname = "{}/secret.toml"',
         '[terrain]\nkind = "height-map"\nheight_map = "{}/secret.csv"',
         '[terrain]\nkind = "flat"\nheight_map = "../secret.csv"',
-        'robot = "mine.urdf"\n[robot_import]\npackage = "x=.."',
+        'robot = "mine.urdf"',
+        '[robot_import]\npackage = "x=.."',
     ],
 )
 def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
@@ -199,7 +204,10 @@ def test_an_uploaded_scenario_reads_no_file_of_the_machine(tmp_path, line):
     folder.mkdir()
     save_robot(load_robot("quadruped"), folder / "mine.urdf")
     text = line.replace("{}", tmp_path.as_posix()).encode()
-    words = "a file that was not loaded; load that file first|must name none"
+    words = (
+        "must have the robot of a preset|must contain its gait|a file that was not loaded|"
+        "must name none"
+    )
     with pytest.raises(InvalidInput, match=words):
         with_file(PAPER, Load(what="scenario", name="x.toml", content=text), folder)
 
@@ -215,21 +223,6 @@ def test_every_text_of_a_scenario_that_can_name_a_file_is_checked_when_uploaded(
         if field.annotation is str or str in get_args(field.annotation)
     }
     assert texts == harmless | checked
-
-
-def test_an_uploaded_robot_finds_no_package_outside_the_uploads(tmp_path):
-    # The folders above may hold a package of this machine, with meshes that are nobody's to see.
-    (tmp_path / "package.xml").write_text("<package><name>theirs</name></package>")
-    folder = tmp_path / "uploaded"
-    folder.mkdir()
-    save_robot(load_robot("quadruped"), tmp_path / "secret.urdf")
-    mesh = next(path for path in tmp_path.rglob("*.stl")).relative_to(tmp_path).as_posix()
-    text = (tmp_path / "secret.urdf").read_text()
-    assert mesh in text
-    for name in (f"../{mesh}", f"package://theirs/{mesh}"):
-        load = Load(what="robot", name="mine.urdf", content=text.replace(mesh, name).encode())
-        with pytest.raises(InvalidInput, match=r"lies outside the model folder|is unknown"):
-            with_file(PAPER, load, folder)
 
 
 def test_fields_without_effect_are_not_shown():

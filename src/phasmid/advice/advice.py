@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -118,46 +117,6 @@ class Advice:
         """Cheapest servo of the catalogue that holds; None where none does."""
         holding = [choice for choice in self.choices if not choice.lacks]
         return min(holding, key=lambda c: math.inf if c.price is None else c.price, default=None)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return all numbers for JSON, in SI; unknown ones are None."""
-        load, found = self.load, {}
-        after = {f"{minutes:g}": self.temperature(minutes) for minutes in MINUTES}
-        for i, name in enumerate(self.joint_names):
-            joint = {
-                "peak_torque": float(load.peak_torque.ravel()[i]),
-                "rms_torque": float(load.rms_torque.ravel()[i]),
-            }
-            warmth = {
-                minutes: None if rows is None else rows.reshape(3, -1)[:, i].tolist()
-                for minutes, rows in after.items()
-            }
-            found[name] = joint | {"temperature_after_minutes": warmth}
-        return {
-            "robot": self.robot.name,
-            "servo": self.servo.name,
-            "voltage": self.voltage,
-            "gait": self.verdict.gait,
-            "speed": self.speed,
-            "payload": self.scenario.model.payload,
-            "joints": found,
-            "failure": load.failure,
-            "supply_current": load.supply_current,
-            "peak_supply_current": load.peak_supply_current,
-            "battery_capacity": self.capacity,
-            "battery_minutes": self.battery_minutes,
-            "verdict": self.verdict.as_dict(),
-            "cheapest": None if self.cheapest is None else self.cheapest.servo.name,
-            "catalogue": [
-                {
-                    "servo": choice.servo.name,
-                    "price": choice.price,
-                    "lacks": choice.lacks,
-                    "verdict": choice.verdict.as_dict(),
-                }
-                for choice in self.choices
-            ],
-        }
 
 
 def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = CAPACITY) -> Advice:

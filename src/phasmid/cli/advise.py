@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
-from phasmid.cli.robot_options import add_import_options, import_options
-from phasmid.cli.scenario_options import add_field_options, with_fields
+from phasmid.cli.scenario_options import (
+    add_field_options,
+    add_import_options,
+    import_options,
+    with_fields,
+)
 from phasmid.cli.tables import print_table
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
 
@@ -28,7 +31,6 @@ OPTIONS = {
     "--battery-mah MAH": Number("the battery; default: 2200", 1, 1_000_000, 2200),
     "--figure FILE": "draw torque and heat: svg, png or pdf",
     "--force": "replace an older figure",
-    "--json": "print the numbers as JSON",
 }
 
 
@@ -49,18 +51,14 @@ def run(options: argparse.Namespace) -> int:
     except InfeasibleWalk as error:
         error.hint = error.hint or "another --speed-mm-s, --step-length-mm or --gait"
         raise
-    if options.json:
-        print(json.dumps(advice.as_dict(), indent=2, ensure_ascii=False))
-    else:
-        _print(advice)
+    _print(advice)
     if figure is not None:
         from phasmid.advice.figure import advice_figure
         from phasmid.recording.file import write_whole
         from phasmid.reporting.style import encoded_figure
 
         write_whole(figure, encoded_figure(advice_figure(advice), figure.suffix[1:].lower()))
-        if not options.json:
-            print(f"Written to {plain(str(figure))}")
+        print(f"Written to {plain(str(figure))}")
     if not advice.verdict.is_possible:
         what = f"the {advice.servo.name} does not hold it in the {advice.verdict.gait} gait."
         print(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)

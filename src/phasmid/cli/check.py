@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import argparse
-import json
+import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from phasmid.cli.robot_options import add_import_options, import_options
+from phasmid.cli.scenario_options import add_import_options, import_options
 from phasmid.cli.tables import print_table
 from phasmid.errors import InvalidInput, plain
-from phasmid.units import plain_number
+from phasmid.units import STANDARD_GRAVITY, plain_number
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from phasmid.forces import ServoVerdict
-    from phasmid.formats import Imported
+    from phasmid.formats import Finding, FoundLeg, Imported
+    from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
 OPTIONS = {
     "FILE": "a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
     "--gait GAIT": "gait of the servo verdict; default: the first of its number of legs, or the "
     "scenario's",
-    "--json": "print the robot's numbers as JSON",
 }
 
 
@@ -45,45 +48,35 @@ def run(options: argparse.Namespace) -> int:
         is_robot = bool({"legs", "leg", "body"} & set(raw))
     if is_robot:
         imported = import_robot(source, import_options(options), strict=options.strict)
-        return _check_robot(imported, options.gait, as_json=options.json)
-    if options.json:
-        raise InvalidInput("--json is for robots; this is a scenario.")
+        return _check_robot(imported, options.gait)
     scenario = load_scenario(source)
     return _check_scenario(scenario.replace(gait=options.gait) if options.gait else scenario)
 
 
-def _check_robot(imported: Imported, gait: str | None, *, as_json: bool) -> int:
-    from phasmid.formats import describe
+def _check_robot(imported: Imported, gait: str | None) -> int:
+    from phasmid.formats import Severity
     from phasmid.gait import gaits_of
     from phasmid.scenario import load_scenario
 
-    found = describe(imported)
-    robot, verdict = imported.robot, None
+    findings, robot = [*imported.findings], imported.robot
     if robot is not None:
         first = gait or next(iter(gaits_of(len(robot.legs))), None)
-        scenario = load_scenario("paper").replace(robot=robot)
-        scenario = scenario.replace(gait=first) if first else scenario
-        if found["possible"] and first:
-            found["findings"] += _plain_walk(scenario)
-        verdict = _verdict(scenario) if first else None
-        if verdict is not None:
-            found["servo_verdict"] = verdict.as_dict()
-            found["findings"] += _too_weak(verdict, scenario)
-            found["possible"] &= verdict.is_possible
-    if as_json:
-        print(json.dumps(found, indent=2))
-    else:
-        if found["robot"]:
-            _print_robot(found["robot"], verdict)
-        _print_findings(found["findings"])
-    if found["possible"]:
-        if not as_json:
-            print("possible.")
+        verdict = None
+        if first is not None:
+            scenario = load_scenario("paper").replace(robot=robot, gait=first)
+            if not imported.impossible:
+                findings += _plain_walk(scenario)
+            verdict = _verdict(scenario)
+            findings += _too_weak(verdict, scenario)
+        _print_robot(robot, imported.legs, verdict)
+    _print_findings(findings)
+    count = sum(finding.severity is Severity.IMPOSSIBLE for finding in findings)
+    if robot is not None and not count:
+        print("possible.")
         return 0
-    count = sum(finding["severity"] == "impossible" for finding in found["findings"])
     counted = "1 finding is" if count == 1 else f"{count} findings are"
     what = f"it cannot walk as it is: {counted} impossible."
-    if imported.robot is None:
+    if robot is None:
         what = imported.impossible[0].sentence
     hint = imported.impossible[0].hint if imported.impossible else ""
     print(f"phasmid: {InvalidInput(what, hint=hint)}", file=sys.stderr)
@@ -105,12 +98,13 @@ def _verdict(scenario: Scenario) -> ServoVerdict | None:
         return None
 
 
-def _too_weak(verdict: ServoVerdict, scenario: Scenario) -> list[dict[str, str]]:
+def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]:
     """Return a finding where the servos do not hold, with a gait in which they do."""
     from phasmid.forces import Holding
+    from phasmid.formats import Finding, Severity
     from phasmid.gait import gaits_of
 
-    if verdict.is_possible:
+    if verdict is None or verdict.is_possible:
         return []
     hint = "a stronger servo, a lighter robot, or feet nearer to the hips"
     for name in gaits_of(len(scenario.base_robot().legs)):
@@ -119,23 +113,23 @@ def _too_weak(verdict: ServoVerdict, scenario: Scenario) -> list[dict[str, str]]
             hint = f"--gait {name}, {hint}"
             break
     what = f"the {verdict.servo} does not hold this robot in the {verdict.gait} gait."
-    finding = {"severity": "impossible", "subject": "servos", "what": what, "where": ""}
-    return [finding | {"hint": hint}]
+    return [Finding(Severity.IMPOSSIBLE, "servos", what, hint=hint)]
 
 
-def _plain_walk(scenario: Scenario) -> list[dict[str, str]]:
+def _plain_walk(scenario: Scenario) -> list[Finding]:
     """Return a finding where ``phasmid walk --robot`` needs other settings."""
     from phasmid.errors import PhasmidError
+    from phasmid.formats import Finding, Severity
     from phasmid.motion import plan
     from phasmid.simulation import check_time_step
 
     try:
         check_time_step(scenario, plan(scenario))
     except PhasmidError as error:
-        finding = {"subject": "the paper's walk", "what": f"it needs other settings: {error.what}"}
         # Only an option can follow the command.
         hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
-        return [{"severity": "note", "where": "", "hint": hint, **finding}]
+        what = f"it needs other settings: {error.what}"
+        return [Finding(Severity.NOTE, "the paper's walk", what, hint=hint)]
     return []
 
 
@@ -144,67 +138,77 @@ def _print_verdict(verdict: ServoVerdict | None) -> None:
         print(f"  servos: {plain(line)}")
 
 
-def _print_robot(robot: dict[str, Any], verdict: ServoVerdict | None) -> None:
-    servo, body = robot["servo"], robot["body"]
+def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None) -> None:
+    """Print a robot, its servo verdict, and the joints of the file that became its legs."""
+    import numpy as np
+
+    from phasmid.errors import PhasmidError
+    from phasmid.kinematics import joint_angles, longest_stride
+    from phasmid.robot import JOINTS
+
+    servo, body = robot.servo, robot.body
     print(
-        f"robot {plain(robot['name'])}: {len(robot['legs'])} legs, {robot['mass_g'] / 1000:.3f} kg "
-        f"({robot['weight_n']:.2f} N), servo {plain(servo['name'])} "
-        f"({plain_number(servo['stall_torque_nm'], 3)} N·m, "
-        f"{plain_number(servo['no_load_speed_rad_per_s'], 3)} rad/s)"
+        f"robot {plain(robot.name)}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
+        f"({robot.mass * STANDARD_GRAVITY:.2f} N), servo {plain(servo.name)} "
+        f"({plain_number(servo.stall_torque, 3)} N·m, "
+        f"{plain_number(servo.no_load_speed, 3)} rad/s)"
     )
     _print_verdict(verdict)
-    size = " × ".join(plain_number(side) for side in body["size_mm"])
-    print(f"  body {body['mass_g']:.1f} g, {size} mm")
-    rows = [
-        ["leg", "lengths mm", "left mm", "hip mm", "yaw, pitch, roll °", "neutral °", "masses g"]
-    ]
-    for number, leg in enumerate(robot["legs"], 1):
-        rows.append(
-            [
-                f"{number} {plain(leg['name'])}",
-                " / ".join(plain_number(length) for length in leg["lengths_mm"]),
-                plain_number(sum(leg["lateral_offsets_mm"])),
-                ", ".join(plain_number(round(x, 6) + 0.0) for x in leg["hip_mm"]),
-                ", ".join(plain_number(leg[f"{angle}_deg"]) for angle in ("yaw", "pitch", "roll")),
-                ", ".join(f"{angle:.1f}" for angle in leg["neutral_deg"] or ()),
-                " / ".join(f"{mass:.1f}" for mass in leg["masses_g"]),
-            ]
-        )
-    print_table(rows)
-    for number, leg in enumerate(robot["legs"], 1):
-        if "file" in leg:
-            print(f"  leg {number} is {_origin(leg['file'])}")
-    limits = robot["legs"][0]["limits_deg"]
-    if all(leg["limits_deg"] == limits for leg in robot["legs"]):
+    print(f"  body {1000 * body.mass:.1f} g, {_listed(1000 * body.size, ' × ')} mm")
+    frames = [["leg", "lengths mm", "hip mm", "yaw, pitch, roll °"]]
+    poses = [["leg", "left mm", "neutral °", "masses g"]]
+    for number, leg in enumerate(robot.legs, 1):
+        name = f"{number} {plain(leg.name)}"
+        mount = np.degrees([leg.mount_yaw, leg.mount_pitch, leg.mount_roll])
+        hip = np.round(1000 * leg.mount_position, 6)
+        frames.append([name, _listed(1000 * leg.lengths, " / "), _listed(hip), _listed(mount)])
+        try:
+            neutral = np.degrees(joint_angles(leg, leg.neutral_foot))
+        except PhasmidError:
+            # A foot out of reach is a finding.
+            neutral = np.empty(0)
+        left = plain_number(1000 * leg.lateral_offsets.sum())
+        masses = " / ".join(f"{1000 * link.mass:.1f}" for link in leg.links)
+        poses.append([name, left, ", ".join(f"{angle:.1f}" for angle in neutral), masses])
+    print_table(frames)
+    print_table(poses)
+    for number, origin in enumerate(origins, 1):
+        print(f"  leg {number} is {_origin(origin)}")
+    limits = np.degrees(robot.arrays.joint_limits)
+    if np.all(limits == limits[0]):
         found = (
             f"{joint} {plain_number(low)}° to {plain_number(high)}°"
-            for joint, (low, high) in limits.items()
+            for joint, (low, high) in zip(JOINTS, limits[0].tolist(), strict=True)
         )
         print(f"  joint limits: {', '.join(found)}")
-    stride = robot["longest_stride_mm"]
-    ahead, side = stride["ahead"], stride["sideways"]
-    print(f"  longest stride: {ahead:.0f} mm ahead, {side:.0f} mm sideways")
+    try:
+        ahead, side = longest_stride(robot), longest_stride(robot, np.pi / 2)
+    except PhasmidError:
+        ahead = side = 0.0
+    print(f"  longest stride: {1000 * ahead:.0f} mm ahead, {1000 * side:.0f} mm sideways")
 
 
-def _origin(file: dict[str, Any]) -> str:
+def _listed(numbers: np.ndarray, separator: str = ", ") -> str:
+    return separator.join(plain_number(number + 0.0) for number in numbers.tolist())
+
+
+def _origin(leg: FoundLeg) -> str:
     """Return the file's joints of a leg, and its angles in terms of the file's φ."""
     joints = []
-    for name, sign, offset in zip(file["joints"], file["signs"], file["offsets_deg"], strict=True):
-        shift = f" {offset:+.4g}°" if abs(offset) > 5e-4 else ""
+    for name, sign, offset in zip(leg.joints, leg.signs, leg.offsets, strict=True):
+        shift = f" {math.degrees(offset):+.4g}°" if abs(offset) > 1e-5 else ""
         joints.append(f"{plain(name)} ({'φ' if sign > 0 else '−φ'}{shift})")
     return ", ".join(joints)
 
 
-def _print_findings(findings: list[dict[str, str]]) -> None:
+def _print_findings(findings: Sequence[Finding]) -> None:
     """Print findings, the worst first."""
     order = ("impossible", "suspect", "note")
-    for finding in sorted(findings, key=lambda finding: order.index(finding["severity"])):
-        subject, what = plain(finding["subject"]), plain(finding["what"])
-        about = "" if not subject or what.startswith(subject) else f"{subject}: "
-        where = f" ({plain(finding['where'])})" if finding["where"] else ""
-        print(f"  {finding['severity']:<10} {about}{what}{where}")
-        if finding["hint"]:
-            print(f"  {'':<10} try {plain(finding['hint'])}")
+    for finding in sorted(findings, key=lambda finding: order.index(finding.severity.value)):
+        where = f" ({plain(finding.where)})" if finding.where else ""
+        print(f"  {finding.severity.value:<10} {plain(finding.sentence)}{where}")
+        if finding.hint:
+            print(f"  {'':<10} try {plain(finding.hint)}")
 
 
 def _check_scenario(scenario: Scenario) -> int:
@@ -239,7 +243,7 @@ def _check_scenario(scenario: Scenario) -> int:
     for sentence in idle_fields(scenario):
         print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     for finding in _too_weak(verdict, scenario):
-        print(f"phasmid: {InvalidInput(finding['what'], hint=finding['hint'])}", file=sys.stderr)
+        print(f"phasmid: {InvalidInput(finding.what, hint=finding.hint)}", file=sys.stderr)
         return 2
     print("possible.")
     return 0

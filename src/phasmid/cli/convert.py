@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from phasmid.cli.robot_options import add_import_options, import_options
+from phasmid.cli.scenario_options import add_import_options, import_options
 from phasmid.errors import plain
 
 OPTIONS = {

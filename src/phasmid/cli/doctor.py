@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import platform
 import shutil
@@ -40,7 +39,7 @@ print(gl_backend(), lack.what if lack else "", lack.advice if lack else "", sep=
 TIMEOUT = 40.0
 """Longest time that a graphics driver may take [s]."""
 
-OPTIONS = {"--json": "print the findings as JSON"}
+OPTIONS: dict[str, str] = {}
 
 
 class Finding(NamedTuple):
@@ -61,22 +60,18 @@ class Finding(NamedTuple):
     needed: bool = False
 
 
-def run(options: argparse.Namespace) -> int:
+def run(_: argparse.Namespace) -> int:
     """Examine the machine, and return the exit status: 1 where no robot can walk."""
     findings = examine()
     faults = [one for one in findings if one.needed and one.state != "ready"]
-    if options.json:
-        found = {"walks": not faults, "findings": [one._asdict() for one in findings]}
-        print(json.dumps(found, indent=2))
-    for one in () if options.json else findings:
+    for one in findings:
         print(f"{one.topic:<11} {one.state:<7} {plain(one.what)}")
         if one.remedy:
             print(f"{'':<19} try  {plain(one.remedy)}")
     if faults:
         sentence = f"nothing can walk here: {faults[0].topic}: {faults[0].what.rstrip('.')}."
         raise OutputError(sentence, hint=faults[0].remedy)
-    if not options.json:
-        print("robots can walk here.")
+    print("robots can walk here.")
     return 0
 
 

@@ -24,7 +24,7 @@ RATE = 200.0
 WAYS = {
     "--velocity A,L,T": "go ahead and to the left [m/s] and turn to the left [rad/s], such as "
     "0.05,0,0.1",
-    "--commands FILE": "commands over time, or waypoints: a .toml or .csv file",
+    "--commands FILE": "commands over time, or waypoints: a .toml file",
     "--waypoints X,Y[,H];...": "places to go to, ahead and to the left of the start [m], with a "
     "heading [rad]; the robot's true place is used",
 }

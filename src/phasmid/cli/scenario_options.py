@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, get_args, get_origin
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
+    from phasmid.formats import ImportOptions
     from phasmid.scenario import Scenario
 
 PLACES = {"robot", "height_map"}
@@ -123,6 +124,28 @@ def with_fields(scenario: Scenario, options: argparse.Namespace, file: str = "")
         return dotted(loc), file
 
     return scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
+
+
+def add_import_options(parser: argparse.ArgumentParser) -> None:
+    """Add the fields of ``[robot_import]``: values missing in a robot's file."""
+    from phasmid.scenario import option_keys
+
+    keys = [key for key, path in option_keys().items() if path[0] == "robot_import"]
+    add_field_options(parser, "reading URDF, MJCF and STEP", keys)
+    parser.add_argument(
+        "--strict", action="store_true", help="refuse a file with anything that is ignored"
+    )
+
+
+def import_options(options: argparse.Namespace) -> ImportOptions:
+    """Return the options of reading a robot.
+
+    Raises:
+        InvalidInput: A value is refused.
+    """
+    from phasmid.scenario import Scenario
+
+    return with_fields(Scenario(), options).robot_import
 
 
 def given_fields(options: argparse.Namespace) -> dict[str, str]:

@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,7 +41,6 @@ OPTIONS = {
     **SCENARIO,
     **OUT,
     "--trajectory FILE": "joint angles to follow instead of a plan: .csv, .npy, .nc or .mcap",
-    "--check-time-step": "simulate two cycles at half the time step, and print the difference",
     **REPORT_OPTIONS,
 }
 
@@ -51,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     scenario = scenario_of(options)
     from phasmid.motion import Motion, load_trajectory, plan
     from phasmid.scenario import idle_fields
-    from phasmid.simulation import check_time_step, new_run, time_step_refinement
+    from phasmid.simulation import check_time_step, new_run
 
     walk: Motion = (
         load_trajectory(options.trajectory, scenario.load_robot(), unit=options.trajectory_unit)
@@ -63,12 +62,7 @@ def run(options: argparse.Namespace) -> int:
     if not options.quiet:
         for sentence in idle_fields(scenario):
             print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
-
-    def refinement() -> dict[str, float]:
-        found = time_step_refinement(scenario, walk) if options.check_time_step else None
-        return found.attributes() if found else {}
-
-    return make_run(lambda: new_run(scenario, walk), scenario, options, words, refinement)
+    return make_run(lambda: new_run(scenario, walk), scenario, options, words)
 
 
 def make_run(
@@ -76,7 +70,6 @@ def make_run(
     scenario: Scenario,
     options: argparse.Namespace,
     words: Sequence[str],
-    attributes: Callable[[], Mapping[str, float]] = dict,
 ) -> int:
     """Make a run with its result folder, summary and video, and return the exit status.
 
@@ -85,7 +78,6 @@ def make_run(
         scenario: Its scenario.
         options: Those of the command line.
         words: Parts of the folder's name.
-        attributes: Returns further attributes of the recording of a completed run.
     """
     from phasmid.recording import check_log, check_mcap, load_recording
     from phasmid.reporting import check_folder
@@ -109,8 +101,6 @@ def make_run(
             print(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
             return 130
         recording = with_sensors(run.scenario, load_recording(log))
-        if not trouble:
-            recording.attrs.update(attributes())
         write_report(recording, folder, options, appearance)
     except KeyboardInterrupt:
         if log.exists():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -32,13 +30,13 @@ from phasmid.tables import (
     speaking,
     validate,
 )
-from phasmid.toml import parse_toml, read_text, read_toml, toml_string
+from phasmid.toml import parse_toml, read_toml, toml_string
 
 MOST_ENTRIES = 200_000
 """Largest number of commands of a script."""
 
 LARGEST_TEXT = 50_000_000
-"""Largest script in a recording, and largest table of commands [bytes]."""
+"""Largest script in a recording [characters]."""
 
 ROUND_OFF = 1e-9
 """Of times [s]."""
@@ -275,19 +273,15 @@ def load_script(source: str | Path) -> CommandScript:
     """Read a script of commands from a file.
 
     Args:
-        source: A ``.toml`` file with ``[[command]]`` or ``[[waypoint]]`` entries, or a ``.csv``
-            file with a column for each key, such as ``time_s,ahead_mm_per_s,turn_deg_per_s``,
-            whose empty cells keep the previous values.
+        source: A ``.toml`` file with ``[[command]]`` or ``[[waypoint]]`` entries.
 
     Raises:
         InvalidInput: The file cannot be read, or is no script.
     """
     path = Path(source)
-    if path.suffix == ".csv":
-        return _read_csv(path)
     if path.suffix != ".toml":
         raise InvalidInput(
-            f"{path} is no script of commands; it must be a .toml or .csv file.",
+            f"{path} is no script of commands; it must be a .toml file.",
             hint="commands.toml",
         )
     raw, content = read_toml(path)
@@ -305,36 +299,3 @@ def script_from_text(text: str) -> CommandScript:
         raise InvalidInput(f"the script has {len(text)} characters; such are refused.")
     raw = parse_toml(text, "the script")
     return validate(CommandScript, raw, lambda loc: (dotted(loc), "the script"))
-
-
-def _read_csv(path: Path) -> CommandScript:
-    """Return the script of a table with one command in each row."""
-    try:
-        rows = csv.reader(io.StringIO(read_text(path, LARGEST_TEXT)))
-        table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows if any(row)]
-    except csv.Error as error:
-        raise InvalidInput(f"{path} is no table: {error}.") from None
-    if not table:
-        raise InvalidInput(f"{path} is empty.", hint="time_s,ahead_mm_per_s")
-    (_, head), *body = table
-    for line, row in body:
-        if len(row) != len(head):
-            raise InvalidInput(
-                f"{path.name} line {line}: {len(row)} cells for {len(head)} columns."
-            )
-    entries = [
-        {key: _cell(text) for key, text in zip(head, row, strict=True) if text} for _, row in body
-    ]
-
-    def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
-        return dotted(loc[2:]), f"{path.name}, line {body[int(loc[1])][0]}"
-
-    with located(path.name):
-        return validate(CommandScript, {"command": entries}, locate)
-
-
-def _cell(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -1,6 +1,5 @@
 """Robots in and out of the formats of other programs: TOML, URDF, MJCF, STEP."""
 
-from phasmid.formats.description import describe
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
@@ -30,7 +29,6 @@ __all__ = [
     "Tree",
     "TreeJoint",
     "TreeLink",
-    "describe",
     "import_robot",
     "is_foreign",
     "judge_robot",

@@ -28,13 +28,6 @@ WITHIN_STEP = 0.15
 """Part of a step by which a rest-to-rest walk leads or trails the constant pace within it: the
 largest difference of 10 s³ - 15 s⁴ + 6 s⁵ from s is 0.147."""
 
-NOTABLE_REFINEMENT = 0.05
-"""Notable rms difference of forces or torques from those at half the time step, over their rms.
-The paper's walk has 0.4 %; the assumed contact law changes the forces by some per cent."""
-
-MOST_HALVES = 4
-"""Most halvings of the proposed time step."""
-
 AT_LIMIT = 1.005
 """Share of a servo's limit that counts as beyond it: one at its limit reaches it up to round-off,
 and no warning shall say 100 %."""
@@ -53,7 +46,6 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
         *_servos(summary, source),
         *_limits(summary),
         *_feet(summary),
-        *_time_step(summary),
     ]
     return [*found, *idle_fields(source.scenario, source.robot)]
 
@@ -173,16 +165,4 @@ def _servos(summary: dict[str, Any], source: Source) -> Iterator[str]:
         yield (
             f"The armature of the {plain(servo.name)} is not given; {servo.rotor_inertia:.2g} "
             "kg m² is assumed, from its stall torque and no-load speed."
-        )
-
-
-def _time_step(summary: dict[str, Any]) -> Iterator[str]:
-    found = summary["time_step_refinement"]
-    worst = max(found.get("normal_force") or 0.0, found.get("joint_torque") or 0.0)
-    if worst > NOTABLE_REFINEMENT:
-        # An error of first order falls with the step. Halves of it fit every interval it fits.
-        halves = min(math.ceil(math.log2(worst / NOTABLE_REFINEMENT)), MOST_HALVES)
-        yield (
-            f"At half the time step forces or torques differ by {100 * worst:.0f} %: it is too "
-            f"long; try --dt {found['time_step'] / 2**halves:.4g}."
         )

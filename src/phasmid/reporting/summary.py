@@ -28,10 +28,6 @@ from phasmid.reporting.run import events, read_run
 Summary: TypeAlias = dict[str, Any]
 """Numbers in SI by name, as JSON holds them."""
 
-REFINEMENT = ("time_step", "duration", "normal_force", "joint_torque", "way")
-"""Attributes of a comparison with half the time step: relative rms differences of forces and
-torques, and the largest distance between the trunks [m]."""
-
 
 def summarise(recording: Recording) -> Summary:
     """Return the numbers of a walk.
@@ -42,8 +38,8 @@ def summarise(recording: Recording) -> Summary:
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
         ``velocity``, ``slip``, ``normal_force``, ``torque``, ``speed``, ``servo_verdict``,
-        ``servos``, ``support``, ``energy``, ``time_step_refinement`` and
-        ``model_against_simulation``, and ``warnings``, sentences on doubtful results.
+        ``servos``, ``support``, ``energy`` and ``model_against_simulation``, and ``warnings``,
+        sentences on doubtful results.
         What is not recorded is absent.
 
     Raises:
@@ -101,7 +97,6 @@ def summarise(recording: Recording) -> Summary:
         "servos": servos(part),
         "support": {"least_margin": least_support(part)},
         "energy": energy(part, way.get("distance")),
-        "time_step_refinement": {name: attributes.get(f"refinement_{name}") for name in REFINEMENT},
         "model_against_simulation": model_difference(part),
     }
     compact: Summary = _known(summary)

@@ -12,7 +12,7 @@ import numpy as np
 from phasmid.errors import InvalidInput, plain
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.checks import largest_joint
-from phasmid.reporting.summary import REFINEMENT, Summary
+from phasmid.reporting.summary import Summary
 
 WIDTH = 80
 """Largest width of the tables [columns]."""
@@ -178,7 +178,6 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     yield from _force_facts(summary)
     yield from _joint_facts(summary)
     yield from _difference_facts(summary)
-    yield from _refinement_facts(summary)
 
 
 def _story(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -295,19 +294,6 @@ def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
     forces = [v for v in compared.get("normal_force", {}).get("rms") or () if v is not None]
     if forces:
         yield "Force rms diff.", f"{max(forces):.3g} N, the worst leg (model - simulation)"
-
-
-def _refinement_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    found = summary.get("time_step_refinement", {})
-    if len(found) == len(REFINEMENT):
-        way = found["way"]
-        small = f"{1000 * way:.2f} mm" if way >= 1e-4 else f"{1e6 * way:.2g} µm"
-        yield (
-            "Time step",
-            f"{1000 * found['time_step']:g} ms against half of it, the first "
-            f"{found['duration']:g} s: normal forces {100 * found['normal_force']:.2g} %, "
-            f"torques {100 * found['joint_torque']:.2g} % (rms), way {small}",
-        )
 
 
 def leg_row(summary: Summary, leg: int) -> list[str]:

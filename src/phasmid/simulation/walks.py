@@ -158,10 +158,6 @@ class Refinement:
     joint_torque: float
     way: float
 
-    def attributes(self) -> dict[str, float]:
-        """Return the numbers as attributes of a recording, for its summary."""
-        return {f"refinement_{name}": value for name, value in vars(self).items()}
-
 
 def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
     """Simulate the first two cycles at the time step and at half of it, and compare.

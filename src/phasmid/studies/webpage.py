@@ -52,7 +52,7 @@ def study_page(results: StudyResults, command: str) -> str:
         "effects": {axis: _effects(done, axis, metrics) for axis in study.axes},
     }
     style = "".join(map(own_text, ("colours.css", "style.css"))) + _own("study.css")
-    script = own_text("algebra.js") + _own("study.js")
+    script = own_text("algebra.js") + own_text("plotting.js") + _own("study.js")
     policy = (
         f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
         f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"

@@ -46,8 +46,8 @@ class Field:
         read: Return its value, SI.
         write: Return the setting with another value, SI.
         unit: Unit on the page, a key of `UNITS`; empty for plain numbers and words.
-        span: Return the range of a number.
-        choices: Return the words of a choice.
+        span: Range of a number, or a function of the setting that returns it.
+        choices: Words of a choice, or a function of the setting that returns them.
         shown: Return True if the field has an effect in a setting.
     """
 
@@ -57,8 +57,8 @@ class Field:
     read: Callable[[Setting], Value]
     write: Callable[[Setting, Any], Setting]
     unit: str = ""
-    span: Callable[[Setting], Span] | None = None
-    choices: Callable[[Setting], Sequence[str]] | None = None
+    span: Span | Callable[[Setting], Span] | None = None
+    choices: Sequence[str] | Callable[[Setting], Sequence[str]] | None = None
     shown: Callable[[Setting], bool] = lambda _: True
 
     def value(self, setting: Setting) -> Value:
@@ -74,11 +74,11 @@ class Field:
         table: dict[str, Any] = {"name": self.name, "label": self.label}
         table |= {"help": self.help, "unit": UNITS[self.unit].symbol if self.unit else ""}
         if self.span is not None:
-            (least, most, step), now = self.span(setting), float(self.value(setting))
+            (least, most, step), now = _of(self.span, setting), float(self.value(setting))
             bounds = {"least": min(least, now), "most": max(most, now), "step": step}
             return table | {"kind": "range"} | bounds
         if self.choices is not None:
-            return table | {"kind": "choice", "choices": list(self.choices(setting))}
+            return table | {"kind": "choice", "choices": list(_of(self.choices, setting))}
         return table | {"kind": "switch"}
 
     def changed(self, setting: Setting, value: object) -> Setting:
@@ -106,7 +106,7 @@ class Field:
                 )
             return changed
         if self.choices is not None:
-            known = self.choices(setting)
+            known = _of(self.choices, setting)
             if value not in known:
                 guess = nearest(str(value), known)
                 raise InvalidInput(
@@ -119,6 +119,11 @@ class Field:
         return setting if value == self.read(setting) else self.write(setting, value)
 
 
+def _of(value: Any, setting: Setting) -> Any:
+    """Return a value, or what a function returns for a setting."""
+    return value(setting) if callable(value) else value
+
+
 # Kinds of fields ------------------------------------------------------------------------------
 
 
@@ -126,7 +131,7 @@ def _scenario(path: str, label: str, **parts: Any) -> Field:
     """Return a field of the scenario, with the unit, words and description of its table."""
     table, name = path.split(".")
     kind: Any = Scenario.model_fields[table].annotation
-    field, words = kind.model_fields[name], choices(kind.model_fields[name])
+    field = kind.model_fields[name]
     carried = quantity(field)
     given: dict[str, Any] = {
         "name": name,
@@ -134,7 +139,7 @@ def _scenario(path: str, label: str, **parts: Any) -> Field:
         "read": lambda setting: getattr(getattr(setting.scenario, table), name),
         "write": lambda setting, value: _with(setting, **{name: value}),
         "unit": carried.unit if carried else "",
-        "choices": (lambda _: words) if words else None,
+        "choices": choices(field) or None,
     }
     return Field(label=label, **given | parts)
 
@@ -166,7 +171,7 @@ def _pose(index: int, name: str, label: str, help: str, unit: str) -> Field:
         read=lambda setting: setting.pose[index],
         write=write,
         unit=unit,
-        span=_of_height(-0.4, 0.4) if unit == "mm" else _fixed(-20, 20, 1),
+        span=_of_height(-0.4, 0.4) if unit == "mm" else (-20, 20, 1),
         shown=_controlled,
     )
 
@@ -198,7 +203,8 @@ def _with_voltage(setting: Setting, voltage: float) -> Setting:
 
 
 def _terrains(setting: Setting) -> list[str]:
-    kinds = [kind for kind in TERRAIN_KINDS if kind != "height-map"]
+    kinds = [*choices(TerrainTable.model_fields["kind"])]
+    kinds.remove("height-map")
     if not setting.scenario.terrain.edge_x:
         # Their edges come from a file.
         kinds.remove("steps")
@@ -210,7 +216,8 @@ def _terrains(setting: Setting) -> list[str]:
 def _contact_laws(setting: Setting) -> list[str]:
     # The simulator of the law "simscape" follows plans only.
     present = setting.scenario.contact.contact_law
-    return [law for law in CONTACT_LAWS if law != "simscape" or law == present]
+    laws = choices(type(setting.scenario.contact).model_fields["contact_law"])
+    return [law for law in laws if law != "simscape" or law == present]
 
 
 def _of_height(least: float, most: float) -> Callable[[Setting], Span]:
@@ -220,10 +227,6 @@ def _of_height(least: float, most: float) -> Callable[[Setting], Span]:
         math.ceil(1000 * most * setting.height),
         1.0,
     )
-
-
-def _fixed(least: float, most: float, step: float) -> Callable[[Setting], Span]:
-    return lambda _: (least, most, step)
 
 
 def _payloads(setting: Setting) -> Span:
@@ -248,13 +251,6 @@ def _by_gait(setting: Setting) -> bool:
     return _planned(setting) or _controlled(setting)
 
 
-def _words(table: str, name: str) -> tuple[str, ...]:
-    kind: Any = Scenario.model_fields[table].annotation
-    return choices(kind.model_fields[name])
-
-
-TERRAIN_KINDS, CONTACT_LAWS = _words("terrain", "kind"), _words("contact", "contact_law")
-
 POSES = (
     _pose(2, "body_height", "Height", "Up or down.", "mm"),
     _pose(0, "body_x", "Ahead", "Ahead or back of the feet.", "mm"),
@@ -265,13 +261,13 @@ POSES = (
 )
 
 SIZES = {
-    "slope": ("Slope", -45, 45, 1),
-    "rise": ("Step's rise", 0, 100, 1),
-    "gap_width": ("Gap", 5, 200, 5),
-    "block_height": ("Blocks", 0, 100, 1),
-    "wave_height": ("Waves", 0, 100, 1),
-    "roughness": ("Roughness", 0, 30, 1),
-    "ice_friction": ("Friction of ice", 0, 1, 0.05),
+    "slope": ("Slope", (-45, 45, 1)),
+    "rise": ("Step's rise", (0, 100, 1)),
+    "gap_width": ("Gap", (5, 200, 5)),
+    "block_height": ("Blocks", (0, 100, 1)),
+    "wave_height": ("Waves", (0, 100, 1)),
+    "roughness": ("Roughness", (0, 30, 1)),
+    "ice_friction": ("Friction of ice", (0, 1, 0.05)),
 }
 """Label and range of the numbers of each terrain."""
 
@@ -282,7 +278,7 @@ GROUPS = {
             "Walks",
             "By itself: ahead at half its largest speed; by hand: by stick and keys; the plan: the "
             "scenario's walk, planned beforehand.",
-            choices=lambda _: get_args(Walks),
+            choices=get_args(Walks),
         ),
         _own(
             "controller",
@@ -302,7 +298,7 @@ GROUPS = {
             ],
             shown=_by_gait,
         ),
-        _scenario("stride.period", "Cycle time", span=_fixed(0.3, 6, 0.05), shown=_by_gait),
+        _scenario("stride.period", "Cycle time", span=(0.3, 6, 0.05), shown=_by_gait),
         _scenario("stride.step_height", "Step height", span=_of_height(0, 0.6), shown=_by_gait),
         _scenario(
             "stride.step_length",
@@ -338,7 +334,7 @@ GROUPS = {
             "servo",
             "Servo",
             "The motor of every joint.",
-            choices=lambda _: [OWN_SERVO, *servo_names()],
+            choices=[OWN_SERVO, *servo_names()],
         ),
         _scenario(
             "servo.voltage",
@@ -346,7 +342,7 @@ GROUPS = {
             help="Voltage of the servos' supply; the servo's rated voltage until it is set.",
             read=lambda setting: setting.scenario.servo.supply(setting.robot.servo),
             write=_with_voltage,
-            span=_fixed(6, 16, 0.1),
+            span=(6, 16, 0.1),
             shown=lambda setting: setting.scenario.simulation.drive == "servo",
         ),
         _own(
@@ -368,10 +364,10 @@ GROUPS = {
             choices=_terrains,
         ),
         *(
-            _scenario(f"terrain.{name}", label, span=_fixed(*span), shown=_on(name))
-            for name, (label, *span) in SIZES.items()
+            _scenario(f"terrain.{name}", label, span=span, shown=_on(name))
+            for name, (label, span) in SIZES.items()
         ),
-        _scenario("terrain.friction", "Friction", span=_fixed(0, 2, 0.05)),
+        _scenario("terrain.friction", "Friction", span=(0, 2, 0.05)),
         _scenario("contact.contact_law", "Contact law", choices=_contact_laws),
     ),
     "Forces": (_scenario("model.force_model", "Force distribution"),),

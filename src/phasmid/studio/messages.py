@@ -114,7 +114,7 @@ class Load(Request):
         content: Bytes of the file; base64 in JSON.
     """
 
-    what: Literal["scenario", "robot", "terrain"]
+    what: Literal["scenario", "terrain"]
     name: Annotated[str, StringConstraints(max_length=120)]
     content: Annotated[bytes, BeforeValidator(_decode)] = Field(repr=False)
 

@@ -86,7 +86,7 @@ def listen(host: str, port: int | None) -> socket.socket:
 def page_files() -> dict[str, str]:
     """Return the texts of the page's files by their names; ``studio.html`` is the page."""
     own = {path.name: path.read_text("utf-8") for path in Path(__file__).parent.glob("page/*.*")}
-    return own | {name: own_text(name) for name in ("colours.css", *DRAWING)}
+    return own | {name: own_text(name) for name in ("colours.css", "plotting.js", *DRAWING)}
 
 
 async def _report_mistake(_: HTTPRequest, error: Exception) -> Response:

@@ -1,4 +1,4 @@
-"""Files of the page: scenarios to save; scenarios, robots and height maps to load."""
+"""Files of the page: scenarios to save; scenarios and height maps to load."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 
 from phasmid.arguments import described
 from phasmid.errors import InvalidInput, PhasmidError, located, nearest
-from phasmid.formats import load_robot
 from phasmid.gait.file import is_gait_file
 from phasmid.robot import preset_names, robot_to_toml
 from phasmid.scenario import load_scenario, scenario_to_toml
@@ -20,7 +19,7 @@ from phasmid.terrain.height_text import BEGINNING
 from phasmid.toml import read_toml
 
 MOST_FILES = 32
-"""Most loaded files: their robots stay in memory."""
+"""Most loaded files: they stay in memory."""
 
 
 def scenario_file(setting: Setting) -> dict[str, Any]:
@@ -46,21 +45,28 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
     Args:
         setting: Present setting.
         load: File.
-        folder: Folder of loaded files, where later files find it by its name.
+        folder: Folder of loaded files, where a scenario finds a height map by its name.
 
     Raises:
         InvalidInput: It is malformed, cannot be used, or is one too many.
     """
-    if len(setting.robots) + len(setting.grounds) >= MOST_FILES:
+    if len(setting.grounds) >= MOST_FILES:
         raise InvalidInput(
             f"{MOST_FILES} files were taken in, which are the most.", hint="start the studio anew"
         )
     path = folder / _kept_name(load.name)
-    # Marks the folder of a package: packages above it are not searched.
-    (folder / "package.xml").touch()
     path.write_bytes(load.content)
     try:
-        return _with_file(setting, load.what, path)
+        if load.what == "scenario":
+            _check_named_files(path, setting)
+            initial = setting_of(load_scenario(path))
+            return replace(
+                initial, walks=setting.walks, robots=setting.robots, grounds=setting.grounds
+            )
+        with located(path.name):
+            scenario = setting.scenario.replace(terrain="height-map", height_map=str(path))
+        grounds = {**setting.grounds, path.name: scenario.terrain.height_map}
+        return replace(setting, scenario=scenario, grounds=grounds)
     except PhasmidError as error:
         # People know the files by their own names.
         for part in ("what", "where", "hint"):
@@ -75,53 +81,42 @@ def _kept_name(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]", "_", last)[-64:].lstrip(".") or "file"
 
 
-def _check_named_files(path: Path) -> None:
-    """Refuse a scenario that names files of this machine other than those loaded before it."""
+def _check_named_files(path: Path, setting: Setting) -> None:
+    """Refuse a scenario that names files of this machine, other than loaded height maps."""
     raw, _ = read_toml(path)
-    tables = [raw.get(name) for name in ("terrain", "gait", "robot_import")]
-    terrain, gait, reading = (table if isinstance(table, dict) else {} for table in tables)
-    robot = raw.get("robot")
-    gait_name = None if "offsets" in gait else gait.get("name", tables[1])
-    if reading.get("package"):
+    terrain, gait = (
+        table if isinstance(table, dict) else {"name": table}
+        for table in (raw.get("terrain"), raw.get("gait"))
+    )
+    robot, height_map = raw.get("robot", ""), terrain.get("height_map", "")
+    where = path.name
+    if robot and robot not in preset_names():
+        guess = nearest(str(robot), preset_names())
         raise InvalidInput(
-            f"robot_import.package is {described(reading['package'])}, which names folders of "
-            "this machine; a scenario that is loaded in the page must name none.",
-            where=path.name,
-            hint="phasmid studio SCENARIO",
+            f"robot is {described(robot)}; a scenario that is loaded in the page must have the "
+            "robot of a preset.",
+            where=where,
+            hint=f'"{guess}"' if guess and "." not in str(robot) else "phasmid studio FILE",
         )
-    named = {
-        "robot": robot if robot not in preset_names() else None,
-        "terrain.height_map": terrain.get("height_map"),
-        "gait": gait_name if is_gait_file(gait_name) else None,
-    }
-    for what, name in named.items():
-        if not isinstance(name, str) or not name or name.startswith(BEGINNING):
-            continue
-        if name == _kept_name(name) and (path.parent / name).is_file() and name != path.name:
-            continue
-        file, guess = _kept_name(name), nearest(name, preset_names())
-        hint = file if file == name else f"name it {file}, without folders"
+    reading = raw.get("robot_import")
+    if isinstance(reading, dict) and reading.get("package"):
         raise InvalidInput(
-            f"{what} is {described(name)}, a file that was not loaded; load that file first, and "
-            "then the scenario again.",
-            where=path.name,
-            hint=f'"{guess}"' if guess and what == "robot" and "." not in name else hint,
+            "robot_import.package names a folder of this machine; a scenario that is loaded in the "
+            "page must name none.",
+            where=where,
         )
-
-
-def _with_file(setting: Setting, what: str, path: Path) -> Setting:
-    if what == "scenario":
-        _check_named_files(path)
-        scenario = load_scenario(path)
-        initial = setting_of(scenario)
-        robots = {**setting.robots, **initial.robots}
-        return replace(initial, walks=setting.walks, robots=robots, grounds=setting.grounds)
-    if what == "robot":
-        if path.name in preset_names():
-            raise InvalidInput(f'"{path.name}" is the name of a preset; give the file another.')
-        robot = load_robot(path)
-        return replace(setting, robots={**setting.robots, path.name: robot}).with_robot(robot)
-    with located(path.name):
-        scenario = setting.scenario.replace(terrain="height-map", height_map=str(path))
-    grounds = {**setting.grounds, path.name: scenario.terrain.height_map}
-    return replace(setting, scenario=scenario, grounds=grounds)
+    if "offsets" not in gait and is_gait_file(gait.get("name")):
+        raise InvalidInput(
+            f"gait is {described(gait['name'])}, a file; a scenario that is loaded in the page "
+            "must contain its gait.",
+            where=where,
+            hint="a table [gait] with its offsets",
+        )
+    is_file = isinstance(height_map, str) and not height_map.startswith(BEGINNING)
+    if is_file and height_map not in {"", *setting.grounds}:
+        raise InvalidInput(
+            f"terrain.height_map is {described(height_map)}, a file that was not loaded; load that "
+            "file first, and then the scenario again.",
+            where=where,
+            hint=f"name it {_kept_name(str(height_map))}, without folders",
+        )

@@ -42,9 +42,7 @@
       return max(far, 1.0 - clamp(5.0 * min(inside.x, inside.y), 0.0, 1.0));
     }`;
 
-  // What a piece of paint is for: as it is, lit, or ground with its grid; simpler ones of the last
-  // two are for where the processor draws. Each has a program of its own, as a processor would follow
-  // all branches of one.
+  // Depth for shadows, paint as it is, lit solids, and ground with its grid.
   const FRAGMENTS = {
     depth: `${HEAD}
       void main() { colour = vec4(1.0); }`,
@@ -61,11 +59,6 @@
         float gloss = 0.16 * eighth * eighth * eighth + 0.10 * away * away * away;
         colour = vec4(paint.rgb * own.rgb * bright + gloss, 1.0);
       }`,
-    shaded: `${HEAD}
-      void main() {
-        vec3 normal = normalize(cross(dFdx(world), dFdy(world)));
-        colour = vec4(paint.rgb * own.rgb * (0.5 + 0.15 * normal.z + 0.5 * max(dot(normal, light), 0.0)), 1.0);
-      }`,
     ground: `${HEAD}${SURFACE}
       void main() {
         // Lines 100 mm apart; every fifth is stronger and is seen from farther away.
@@ -77,16 +70,6 @@
         float lines = 0.65 * max(near.x, near.y) * min(0.025 / far, 1.0)
           + 0.35 * max(near.x * fifth.x, near.y * fifth.y) * min(0.125 / far, 1.0);
         float away = smoothstep(0.35, 1.0, length(world.xy - middle.xy) / reach);
-        colour = vec4(mix(mix(surface(), line, lines * paint.a), back, vanished(away)), 1.0);
-      }`,
-    grid: `${HEAD}${SURFACE}
-      void main() {
-        vec2 tenths = world.xy * 10.0;
-        vec2 wide = fwidth(tenths);
-        vec2 near = clamp(1.1 - abs(fract(tenths - 0.5) - 0.5) / wide, 0.0, 1.0);
-        float lines = max(near.x, near.y) * min(0.2 / max(wide.x, wide.y), 0.65);
-        vec2 off = (world.xy - middle.xy) / reach;
-        float away = clamp(1.15 * dot(off, off) - 0.15, 0.0, 1.0);
         colour = vec4(mix(mix(surface(), line, lines * paint.a), back, vanished(away)), 1.0);
       }`,
   };
@@ -325,10 +308,9 @@
       act();
       gl.bindFramebuffer(gl.FRAMEBUFFER, null);
       gl.viewport(0, 0, canvas.width, canvas.height);
-      for (const name of ["ground", "grid"]) {
-        gl.uniformMatrix4fv(use(name).sun, false, sun);
-        gl.uniform1f(used.at.dim, dim);
-      }
+      const at = use("ground");
+      gl.uniformMatrix4fv(at.sun, false, sun);
+      gl.uniform1f(at.dim, dim);
     }
 
     // Where the ground is known, and patches of other friction on it: rectangles in axes of their
@@ -359,13 +341,11 @@
     function ground(patches, border, line) {
       const [u0, u1, v0, v1] = patches ? patches.box : [0, 1, 0, 1];
       const yaw = patches ? patches.yaw : 0;
-      for (const name of ["ground", "grid"]) {
-        const at = use(name);
-        gl.uniform4f(at.field, u0, v0, patches ? 1 / (u1 - u0) : 0, patches ? 1 / (v1 - v0) : 0);
-        gl.uniform2f(at.turn, Math.cos(yaw), Math.sin(yaw));
-        gl.uniform4f(at.border, border[0], border[2], border[1], border[3]);
-        gl.uniform3fv(at.line, line);
-      }
+      const at = use("ground");
+      gl.uniform4f(at.field, u0, v0, patches ? 1 / (u1 - u0) : 0, patches ? 1 / (v1 - v0) : 0);
+      gl.uniform2f(at.turn, Math.cos(yaw), Math.sin(yaw));
+      gl.uniform4f(at.border, border[0], border[2], border[1], border[3]);
+      gl.uniform3fv(at.line, line);
     }
 
     return { gl, POSES, shapes, solid, forget, draw, fan, ribbons, fit, begin, lay, ground, shadows };

@@ -6,7 +6,7 @@
   const REACH = 2.4; // distances of the eye at which a level floor ends
   const EVERYWHERE = [-1e9, 1e9, -1e9, 1e9];
 
-  Phasmid.floor = (drawing, scene, rough) => {
+  Phasmid.floor = (drawing, scene) => {
     const { gl, shapes } = drawing;
     const uneven = scene.ground && { vertices: unpacked(scene.ground.vertices), faces: unpacked(scene.ground.faces) };
     const border = uneven ? extent(uneven.vertices) : EVERYWHERE;
@@ -33,20 +33,19 @@
       solid = drawing.solid(Phasmid.relief(uneven, colours));
     }
 
-    function paint(seen, colours, grid, fine) {
+    function paint(seen, colours, grid) {
       gl.disable(gl.BLEND);
       drawing.ground(scene.patches, border, uneven ? colours.edge : colours.line);
-      const kind = rough && !fine ? "grid" : "ground";
       if (uneven) {
         dye(colours);
-        drawing.draw(solid, IDENTITY, [1, 1, 1, grid ? 0.3 : 0], kind);
+        drawing.draw(solid, IDENTITY, [1, 1, 1, grid ? 0.3 : 0], "ground");
         return;
       }
       gl.disable(gl.DEPTH_TEST);
       const model = Float32Array.from(IDENTITY);
       model[0] = model[5] = 1.05 * REACH * seen.distance;
       [model[12], model[13], model[14]] = [seen.target[0], seen.target[1], scene.level];
-      drawing.draw(shapes.flat, model, [...colours.floor, grid ? 1 : 0], kind);
+      drawing.draw(shapes.flat, model, [...colours.floor, grid ? 1 : 0], "ground");
       gl.enable(gl.DEPTH_TEST);
     }
 

@@ -23,10 +23,8 @@
     const whole = (meshes) => (link) =>
       scene.pieces.filter((piece) => piece.link === link).map(({ mesh, colour }) => ({ ...meshes[mesh], colour }));
     const detail = (cell) => flock(links.map(whole(cell ? exact.map((one) => coarse(one, cell * span)) : exact)));
-    const machines = { rough: rough && { solids: detail(ROUGH), shadows: detail(ROUGH_SHADE) }, fine: null };
-    const lit = (fine) => (rough && !fine ? "shaded" : "lit");
-    const own = (fine) => (rough && !fine ? machines.rough : (machines.fine ??= { solids: detail(0), shadows: detail(SHADE) }));
-    const floor = Phasmid.floor(drawing, scene, rough);
+    const [solids, shadows] = (rough ? [ROUGH, ROUGH_SHADE] : [0, SHADE]).map(detail);
+    const floor = Phasmid.floor(drawing, scene);
     const legColours = scene.legs.map(rgb);
     const forceColour = rgb(scene.force_colour);
     // Metres of an arrow for a newton.
@@ -65,9 +63,7 @@
     }
 
     function forget() {
-      const { rough: some, fine } = machines;
-      for (const flock of [some?.solids, some?.shadows, fine?.solids, fine?.shadows, lances, funnels])
-        for (const { solid } of flock || []) drawing.forget(solid);
+      for (const { solid } of [solids, shadows, lances, funnels].flat()) drawing.forget(solid);
       floor.forget();
     }
 
@@ -82,17 +78,17 @@
     const poseOf = (X_body, X_links) => (k) => (links[k] < 0 ? X_body : X_links[links[k]]);
 
     // The ground in the robot's shadow.
-    function ground(X_body, X_links, seen, colours, grid, fine = false) {
+    function ground(X_body, X_links, seen, colours, grid) {
       const place = vector(X_body, 4);
       const far = X_links.reduce((most, X) => Math.max(most, size(less(vector(X, 4), place))), span);
       drawing.shadows(place, 2 * far, colours.dark ? 0.5 : 0.32,
-        () => paint(own(fine).shadows, poseOf(X_body, X_links), WHITE, "depth"));
-      floor.paint(seen, colours, grid, fine);
+        () => paint(shadows, poseOf(X_body, X_links), WHITE, "depth"));
+      floor.paint(seen, colours, grid);
     }
 
-    function machine(X_body, X_links, fine = false) {
+    function machine(X_body, X_links) {
       gl.disable(gl.BLEND);
-      paint(own(fine).solids, poseOf(X_body, X_links), WHITE, lit(fine));
+      paint(solids, poseOf(X_body, X_links), WHITE, "lit");
     }
 
     function support(standing, safe, seen, colours) {
@@ -134,7 +130,7 @@
       gl.disable(gl.BLEND);
       gl.enable(gl.CULL_FACE);
       const pose = (k) => (k < legs ? made[k]?.shaft : made[k - legs]?.head);
-      over(() => paint(lances, pose, [...colour, 1], lit(false)));
+      over(() => paint(lances, pose, [...colour, 1], "lit"));
       gl.disable(gl.CULL_FACE);
     }
 

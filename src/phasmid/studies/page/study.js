@@ -3,6 +3,7 @@
 
 (() => {
   const { unpacked } = Phasmid.algebra;
+  const { prepared, line, roundStep, text: short, colour: style } = Phasmid.plotting;
   const ROWS = 12; // of the table of best runs
   const PALETTE = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#bbbbbb"];
   const byId = (id) => document.getElementById(id);
@@ -18,10 +19,7 @@
   const endings = column(scene.endings, false);
   const best = new Set(scene.best);
   const metrics = columns.filter((one) => one.isMetric);
-  const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const short = (value) =>
-    (value !== 0 && Math.abs(value) < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(4)))).replace("-", "−");
-  const text = (one, row) => (one.texts ? one.texts[one.values[row]] : short(one.values[row]));
+  const text = (one, row) => (one.texts ? one.texts[one.values[row]] : short(one.values[row], 4));
   const label = (name) => name.replaceAll("_", " ");
   let chosen = null;
 
@@ -65,24 +63,17 @@
 
   // ---------------------------------------------------------------- drawing
 
-  function prepared(canvas) {
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const [wide, high] = [canvas.clientWidth, canvas.clientHeight];
-    [canvas.width, canvas.height] = [Math.round(wide * ratio), Math.round(high * ratio)];
-    const context = canvas.getContext("2d");
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.font = "12px system-ui, sans-serif";
-    context.fillStyle = style("--faint");
-    context.strokeStyle = style("--line");
-    return { context, wide, high };
+  function begun(canvas) {
+    const drawn = prepared(canvas, "12px");
+    Object.assign(drawn.context, { fillStyle: style("--faint"), strokeStyle: style("--line"), lineWidth: 1 });
+    return drawn;
   }
 
   function steps(one) {
     if (one.texts) return one.texts.map((words, k) => [k, words]);
-    const ten = 10 ** Math.floor(Math.log10((one.high - one.low) / 4));
-    const step = [1, 2, 5, 10].map((k) => k * ten).find((size) => (one.high - one.low) / size <= 6);
+    const step = roundStep((one.high - one.low) / 6);
     const found = [];
-    for (let k = Math.ceil(one.low / step); k * step <= one.high; k++) found.push([k * step, short(k * step)]);
+    for (let k = Math.ceil(one.low / step); k * step <= one.high; k++) found.push([k * step, short(k * step, 4)]);
     return found;
   }
 
@@ -95,7 +86,7 @@
 
   function paintScatter() {
     const [x, y, by] = ["x", "y", "colour"].map((name) => named(byId(`scatter-${name}`).value));
-    const { context, wide, high } = prepared(byId("scatter"));
+    const { context, wide, high } = begun(byId("scatter"));
     const X = (value) => LEFT + 8 + ((value - x.low) / (x.high - x.low)) * (wide - LEFT - 24);
     const Y = (value) => high - BELOW - 8 - ((value - y.low) / (y.high - y.low)) * (high - BELOW - 24);
     context.textAlign = "center";
@@ -135,7 +126,7 @@
   }
 
   function legend(by) {
-    if (!by.texts) return [`${short(by.low)} (dark) to ${short(by.high)} (bright).`];
+    if (!by.texts) return [`${short(by.low, 4)} (dark) to ${short(by.high, 4)} (bright).`];
     return by.texts.flatMap((words, k) => {
       const chip = document.createElement("span");
       chip.className = "chip";
@@ -144,12 +135,6 @@
     });
   }
 
-  function line(context, x0, y0, x1, y1) {
-    context.beginPath();
-    context.moveTo(x0, y0);
-    context.lineTo(x1, y1);
-    context.stroke();
-  }
   function disc(context, x, y, size) {
     context.beginPath();
     context.arc(x, y, size, 0, 7);
@@ -166,7 +151,7 @@
 
   function paintParallel() {
     const by = named(byId("scatter-colour").value);
-    const { context, wide, high } = prepared(byId("parallel"));
+    const { context, wide, high } = begun(byId("parallel"));
     const path = (row) => {
       context.beginPath();
       columns.forEach((one, k) => context.lineTo(parallelX(k, wide), parallelY(one, row, high)));
@@ -207,8 +192,8 @@
         context.lineWidth = 1;
         context.textAlign = "center";
       } else {
-        context.fillText(short(one.high), x, 44);
-        context.fillText(short(one.low), x, high - 8);
+        context.fillText(short(one.high, 4), x, 44);
+        context.fillText(short(one.low, 4), x, high - 8);
       }
     });
   }
@@ -232,7 +217,7 @@
         part.append(title, canvas);
         host.append(part);
       }
-      const { context, wide, high } = prepared(canvas);
+      const { context, wide, high } = begun(canvas);
       const count = effect.labels.length;
       const X = (k) => 60 + ((k + 0.5) * (wide - 70)) / count;
       const Y = (value) => high - 28 - ((value - range.low) / (range.high - range.low)) * (high - 44);

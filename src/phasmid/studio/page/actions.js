@@ -95,7 +95,7 @@
 
     // ---------------------------------------------------------------- load
 
-    for (const what of ["robot", "terrain", "scenario"])
+    for (const what of ["terrain", "scenario"])
       byId(`load-${what}`).addEventListener("change", async ({ target }) => {
         const file = target.files[0];
         if (!file) return;

@@ -1,5 +1,5 @@
 "use strict";
-// The leg bench's drawings: a leg in its own plane and from above, as SVG to take hold of.
+// The leg bench's drawings: a leg in its own plane and from above, as SVG.
 
 (() => {
   const SVG = "http://www.w3.org/2000/svg";
@@ -49,26 +49,14 @@
 
   // ------------------------------------------------------------------ a drawing of the leg
 
-  // kind: how points of the hip frame come onto the paper, and what a place on it sets.
-  function drawing(parent, kind, wanted) {
+  // kind: how points of the hip frame come onto the paper.
+  function drawing(parent, kind) {
     const figure = made(parent, "figure", { class: "bench-figure" });
-    const svg = made(figure, "svg", { class: "bench-view", role: "group", "aria-label": kind.label });
+    const svg = made(figure, "svg", { class: "bench-view", role: "img", "aria-label": kind.label });
     made(figure, "figcaption", {}, kind.caption);
     const layer = {};
-    for (const name of ["region", "ellipse", "leg", "frames", "force", "handles"]) {
+    for (const name of ["region", "ellipse", "leg", "frames", "force"]) {
       layer[name] = made(svg, "g", { class: `bench-${name}` });
-    }
-    const handle = {};
-    for (const what of ["force", "foot"]) {
-      const group = made(layer.handles, "g", {
-        class: `bench-handle bench-handle-${what}`, tabindex: 0, role: "slider",
-        "aria-label": `${what === "foot" ? "Foot" : "Force on the foot"}, ${kind.name}`,
-        "aria-valuenow": 0,
-      });
-      made(group, "circle", { r: what === "foot" ? 11 : 20, class: "bench-grip" });
-      made(group, "circle", { r: what === "foot" ? 6 : 9, class: "bench-knob" });
-      handle[what] = group;
-      held(group, what);
     }
     let shown = null;
     let scale = 1;
@@ -78,43 +66,6 @@
       return [scale * u, -scale * v];
     };
     const forceScale = () => (3 * ARROW) / shown.weight;
-
-    function request(what, u, v) {
-      if (what === "foot") wanted({ foot: kind.foot(u, v, shown) });
-      else wanted({ force: kind.force(u, v, shown) });
-    }
-
-    // By pointer, and by arrow keys in steps of 2 mm or 0.2 N; five times as much with shift.
-    function held(group, what) {
-      group.addEventListener("pointerdown", (event) => {
-        if (!shown) return;
-        event.preventDefault();
-        group.focus({ preventScroll: true });
-        group.setPointerCapture(event.pointerId);
-      });
-      group.addEventListener("pointermove", (event) => {
-        if (!group.hasPointerCapture(event.pointerId)) return;
-        const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
-        const [x, y] = what === "foot" ? [0, 0] : screen(shown.foot);
-        const per = what === "foot" ? scale : forceScale();
-        request(what, (at.x - x) / per, -(at.y - y) / per);
-      });
-      group.addEventListener("keydown", (event) => {
-        const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-        if (!way || !shown) return;
-        event.preventDefault();
-        event.stopPropagation();
-        const step = (what === "foot" ? 0.002 : 0.2) * (event.shiftKey ? 5 : 1);
-        const [u, v] = kind.onto(what === "foot" ? shown.foot : shown.force, shown.angles[0]);
-        request(what, u + step * way[0], v + step * way[1]);
-      });
-    }
-
-    function placed(group, [x, y], label, value) {
-      group.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`);
-      group.setAttribute("aria-valuenow", value.toFixed(1));
-      group.setAttribute("aria-valuetext", label);
-    }
 
     // The region is drawn anew only where it has changed.
     let drawn = "";
@@ -196,8 +147,6 @@
         made(layer.force, "text", { x: tip[0] + (u < 0 ? -13 : 13), y: tip[1] + 4, "text-anchor": u < 0 ? "end" : "start" }, `${size} N`);
         made(layer.force, "path", { d: `M${tip}l${-a - b / 2.4} ${-b + a / 2.4}M${tip}l${-a + b / 2.4} ${-b - a / 2.4}` });
       }
-      placed(handle.foot, [x, y], `${triple(answer.foot, mm)} mm`, 1000 * Math.hypot(answer.foot[0], answer.foot[1]));
-      placed(handle.force, tip, `${triple(answer.force, (n) => written(n))} N`, Math.hypot(...answer.force));
     }
 
     return { show };
@@ -205,29 +154,18 @@
 
   const out = (point, turn) => Math.cos(turn) * point[0] + Math.sin(turn) * point[1];
   const SIDE = {
-    name: "in the leg's plane",
     label: "The leg in its own plane",
     caption: "In the leg's own plane: outwards to the right, along the coxa axis up. Shaded: where the foot can go within the joint limits.",
     onto: (point, turn) => [out(point, turn), point[2]],
     towards: (axis, turn) => Math.sin(turn) * axis[0] - Math.cos(turn) * axis[1],
     region: (answer) => answer.workspace.side,
-    // Behind the coxa axis the leg would have to turn round.
-    foot: (u, v, { angles }) => [Math.max(u, 1e-3) * Math.cos(angles[0]), Math.max(u, 1e-3) * Math.sin(angles[0]), v],
-    force: (u, v, { angles, force }) => {
-      const [c, s] = [Math.cos(angles[0]), Math.sin(angles[0])];
-      const aside = c * force[1] - s * force[0];
-      return [u * c - aside * s, u * s + aside * c, v];
-    },
   };
   const ABOVE = {
-    name: "from above",
     label: "The leg from above",
     caption: "From above: the neutral direction to the right. Shaded: where the foot can go at some height.",
     onto: (point) => [point[0], point[1]],
     towards: (axis) => axis[2],
     region: (answer) => [answer.workspace.above],
-    foot: (u, v, { foot }) => [u, v, foot[2]],
-    force: (u, v, { force }) => [u, v, force[2]],
   };
 
   window.phasmidBench = { made, written, mm, deg, triple, sides: [SIDE, ABOVE], drawing };

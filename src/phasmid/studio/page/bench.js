@@ -43,48 +43,26 @@
 
   // ------------------------------------------------------------------ sliders
 
-  function slider(parent, name, unit, changed) {
-    const label = made(parent, "label", { class: "bench-slider" });
-    made(label, "span", {}, name);
-    const range = made(label, "input", { type: "range" });
-    const number = made(parent, "input", { type: "number", step: "any", "aria-label": `${name} [${unit}], as a number` });
-    made(parent, "span", { class: "bench-unit" }, unit);
-    // While it is held, the answers that come back do not move it from under the hand.
-    let held = false;
-    range.addEventListener("input", () => {
-      held = true;
-      number.value = range.value;
-      changed(range.valueAsNumber);
-    });
-    range.addEventListener("change", () => (held = false));
-    number.addEventListener("change", () => Number.isFinite(number.valueAsNumber) && changed(number.valueAsNumber));
-    return {
-      bounds(least, most, step) {
-        Object.assign(range, { min: least, max: most, step });
-      },
-      show(value, digits) {
-        if (held) return;
-        range.value = value;
-        if (document.activeElement !== number) number.value = value.toFixed(digits);
-      },
-    };
-  }
-
   function sliders(parent, legend, names, unit, changed) {
     const set = made(parent, "fieldset", { class: "bench-sliders" });
     made(set, "legend", {}, legend);
     let values = [0, 0, 0];
-    const each = names.map((name, i) =>
-      slider(set, name, unit, (value) => {
+    const inputs = names.map((name, i) => {
+      const id = `bench-${name.replace(" ", "-")}`;
+      const input = Phasmid.range(id, (value) => {
         values = values.map((old, k) => (k === i ? value : old));
         changed(values);
-      }),
-    );
+      });
+      const row = made(set, "div", { class: "field" });
+      made(row, "label", { for: id }, name);
+      row.append(...input.parts);
+      return input;
+    });
     return {
-      bounds: (bounds) => each.forEach((one, i) => one.bounds(...bounds[i])),
-      show(given, digits) {
+      bounds: (bounds) => inputs.forEach((input, i) => input.shape({ label: names[i], unit, ...bounds[i] })),
+      show(given) {
         values = given;
-        each.forEach((one, i) => one.show(given[i], digits));
+        inputs.forEach((input, i) => input.held() || input.show(Number(given[i].toFixed(1))));
       },
     };
   }
@@ -210,7 +188,7 @@
     section.replaceChildren();
     section.classList.add("bench");
     const waits = made(section, "p", { class: "bench-note", role: "status" }, "Loading the leg …");
-    made(section, "p", { class: "bench-note" }, "One leg of this robot by itself, at rest: the paper's Eqs 1–11 to touch. Pull at the foot or at the force's tip; the walking robot is not moved by it.");
+    made(section, "p", { class: "bench-note" }, "One leg of this robot by itself, at rest: the paper's Eqs 1–11. The walking robot is not moved by it.");
     const bar = made(section, "div", { class: "bench-bar" });
     const options = { ellipsoid: "velocity", frames: true };
     let message = { do: "bench", leg: 1, force: [0, 0, 0] };
@@ -236,7 +214,7 @@
     button("A third of the weight", (leg) => ({ force: [0, 0, leg.weight / 3] }));
 
     const parts = made(section, "div", { class: "bench-parts", hidden: "" });
-    const views = sides.map((kind) => drawing(parts, kind, wanted));
+    const views = sides.map((kind) => drawing(parts, kind));
     const panel = made(parts, "div", { class: "bench-panel" });
     const turn = sliders(panel, "Angles", ["Coxa θ₁", "Femur θ₂", "Tibia θ₃"], "°", (v) => wanted({ angles: v.map((n) => n / DEG) }));
     const foot = sliders(panel, "Foot in the hip frame", ["Foot x", "Foot y", "Foot z"], "mm", (v) => wanted({ foot: v.map((n) => n / 1000) }));
@@ -292,9 +270,9 @@
       waits.hidden = true;
       const size = Math.ceil(1000 * newAnswer.lengths.reduce((sum, length) => sum + length) / 10) * 10;
       const most = Math.ceil(newAnswer.weight);
-      turn.bounds(newAnswer.limits.map(([low, high]) => [Math.floor(DEG * low) - 10, Math.ceil(DEG * high) + 10, 0.5]));
-      foot.bounds(AXES.map(() => [-size, size, 0.5]));
-      force.bounds(AXES.map(() => [-most, most, 0.1]));
+      turn.bounds(newAnswer.limits.map(([low, high]) => ({ least: Math.floor(DEG * low) - 10, most: Math.ceil(DEG * high) + 10, step: 0.5 })));
+      foot.bounds(AXES.map(() => ({ least: -size, most: size, step: 0.5 })));
+      force.bounds(AXES.map(() => ({ least: -most, most, step: 0.1 })));
       show();
       if (first) wanted({ force: [0, 0, newAnswer.weight / 3] });
     }
@@ -302,10 +280,10 @@
     function show() {
       if (!answer) return;
       showRemarks(answer.remarks);
-      turn.show(answer.angles.map((n) => DEG * n), 1);
+      turn.show(answer.angles.map((n) => DEG * n));
       // A foot out of reach stays the goal, so that the way back equals the way there.
-      foot.show((message.foot || answer.foot).map((n) => 1000 * n), 1);
-      force.show(answer.force, 1);
+      foot.show((message.foot || answer.foot).map((n) => 1000 * n));
+      force.show(answer.force);
       picker.value = answer.leg;
       for (const view of views) view.show(answer, options);
       figures.update(answer);

@@ -69,6 +69,7 @@
       });
       slider.addEventListener("change", () => changed(chosen()));
       number.addEventListener("change", () => {
+        slider.value = number.value;
         if (number.value !== "") changed(Number(number.value));
       });
       return {
@@ -184,5 +185,5 @@
     return { catalogue, show };
   };
 
-  Phasmid.made = made;
+  Object.assign(Phasmid, { made, range: INPUTS.range });
 })();

@@ -15,7 +15,7 @@
     let arrived = 0;
     let between = 1000 / 30;
     let trails = [];
-    const self = { begin, forget, take, now, value, get at() { return at; }, get latest() { return last; }, get trails() { return trails; }, count: 0 };
+    const self = { begin, forget, take, now, value, get at() { return at; }, get latest() { return last; }, get trails() { return trails; } };
 
     function begin(newScene) {
       const same = scene && scene.number === newScene.number;
@@ -60,7 +60,6 @@
       }
       last = frame;
       arrived = stamp;
-      self.count += 1;
       remember(frame);
       return true;
     }
@@ -71,15 +70,14 @@
         const end = trail[trail.length - 1];
         if (end && time - end[3] < scene.trail / TRAIL_POINTS) return;
         const k = at.foot_position + 3 * leg;
-        if (Number.isFinite(frame[k])) trail.push([frame[k], frame[k + 1], frame[k + 2], time, end ? end[4] + 1 : 0]);
+        if (Number.isFinite(frame[k])) trail.push([frame[k], frame[k + 1], frame[k + 2], time]);
         while (trail.length && time - trail[0][3] > scene.trail) trail.shift();
       });
     }
 
-    // Numbers of this moment, and whether later ones will differ. Where pictures are dear, the
-    // last frame is shown as it is.
-    function now(stamp, smooth) {
-      const part = smooth && before ? Math.min((stamp - arrived) / between, 1) : 1;
+    // Numbers of a moment, between the last two frames or of the last, and whether later ones differ.
+    function now(stamp) {
+      const part = before ? Math.min((stamp - arrived) / between, 1) : 1;
       if (part >= 1) row.set(last);
       else for (let i = 0; i < width; i++) row[i] = before[i] + part * (last[i] - before[i]);
       if (part < 1)

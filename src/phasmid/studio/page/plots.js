@@ -11,16 +11,7 @@
   const RIGHT = 4;
   const BOTTOM = 16;
   const { made } = Phasmid;
-
-  // A number of steps that people count in, not below a value.
-  function round(value) {
-    const ten = 10 ** Math.floor(Math.log10(Math.max(value, 1e-9)));
-    return [1, 2, 5, 10].map((k) => k * ten).find((k) => k >= value - 1e-12);
-  }
-
-  function text(value) {
-    return Number.isFinite(value) ? String(Number(value.toPrecision(3))).replace("-", "−") : "–";
-  }
+  const { prepared, line, roundStep, text, colour } = Phasmid.plotting;
 
   Phasmid.plots = (host, frames) => {
     const byId = (id) => document.getElementById(id);
@@ -143,7 +134,7 @@
         const unit = made("span", { className: "unit" });
         caption.append(unit);
         host.append(made("figure", {}, caption, canvas));
-        const own = { ...plot, canvas, context: canvas.getContext("2d"), unitLabel: unit, top: 0, bottom: 0 };
+        const own = { ...plot, canvas, unitLabel: unit, top: 0, bottom: 0 };
         plots.push(own);
         listen(own);
       }
@@ -182,9 +173,7 @@
     }
 
     function readColours() {
-      const style = getComputedStyle(document.documentElement);
-      const read = (name) => style.getPropertyValue(name).trim();
-      colours = { ink: read("--ink"), faint: read("--faint"), grid: read("--line"), line: read("--accent-faint"), bad: read("--bad") };
+      colours = { ink: colour("--ink"), faint: colour("--faint"), grid: colour("--line"), line: colour("--accent-faint"), bad: colour("--bad") };
     }
 
     // ---------------------------------------------------------------- the time that is shown
@@ -233,17 +222,10 @@
       const rows = [indexOf(until - SPAN), Math.min(indexOf(until) + 1, head)];
       const index = read(until);
       for (const plot of plots) {
-        const { canvas, context } = plot;
-        const ratio = Math.min(window.devicePixelRatio || 1, 2);
-        const [wide, high] = [canvas.clientWidth, canvas.clientHeight];
-        if (canvas.width !== Math.round(wide * ratio) || canvas.height !== Math.round(high * ratio))
-          [canvas.width, canvas.height] = [Math.round(wide * ratio), Math.round(high * ratio)];
-        context.setTransform(ratio, 0, 0, ratio, 0, 0);
-        context.clearRect(0, 0, wide, high);
-        context.font = "11px system-ui, sans-serif";
+        const { context, wide, high } = prepared(plot.canvas, "11px");
         const X = (time) => LEFT + ((time - until + SPAN) / SPAN) * (wide - LEFT - RIGHT);
         seconds(context, X, until, high);
-        if (plot.curves) curves(plot, X, rows, wide, high);
+        if (plot.curves) curves(plot, context, X, rows, wide, high);
         else gait(context, X, rows, until, high);
         if (index === null) continue;
         context.strokeStyle = colours.faint;
@@ -279,13 +261,6 @@
       return index;
     }
 
-    function line(context, x0, y0, x1, y1) {
-      context.beginPath();
-      context.moveTo(x0, y0);
-      context.lineTo(x1, y1);
-      context.stroke();
-    }
-
     function seconds(context, X, until, high) {
       context.strokeStyle = colours.grid;
       context.fillStyle = colours.faint;
@@ -311,14 +286,13 @@
         if (1.05 * value < low) low = 1.05 * value;
         if (1.05 * value > high) high = 1.05 * value;
       }
-      const step = round(Math.max(high - low, 1e-3) / 4);
+      const step = roundStep(Math.max(high - low, 1e-3) / 4);
       plot.bottom = Math.floor(low / step + 1e-9) * step;
       plot.top = Math.max(Math.ceil(high / step - 1e-9), plot.bottom / step + 1) * step;
       return step;
     }
 
-    function curves(plot, X, rows, wide, high) {
-      const { context } = plot;
+    function curves(plot, context, X, rows, wide, high) {
       const [first, last] = rows;
       const drawn = plot.curves();
       const limits = plot.limits ? plot.limits() : [];

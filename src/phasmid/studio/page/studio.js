@@ -221,6 +221,4 @@
     const digits = state.playing ? 2 : 3;
     byId("clock").textContent = `${frames.value("time").toFixed(digits)} s${recorded}`;
   }, STRIP_EVERY);
-  // For whoever measures what a picture costs.
-  Phasmid.studio = { frames, view };
 })();

@@ -3,24 +3,14 @@
 
 (() => {
   const { product, pose, heading, size, less, rgb } = Phasmid.algebra;
-  const SMOOTH = 0.9; // frames a picture, above which none is painted between frames
-  const DEAR = 1.1; // frames a picture, above which pictures get coarser
-  const COARSEST = 0.5; // dots for a pixel of the page
-  const FINEST = 2; // the same, of a picture that stands still
-  const STILL = 600; // milliseconds without another picture, after which it stands still
-
   const byId = (id) => document.getElementById(id);
 
-  // Whether the processor draws, which the robot's physics needs more.
+  // True where the processor draws: it is needed for the robot's physics.
   function bySoftware() {
     const gl = document.createElement("canvas").getContext("webgl2");
-    if (!gl) return true;
-    let name = gl.getParameter(gl.RENDERER);
-    if (/webkit/i.test(name)) {
-      const more = gl.getExtension("WEBGL_debug_renderer_info");
-      if (more) name = gl.getParameter(more.UNMASKED_RENDERER_WEBGL);
-    }
-    gl.getExtension("WEBGL_lose_context")?.loseContext();
+    const unmasked = gl?.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL;
+    const name = gl?.getParameter(unmasked ?? gl.RENDERER) ?? "";
+    gl?.getExtension("WEBGL_lose_context")?.loseContext();
     return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
   }
 
@@ -30,7 +20,7 @@
     if (!drawing) {
       canvas.hidden = true;
       byId("no-view").hidden = false;
-      return { begin() {}, requestPaint() {}, get perSecond() { return 0; }, spent: 0 };
+      return { begin() {}, requestPaint() {}, perSecond: 0 };
     }
     const camera = Phasmid.camera(canvas, () => requestPaint());
     const calm = matchMedia("(prefers-reduced-motion: reduce)");
@@ -39,18 +29,13 @@
     let marks = null;
     let numbers = null;
     let requested = false;
-    let ratio = soft ? 1 : Math.min(window.devicePixelRatio || 1, 2);
-    let smooth = !soft;
     let place = null;
     let previous = 0;
-    let still = 0;
-    let painted = 0;
-    let missed = 0;
     const shownAt = [];
     const X_body = new Float32Array(16);
     const X_body_link = new Float32Array(16);
     let X_links = [];
-    const self = { begin, requestPaint, get perSecond() { return perSecond(); }, spent: 0, count: 0 };
+    const self = { begin, requestPaint, get perSecond() { return perSecond(); } };
 
     function look() {
       const style = getComputedStyle(document.documentElement);
@@ -71,23 +56,10 @@
       if (first) camera.largest = 0;
     }
 
-    // Where the processor draws, a picture is begun at once, while the browser waits for its next
-    // turn to show one; never a second before that.
-    let unshown = false;
     function requestPaint() {
       if (requested) return;
       requested = true;
-      if (!soft) requestAnimationFrame(paint);
-      else if (!unshown) {
-        unshown = true;
-        requestAnimationFrame(() => {
-          unshown = false;
-          if (!requested) return;
-          requested = false;
-          requestPaint();
-        });
-        paint(performance.now());
-      }
+      requestAnimationFrame(paint);
     }
 
     const vector = (row, name, k = 0) => {
@@ -120,15 +92,13 @@
       return size(less(wanted, place)) > 1e-4 * camera.largest && shown("follow");
     }
 
-    function paint(stamp, fine = false) {
-      if (!fine) requested = false;
+    function paint(stamp) {
+      requested = false;
       if (!scene || !frames.latest) return;
-      const began = performance.now();
       const seconds = Math.min((stamp - previous) / 1000, 0.25);
-      if (!fine) watch();
       previous = stamp;
-      drawing.fit(fine ? FINEST : ratio);
-      const { row, moves } = frames.now(began, smooth);
+      drawing.fit(soft ? 0.75 : Math.min(window.devicePixelRatio || 1, 2));
+      const { row, moves } = frames.now(soft ? Infinity : performance.now());
       const body = vector(row, "body_position");
       if (camera.largest === 0) aim(row, body);
       pose(body, turn(row, "body_orientation"), X_body);
@@ -145,10 +115,10 @@
       const safe = row[frames.at.margin] >= 0;
 
       drawing.begin(seen, colours);
-      marks.ground(X_body, X_links, seen, colours, shown("grid"), fine);
+      marks.ground(X_body, X_links, seen, colours, shown("grid"));
       if (shown("support")) marks.support(feet.filter((_, leg) => down(leg)), safe, seen, colours);
-      marks.machine(X_body, X_links, fine);
-      if (shown("trails")) marks.trails(feet.map((foot, leg) => way(foot, leg, fine)), seen);
+      marks.machine(X_body, X_links);
+      if (shown("trails")) marks.trails(feet.map((foot, leg) => way(foot, leg)), seen);
       if (shown("cones") && scene.friction > 0)
         marks.frictionCones(feet, feet.map((_, leg) => down(leg) && vector(row, "foot_normal", leg)), scene.friction, seen);
       const forces = (name) => feet.map((_, leg) => vector(row, name, leg));
@@ -156,36 +126,13 @@
       if (shown("forces")) marks.arrows(feet, forces("foot_force"));
       if (shown("centre")) marks.centre(vector(row, "centre"), row[frames.at.below], safe, seen, colours);
       numbers.paint(shown("names"), seen, X_links);
-      self.count += 1;
-      self.spent += performance.now() - began;
       shownAt.push(stamp);
       while (shownAt[0] < stamp - 1000) shownAt.shift();
-      clearTimeout(still);
-      const latest = self.count;
-      if (smooth && (moves || eases)) requestPaint();
-      else if (!fine && ratio < FINEST)
-        still = setTimeout(
-          () => requestAnimationFrame((later) => self.count === latest && paint(later, true)), STILL);
+      if (!soft && (moves || eases)) requestPaint();
     }
 
-    // Where a foot has been, and where it is; where the processor draws, every third place will do.
-    function way(foot, leg, fine) {
-      const points = [];
-      const some = soft && !fine ? 3 : 1;
-      for (const [x, y, z, , number] of frames.trails[leg]) if (number % some === 0) points.push(x, y, z);
-      points.push(...foot);
-      return points;
-    }
-
-    // Where frames come faster than pictures, none is painted between them; then they get coarser.
-    function watch() {
-      missed += 0.05 * (Math.min(frames.count - painted, 5) - missed);
-      painted = frames.count;
-      if (missed < (smooth ? SMOOTH : DEAR)) return;
-      if (smooth) smooth = false;
-      else ratio = Math.max(0.8 * ratio, COARSEST);
-      missed = smooth ? 0.5 : 1;
-    }
+    // Where a foot has been, and where it is.
+    const way = (foot, leg) => [...frames.trails[leg].flatMap(([x, y, z]) => [x, y, z]), ...foot];
 
     function perSecond() {
       const now = performance.now();
@@ -213,8 +160,6 @@
       colours = look();
       requestPaint();
     });
-    // Frames that came while nobody looked were not missed.
-    document.addEventListener("visibilitychange", () => (painted = frames.count));
     new ResizeObserver(requestPaint).observe(canvas);
     return self;
   };
