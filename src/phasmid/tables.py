@@ -143,11 +143,14 @@ def _field_of(table: type[Table], key: str) -> tuple[str, str]:
 
 
 def key_of(name: str, field: FieldInfo) -> str:
-    """Return the key of a field in files, such as ``step_length_mm``."""
-    carried = quantity(field)
-    if carried is None or units.UNITS[carried.unit].per_si == 1.0:
+    """Return the key of a field in files: its name and its unit, such as ``step_length_mm``.
+
+    SI units are left out.
+    """
+    own = quantity(field)
+    if own is None or units.UNITS[own.unit].per_si == 1.0:
         return name
-    return f"{name}_{carried.unit}"
+    return f"{name}_{own.unit}"
 
 
 T = TypeVar("T", bound="Table")

@@ -200,7 +200,7 @@ def toml_string(text: str) -> str:
 
 
 def toml_value(value: Any) -> str:
-    """Return text, a number, or a list or table of them, in TOML."""
+    """Return a string, number, boolean, list or table in TOML."""
     if isinstance(value, str):
         return toml_string(value)
     if isinstance(value, bool):

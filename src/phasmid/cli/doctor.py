@@ -80,8 +80,12 @@ def examine() -> list[Finding]:
     return [
         _machine(),
         _packages("packages", "", "the packages that phasmid needs"),
-        _attempt("engine", "the simulation", _step, "pip install --force-reinstall phasmid"),
-        _attempt("compiler", "numba", _compile, "unset NUMBA_DISABLE_JIT, or pip install numba"),
+        _attempt(
+            "engine", "the simulation", _check_simulation, "pip install --force-reinstall phasmid"
+        ),
+        _attempt(
+            "compiler", "numba", _check_compiler, "unset NUMBA_DISABLE_JIT, or pip install numba"
+        ),
         _attempt("figures", "figures", _import_figures, "pip install --force-reinstall phasmid"),
         _browser(),
         *(_packages(extra, extra, purpose) for extra, purpose in PURPOSES.items()),
@@ -136,7 +140,8 @@ def _attempt(topic: str, purpose: str, work: Callable[[], str], remedy: str) -> 
         return Finding(topic, "broken", what, remedy, needed=True)
 
 
-def _step() -> str:
+def _check_simulation() -> str:
+    """Step an empty model, import the simulation, and return MuJoCo's version."""
     import mujoco
 
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
@@ -145,13 +150,14 @@ def _step() -> str:
     return f"MuJoCo {mujoco.__version__}"
 
 
-def _compile() -> str:
+def _check_compiler() -> str:
+    """Compile a function, and return numba's version."""
     numba = import_module("numba")
     if numba.config.DISABLE_JIT:
         raise RuntimeError("NUMBA_DISABLE_JIT is set")
     try:
         # Nothing is compiled before the first call.
-        numba.njit(cache=True)(_compile)
+        numba.njit(cache=True)(_check_compiler)
     except RuntimeError:
         return (
             f"numba {numba.__version__}, which compiles in every run; NUMBA_CACHE_DIR names a "

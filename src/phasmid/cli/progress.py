@@ -15,13 +15,13 @@ def progress_bar(
 
     Args:
         what: Name of the work.
-        total: Amount of work, in any unit; None where the work itself gives it.
+        total: Amount of work, in any unit; None: the caller passes it to the yielded function.
         quiet: Show nothing.
-        notice: Line for a standard error that is no terminal.
+        notice: Line that is printed once where the standard error is not a terminal.
 
     Yields:
-        A function of the amount done, of the total where that was not given, and of a note that
-        follows the name; None without a terminal.
+        ``update(done, total, note)``, which moves the bar; the note follows the name of the work.
+        None where no bar is shown.
     """
     if quiet or not sys.stderr.isatty():
         if notice and not quiet:
@@ -47,9 +47,11 @@ def progress_bar(
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(what, total=total)
-        yield lambda done, total=total, note="": bar.update(
-            task, completed=done, total=total, description=f"{what}{note}"
-        )
+
+        def update(done: float, total: float | None = total, note: str = "") -> None:
+            bar.update(task, completed=done, total=total, description=f"{what}{note}")
+
+        yield update
 
 
 def announce_compilation(*, quiet: bool = False) -> None:

@@ -233,12 +233,12 @@ def _summary_value(summary: Mapping[str, Any], name: str) -> Any:
 
 
 def _set_value(table: dict[str, Any], path: list[str], value: Any) -> None:
-    """Replace a value in a robot's table.
+    """Replace a value in a robot's table, whatever unit the table gives it in.
 
     Args:
-        table: The table, which is changed.
-        path: Keys to the value; ``*`` stands for all keys of a level.
-        value: The value, in the unit of its key.
+        table: The table, modified in place.
+        path: Keys to the value; ``*`` before the last stands for all keys of a level.
+        value: The value, in the unit that the last key names.
 
     Raises:
         InvalidInput: A table on the path is absent.

@@ -72,7 +72,7 @@ class Recorder:
 
     def __init__(self, out: Path) -> None:
         self._out = out
-        self.run = self.failure = ""
+        self.run, self.failure = "", ""
         self._log: RecordingLog
         self._live: LiveRobot
         self._samples, self._interval, self._begin = 0, 0.0, 0.0
