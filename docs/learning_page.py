@@ -43,9 +43,9 @@ from phasmid.units import STANDARD_GRAVITY  # noqa: E402
 
 ROBOT, JOINTS = "phantomx-ax", "servo"
 SIZES = {
-    "blocks": (20, 40, 60, 80, 100),
-    "hills": (5, 10, 15),
-    "slope": (5, 10, 15, 20, 25),
+    "blocks": (40, 60, 80, 100),
+    "hills": (15,),
+    "slope": (15, 20, 25),
     "stairs": (20, 40, 60),
     "gap": (30, 60),
 }
