@@ -1,4 +1,7 @@
-"""The engine's loops are compiled once, by one of the processes that test."""
+"""The engine's loops are compiled once, by one of the processes that test.
+
+As a program it compiles the engine and the second simulator, while pip installs other packages.
+"""
 
 import os
 import time
@@ -65,3 +68,14 @@ def compile_once(folder):
     with one_at_a_time(folder / "compiling.lock"):
         if not are_compiled():
             walk_once()
+
+
+def simulate_once():
+    """Let the simulator of the paper's contact law compute once."""
+    paper = phasmid.load_scenario("paper").replace(duration=0.01, contact_law="simscape")
+    phasmid.simulate(paper, phasmid.plan(paper))
+
+
+if __name__ == "__main__":
+    walk_once()
+    simulate_once()
