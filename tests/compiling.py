@@ -1,6 +1,7 @@
 """The engine's loops are compiled once, by one of the processes that test.
 
-As a program it compiles the engine and the second simulator, while pip installs other packages.
+As a program it compiles the engine, the second simulator and the environments of learning, while
+pip installs other packages.
 """
 
 import os
@@ -76,6 +77,18 @@ def simulate_once():
     phasmid.simulate(paper, phasmid.plan(paper))
 
 
+def learn_once():
+    """Let robots of both fidelities and of all tasks step once."""
+    from phasmid.learning import WalkVectorEnv
+
+    for fidelity, task in (("fast", "walk"), ("full", "walk"), ("fast", "damaged")):
+        env = WalkVectorEnv(1, task=task, fidelity=fidelity)
+        env.reset(seed=0)
+        env.step(np.zeros((1, 18)))
+
+
 if __name__ == "__main__":
     walk_once()
     simulate_once()
+    # Last, since pip brings Gymnasium with the developer's packages.
+    learn_once()
