@@ -1,4 +1,8 @@
-"""The engine's loops are compiled once, by one of the processes that test."""
+"""The engine's loops are compiled once, by one of the processes that test.
+
+As a program it compiles the engine, the second simulator and the environments of learning, while
+pip installs other packages.
+"""
 
 import os
 import time
@@ -65,3 +69,26 @@ def compile_once(folder):
     with one_at_a_time(folder / "compiling.lock"):
         if not are_compiled():
             walk_once()
+
+
+def simulate_once():
+    """Let the simulator of the paper's contact law compute once."""
+    paper = phasmid.load_scenario("paper").replace(duration=0.01, contact_law="simscape")
+    phasmid.simulate(paper, phasmid.plan(paper))
+
+
+def learn_once():
+    """Let robots of both fidelities and of all tasks step once."""
+    from phasmid.learning import WalkVectorEnv
+
+    for fidelity, task in (("fast", "walk"), ("full", "walk"), ("fast", "damaged")):
+        env = WalkVectorEnv(1, task=task, fidelity=fidelity)
+        env.reset(seed=0)
+        env.step(np.zeros((1, 18)))
+
+
+if __name__ == "__main__":
+    walk_once()
+    simulate_once()
+    # Last, since pip brings Gymnasium with the developer's packages.
+    learn_once()

@@ -45,21 +45,6 @@ def test_what_lies_in_the_cache_is_known_to_need_no_compiler(tmp_path):
     assert compiled.is_compiled(lambda x: x)
 
 
-def test_parts_are_put_into_their_callers_and_internal_functions_are_called_by_them(tmp_path):
-    # (x + 1)² + x at x = 2 is 11, whether Python computes it or the compiler.
-    path = tmp_path / "parts.py"
-    path.write_text(
-        "from phasmid.compiled import compiled, inlined, internal\n"
-        "@internal\ndef more(x):\n    return x + 1.0\n"
-        "@inlined\ndef square(x):\n    return more(x) * more(x)\n"
-        "@compiled\ndef whole(x):\n    return square(x) + x\n"
-    )
-    module = module_of(path)
-    assert module.whole(2.0) == 11.0
-    # What is internal would have no code that Python may call, which then computes it itself.
-    assert module.more(2.0) == 3.0
-
-
 def test_where_no_cache_can_be_written_functions_are_compiled_each_time(tmp_path, monkeypatch):
     # numba raises RuntimeError where it finds no folder for its cache.
     from numba.core.caching import CacheImpl

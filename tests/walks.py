@@ -13,6 +13,11 @@ from phasmid.robot import Leg, Link, Robot, load_robot, preset_names, with_neutr
 GAITS_OF = {name: tuple(GAITS[len(load_robot(name).legs)]) for name in preset_names()}
 """Gaits by preset."""
 
+PRESETS_OF = {
+    legs: [name for name in preset_names() if len(load_robot(name).legs) == legs] for legs in GAITS
+}
+"""Presets by number of legs."""
+
 
 def _different(legs: int) -> list[str]:
     """Names of the gaits of so many legs, one for each schedule."""
@@ -22,8 +27,12 @@ def _different(legs: int) -> list[str]:
     return list(names.values())
 
 
-WALKS = [(name, gait) for name in preset_names() for gait in _different(len(load_robot(name).legs))]
-"""Every preset with every gait that has a meaning for it; of those of one schedule the first."""
+WALKS = [
+    (presets[k % len(presets)], gait)
+    for legs, presets in PRESETS_OF.items()
+    for k, gait in enumerate(_different(legs))
+]
+"""Every gait of a schedule of its own, by the presets with so many legs in turn."""
 
 HEXAPODS = [name for name, gaits in GAITS_OF.items() if "tripod" in gaits]
 """Presets of six legs."""

@@ -16,7 +16,6 @@ sys.path.remove(BENCHMARKS)
 FEW = [
     ("tripod", "0°", (1.0, 0.0, 0.0), 0.9),
     ("tripod", "turn left", (0.0, 0.0, 1.0), 0.5),
-    ("metachronal", "225°", (-0.7, -0.7, 0.0), 0.9),
 ]
 
 
@@ -29,11 +28,10 @@ def test_ideal_servos_with_torque_keep_the_commanded_velocity(gait, way, directi
     assert found["slip_mean"] < velocity.SLIP
 
 
-@pytest.mark.parametrize("seed", [0])
-def test_random_commands_do_no_harm_in_either_world(seed):
+def test_random_commands_do_no_harm_in_either_world():
     """No fall, no joint beyond speed or limit, support margin never negative, comes to rest."""
     for world, duration in (("forces-free", 15.0), ("ideal-servo", 11.0)):
-        assert sequences.measure(world, seed, duration)["wrong"] == [], world
+        assert sequences.measure(world, 0, duration)["wrong"] == [], world
 
 
 def test_a_foot_that_cannot_go_on_stands_on_what_it_has_met(monkeypatch):

@@ -77,10 +77,7 @@ def driven(drive: str, dynamics: str) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize(
-    "drive",
-    ["ideal-servo", *(pytest.param(own, marks=pytest.mark.slow) for own in ("servo", "torque"))],
-)
+@pytest.mark.parametrize("drive", ["ideal-servo", "servo"])
 def test_with_dynamics_joints_go_where_they_are_told_and_feet_do_not_fight(drive: str) -> None:
     # The demands of the issue: velocity within 3 %, less than 1 mm of slip per step; and what
     # feed-forward is for: errors of joints and forces along the ground fall to less than half.

@@ -184,23 +184,26 @@ class Wild:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "why"),
+    ("kind", "wrong", "why"),
     [
-        (math.nan, "the target of right_rear.femur is not finite; the last one stays."),
-        (2.5, "the target of right_rear.femur is beyond the joint's limits."),
-        (-1.0, "the target of right_rear.femur is farther than the servo can turn."),
+        (0, math.nan, "the target of right_rear.femur is not finite; the last one stays."),
+        (1, math.nan, "the target of right_rear.femur is not finite; the last one stays."),
+        (0, 2.5, "the target of right_rear.femur is beyond the joint's limits."),
+        (0, -1.0, "the target of right_rear.femur is farther than the servo can turn."),
     ],
 )
-def test_targets_that_no_servo_can_be_given_never_leave_the_controller(wrong, why):
+def test_targets_that_no_servo_can_be_given_never_leave_the_controller(kind, wrong, why):
     def targets(time):
-        q = HOME.copy()
+        targets = HOME.copy(), 0 * HOME
         if time > 0.05:
-            q[2, 1] = wrong
-        return q, 0 * q
+            targets[kind][2, 1] = wrong
+        return targets
 
     safe = SafetyFilter(Wild(targets), ROBOT)
     safe.reset(Observation(0.0, HOME))
-    q = [safe.update(Observation(k * DT, HOME), AHEAD).position for k in range(1, 30)]
+    told = [safe.update(Observation(k * DT, HOME), AHEAD) for k in range(1, 30)]
+    assert all(np.isfinite(targets.velocity).all() for targets in told)
+    q = [targets.position for targets in told]
     limits = ROBOT.arrays.joint_limits
     assert np.isfinite(q).all()
     assert (np.array(q) <= limits[..., 1] + 1e-6).all()
@@ -224,6 +227,10 @@ def test_a_robot_that_falls_is_held_still_without_a_jump_and_begins_anew():
     q = np.array([t.position for t in told])
     held = slice(round(1.1 / DT), round(2.4 / DT))
     assert np.abs(v[held]).max() == 0
+    # The joints go on by the mean of the speeds while they brake.
+    brakes = slice(round(1.0 / DT), held.start)
+    mean = (v[brakes] + v[brakes.start - 1 : brakes.stop - 1]) / 2
+    assert np.abs(np.diff(q[brakes.start - 1 : brakes.stop], axis=0) - DT * mean).max() < 1e-12
     assert np.abs(np.diff(v[: held.stop], axis=0)).max() <= BRAKING * DT + 1e-9
     assert np.abs(np.diff(q, axis=0)).max() <= 1.021 * ROBOT.servo.no_load_speed * DT
     assert wild.resets == 2

@@ -34,7 +34,7 @@ def scenario(kind, duration, **fields):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["prescribed", "ideal-servo", "servo"])
+@pytest.mark.parametrize("kind", ["prescribed", "servo"])
 def test_a_robot_gets_up_from_its_belly_walks_and_lies_down_again(kind):
     """Half of 25 mm is the height at which the body lies; servos sag, prescribed joints do not."""
 
@@ -58,9 +58,7 @@ def test_a_robot_gets_up_from_its_belly_walks_and_lies_down_again(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "place", ["right_front.tibia", "right_middle.femur", "left_front.coxa", "left_rear.femur"]
-)
+@pytest.mark.parametrize("place", ["right_front.tibia", "right_middle.femur", "left_front.coxa"])
 def test_with_one_servo_dead_a_robot_walks_on_on_five_legs(place):
     engine = LocomotionEngine(ROBOT)
     half = engine.largest_velocity((1.0, 0.0, 0.0)).velocity[0] / 2

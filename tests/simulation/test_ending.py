@@ -43,12 +43,13 @@ def test_the_first_bad_sample_is_found(column, value, ending):
     assert (trouble.ending, trouble.sample) == (ending, 7)
 
 
+@pytest.mark.parametrize("axis", [(1.0, 0.0), (0.6, 0.8)], ids=["roll", "both"])
 @pytest.mark.parametrize(("degrees", "falls"), [(59.9, False), (60.1, True)])
-def test_a_trunk_tilted_past_60_degrees_has_fallen(degrees, falls):
+def test_a_trunk_tilted_past_60_degrees_has_fallen(degrees, falls, axis):
     qpos, qvel = standing()
     half = np.radians(degrees) / 2
     qpos[4:, 2] = 1.0
-    qpos[4:, 3:5] = [np.cos(half), np.sin(half)]
+    qpos[4:, 3:6] = [np.cos(half), *(np.sin(half) * np.array(axis))]
     trouble = check_termination(load_robot("phantomx-paper"), qpos, qvel, LEVEL)
     assert (trouble is not None) == falls
 

@@ -192,25 +192,6 @@ def test_ctrl_c_ends_all_runs_side_by_side():
 
 
 @pytest.mark.parametrize(
-    "changes",
-    [
-        {"force_model": "friction-cone", "torque_limits": "counted", "load_transfer": 0.01},
-        {"terrain": "waves"},
-    ],
-)
-def test_the_model_has_the_same_bits_whichever_samples_are_computed_together(changes):
-    # A log is filled block by block, and a replay or a state may begin and end anywhere.
-    scenario = PAPER.replace(**changes)
-    walk, time = plan(scenario), np.arange(1201) * 0.001
-    whole = model_channels(scenario, walk.sample(time))
-    for block in (1, 7, 512):
-        for first in range(0, 1201 if block == 512 else 70, block):
-            part = slice(first, first + block)
-            for name, values in model_channels(scenario, walk.sample(time[part])).items():
-                assert values.tobytes() == whole[name][part].tobytes()
-
-
-@pytest.mark.parametrize(
     "changes", [{"duration": 4}, {"step_turn_deg": 10, "duration": 3}, {"period": 0.9995}], ids=str
 )
 def test_the_model_beside_a_run_is_that_of_its_instants(changes):

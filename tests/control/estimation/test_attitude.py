@@ -72,10 +72,10 @@ def test_the_gyro_carries_the_attitude_through_turns_without_an_orientation():
 
 def test_the_gyros_bias_is_learnt_at_rest():
     body, bias = Body(), 0.05
-    for _ in range(6000):
+    for _ in range(3000):
         body.update(0.0, 0.0, gyro=(bias, -bias, 0), sensors=("w", "a"), still=True)
-    # exp(-30 s/3 s) is left of it, and makes an error of that times 2 s, a little more by its past.
-    left = math.exp(-10) * bias
+    # exp(-15 s/3 s) is left of it, and makes an error of that times 2 s, a little more by its past.
+    left = math.exp(-5) * bias
     np.testing.assert_allclose(body.attitude.gyro_bias, [bias, -bias, 0], atol=1.01 * left)
     assert body.error < 10 * left
 

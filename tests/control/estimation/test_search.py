@@ -16,7 +16,7 @@ NAMES, EVERYWHERE = ROBOT.leg_names, (-10.0, 10.0)
 
 @pytest.mark.parametrize(
     ("way", "start", "width"),
-    [("ahead", 0.02, 0.03), ("back", 0.06, 0.03), ("left", 0.03, 0.06), ("right", 0.02, 0.03)],
+    [("ahead", 0.02, 0.03), ("left", 0.03, 0.06)],
 )
 def test_a_gap_is_stepped_over(way, start, width):
     """Every foot comes to stand beyond the gap, none in it, the body over those that stand."""
@@ -130,9 +130,7 @@ def test_joints_go_on_where_a_foot_begins_to_look(name, period):
     assert off < 100 * DT**2 / 4
 
 
-@pytest.mark.parametrize(
-    ("way", "start"), [("ahead", 0.01), ("back", 0.03), ("left", 0.06), ("right", 0.03)]
-)
+@pytest.mark.parametrize(("way", "start"), [("ahead", 0.01), ("left", 0.06)])
 def test_a_robot_stops_at_an_edge(way, start):
     """Where no look finds ground its feet go back, and it rests on them; told so again it stays."""
     walker = Walker(way)
