@@ -151,7 +151,7 @@ def draw_walk(path: Path) -> None:
     """Draw the robot on unknown blocks."""
     from phasmid import drive
     from phasmid.control import Command, LocomotionEngine
-    from phasmid.reporting.drawing import draw_robot, swing_moment
+    from phasmid.reporting.drawing import draw_robot, mid_walk_swing_time
     from phasmid.reporting.run import read_run
     from phasmid.reporting.style import save_figure
 
@@ -160,7 +160,7 @@ def draw_walk(path: Path) -> None:
         scenario.load_robot(), period=ground.PERIOD, step_height=ground.STEP_HEIGHT
     )
     run = drive(scenario, engine, Command(velocity=(ground.SPEED, 0.0, 0.0)))
-    save_figure(draw_robot(run, swing_moment(read_run(run))), path, dpi=PIXELS_PER_INCH)
+    save_figure(draw_robot(run, mid_walk_swing_time(read_run(run))), path, dpi=PIXELS_PER_INCH)
 
 
 def write(results: dict[str, list[study.Case]]) -> None:

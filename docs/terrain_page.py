@@ -14,7 +14,7 @@ import numpy as np
 
 import phasmid
 from phasmid.kinematics import quaternion_rotation
-from phasmid.reporting.drawing import draw_robot, swing_moment
+from phasmid.reporting.drawing import draw_robot, mid_walk_swing_time
 from phasmid.reporting.run import read_run
 from phasmid.reporting.style import save_figure
 
@@ -95,7 +95,7 @@ def row(name, words, table, folder):
     scenario = phasmid.load_scenario("paper").replace(terrain=name, **WALK, **terrain)
     walk = phasmid.plan(scenario)
     run = phasmid.simulate(scenario, walk)
-    moment = swing_moment(read_run(run))
+    moment = mid_walk_swing_time(read_run(run))
     picture = HERE / "images" / f"terrain-{name}.png"
     save_figure(draw_robot(run, moment), picture, dpi=PIXELS_PER_INCH)
     numbers, warnings = outcome(walk, run)

@@ -209,7 +209,8 @@ def toml_value(value: Any) -> str:
         return f"{{ {', '.join(f'{toml_key(k)} = {toml_value(v)}' for k, v in value.items())} }}"
     if isinstance(value, Iterable):
         return f"[{', '.join(map(toml_value, value))}]"
-    return repr(value)
+    # A number of NumPy has another text than one of Python.
+    return repr(float(value) if isinstance(value, float) else int(value))
 
 
 def toml_key(name: str) -> str:

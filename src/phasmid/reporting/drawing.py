@@ -76,11 +76,11 @@ def walk_picture(
     Raises:
         InvalidInput: The pose is not recorded.
     """
-    moment = swing_moment(read_run(recording))
+    moment = mid_walk_swing_time(read_run(recording))
     return draw_robot(recording, moment, gait=True, appearance=appearance, layout=layout)
 
 
-def swing_moment(run: Run) -> float:
+def mid_walk_swing_time(run: Run) -> float:
     """Return the time at which the feet are highest in sum, in the cycle mid-walk [s]."""
     time, feet = run.time, run.channel("foot_position")
     middle = (time[0] + time[-1]) / 2

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Integer
 
 from phasmid.recording.ros import rows_at
-from phasmid.reporting.drawing import FORCE_COLOUR, FORCE_LENGTH, swing_moment
+from phasmid.reporting.drawing import FORCE_COLOUR, FORCE_LENGTH, mid_walk_swing_time
 from phasmid.reporting.numbers import centre_of_mass, margin_over_time
 from phasmid.reporting.robot_mesh import MeshPieces, link_poses, mesh_pieces, quaternions
 from phasmid.reporting.run import Run
@@ -54,7 +54,7 @@ def replay(run: Run) -> dict[str, Any]:
         "link_orientation": packed(quaternions(X_body_link[..., :3, :3]), "i16"),
         "weight": run.weight,
         "trail": 2 * run.scenario.stride.period,
-        "start": int(np.argmin(np.abs(kept.time - swing_moment(run)))),
+        "start": int(np.argmin(np.abs(kept.time - mid_walk_swing_time(run)))),
     }
     scene |= looks(run.robot, pieces) | surroundings(terrain, middle, reach)
     return scene | _support(kept, terrain, body)
