@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from phasmid.cli.output import say
 from phasmid.cli.parser import COMMANDS, build_parser, flags
 from phasmid.cli.scenario_options import check_lists
 from phasmid.errors import AlreadyExists, InvalidInput, PhasmidError, nearest
@@ -68,7 +69,7 @@ def _unheard(error: OSError) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     with suppress(OSError):
         reason = (error.strerror or str(error)).lower()
-        print(f"phasmid: cannot write the output: {reason}.", file=sys.stderr, flush=True)
+        say(f"phasmid: cannot write the output: {reason}.", file=sys.stderr)
         return 1
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
@@ -95,17 +96,17 @@ def _answered(arguments: list[str]) -> int:
         raise
     except (Exception, KeyboardInterrupt) as error:
         if interrupted or isinstance(error, KeyboardInterrupt):
-            print("phasmid: stopped.", file=sys.stderr)
+            say("phasmid: stopped.", file=sys.stderr)
             return 130
         if isinstance(error, PhasmidError):
             if isinstance(error, AlreadyExists):
                 error.hint = f"--force, or another {error.option}"
-            print(f"phasmid: {error}", file=sys.stderr)
+            say(f"phasmid: {error}", file=sys.stderr)
             return error.exit_status
         if isinstance(error, OSError) and error.errno in UNHEARD and error.filename is None:
             raise
         traceback.print_exc()
-        print("phasmid: internal error; please report it.", file=sys.stderr)
+        say("phasmid: internal error; please report it.", file=sys.stderr)
         return 70
 
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
+from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import (
     add_field_options,
     add_import_options,
     import_options,
     with_fields,
 )
-from phasmid.cli.tables import print_table
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
 
 if TYPE_CHECKING:
@@ -58,10 +58,10 @@ def run(options: argparse.Namespace) -> int:
         from phasmid.reporting.style import encoded_figure
 
         write_whole(figure, encoded_figure(advice_figure(advice), figure.suffix[1:].lower()))
-        print(f"Written to {plain(str(figure))}")
+        say(f"Written to {plain(str(figure))}")
     if not advice.verdict.is_possible:
         what = f"the {advice.servo.name} does not hold it in the {advice.verdict.gait} gait."
-        print(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)
+        say(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)
         return 2
     return 0
 
@@ -105,13 +105,13 @@ def _print(advice: Advice) -> None:
 
     scenario, verdict, load = advice.scenario, advice.verdict, advice.load
     air = scenario.servo.ambient_temperature
-    print(
+    say(
         f"{plain(advice.robot.name)}, {plain(verdict.servo)} at {advice.voltage:g} V, "
         f"{plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s, payload "
         f"{1000 * scenario.model.payload:g} g, air {air:g} °C"
     )
     law = "their own law" if load.heat is not None else "ideal servos: the stall current is unknown"
-    print(f"{MEASURED} cycles after {WARM_UP}, simulated with {law}\n")
+    say(f"{MEASURED} cycles after {WARM_UP}, simulated with {law}\n")
     warmth = [rows for rows in map(advice.temperature, MINUTES) if rows is not None]
     rows = [["joint", "peak N·m", "of stall", "rms N·m", "of continuous"]]
     if warmth:
@@ -130,11 +130,11 @@ def _print(advice: Advice) -> None:
         rows.append(row)
     print_table(rows, right=(1, 2, 3, 4))
     if load.failure:
-        print(f"\nthe simulated walk ended early: {plain(load.failure)}")
+        say(f"\nthe simulated walk ended early: {plain(load.failure)}")
     _print_supply(advice)
-    print("\nWithout help from friction:")
+    say("\nWithout help from friction:")
     for line in verdict.lines:
-        print(f"  {plain(line)}")
+        say(f"  {plain(line)}")
     _print_catalogue(advice)
 
 
@@ -144,20 +144,20 @@ def _print_supply(advice: Advice) -> None:
 
     hour, load = advice.temperature(60.0), advice.load
     if hour is None or load.supply_current is None or load.peak_supply_current is None:
-        print("\nheat, current and battery time are unknown: the servo has no stall current.")
+        say("\nheat, current and battery time are unknown: the servo has no stall current.")
         return
     # The one that may become the warmest.
     warmest = int(hour[2].argmax())
     low, _, high = (float(rows.ravel()[warmest]) for rows in hour)
-    print(
+    say(
         f"\nwarmest after an hour: {plain(advice.joint_names[warmest])}, {low:.0f} to {high:.0f} "
         f"°C by assumed heat figures; limit {advice.servo.temperature_limit:g} °C"
     )
-    print(
+    say(
         f"current: {load.supply_current:.2f} A, at most {load.peak_supply_current:.2f} A, with "
         f"{1000 * advice.servo.standby_current:g} mA for each servo's electronics"
     )
-    print(
+    say(
         f"battery of {1000 * advice.capacity:g} mAh: {advice.battery_minutes:.0f} min on "
         f"{100 * USABLE:.0f} % of it, without the robot's computer"
     )
@@ -165,13 +165,13 @@ def _print_supply(advice: Advice) -> None:
 
 def _print_catalogue(advice: Advice) -> None:
     count = 3 * len(advice.robot.legs)
-    print(f"\nOther servos, at their rated voltage, with prices of {count} (look them up):")
+    say(f"\nOther servos, at their rated voltage, with prices of {count} (look them up):")
     rows = [["servo", "price", "lacks"]]
     for choice in advice.choices:
         price = "unknown" if choice.price is None else f"about ${choice.price:.0f}"
         rows.append([choice.servo.name, price, choice.lacks or "nothing"])
     print_table(rows, right=(1,))
     if advice.cheapest is not None:
-        print(f"Cheapest that holds: {advice.cheapest.servo.name}")
+        say(f"Cheapest that holds: {advice.cheapest.servo.name}")
     else:
-        print("None of them holds for an unlimited time.")
+        say("None of them holds for an unlimited time.")

@@ -6,6 +6,7 @@ import argparse
 import time
 from pathlib import Path
 
+from phasmid.cli.output import say
 from phasmid.errors import plain
 
 OPTIONS = {
@@ -30,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     files = cad_files(robot, folder)
     write_files({path: content for path, (_, content) in files.items()}, force=options.force)
     if not options.quiet:
-        print(f"Written to {plain(str(folder))} in {time.perf_counter() - begin:.1f} s:")
+        say(f"Written to {plain(str(folder))} in {time.perf_counter() - begin:.1f} s:")
         for path, (what, _) in files.items():
-            print(f"  {plain(str(path.relative_to(folder))):<28} {what}")
+            say(f"  {plain(str(path.relative_to(folder))):<28} {what}")
     return 0

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import add_import_options, import_options
-from phasmid.cli.tables import print_table
 from phasmid.errors import InvalidInput, plain
 from phasmid.units import STANDARD_GRAVITY, plain_number
 
@@ -72,14 +72,14 @@ def _check_robot(imported: Imported, gait: str | None) -> int:
     _print_findings(findings)
     count = sum(finding.severity is Severity.IMPOSSIBLE for finding in findings)
     if robot is not None and not count:
-        print("possible.")
+        say("possible.")
         return 0
     counted = "1 finding is" if count == 1 else f"{count} findings are"
-    what = f"it cannot walk as it is: {counted} impossible."
+    what = f"the robot as described cannot walk: {counted} impossible."
     if robot is None:
         what = imported.impossible[0].sentence
     hint = imported.impossible[0].hint if imported.impossible else ""
-    print(f"phasmid: {InvalidInput(what, hint=hint)}", file=sys.stderr)
+    say(f"phasmid: {InvalidInput(what, hint=hint)}", file=sys.stderr)
     return 2
 
 
@@ -135,7 +135,7 @@ def _plain_walk(scenario: Scenario) -> list[Finding]:
 
 def _print_verdict(verdict: ServoVerdict | None) -> None:
     for line in () if verdict is None else verdict.lines:
-        print(f"  servos: {plain(line)}")
+        say(f"  servos: {plain(line)}")
 
 
 def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None) -> None:
@@ -147,14 +147,14 @@ def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdic
     from phasmid.robot import JOINTS
 
     servo, body = robot.servo, robot.body
-    print(
+    say(
         f"robot {plain(robot.name)}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
         f"({robot.mass * STANDARD_GRAVITY:.2f} N), servo {plain(servo.name)} "
         f"({plain_number(servo.stall_torque, 3)} N·m, "
         f"{plain_number(servo.no_load_speed, 3)} rad/s)"
     )
     _print_verdict(verdict)
-    print(f"  body {1000 * body.mass:.1f} g, {_listed(1000 * body.size, ' × ')} mm")
+    say(f"  body {1000 * body.mass:.1f} g, {_listed(1000 * body.size, ' × ')} mm")
     frames = [["leg", "lengths mm", "hip mm", "yaw, pitch, roll °"]]
     poses = [["leg", "left mm", "neutral °", "masses g"]]
     for number, leg in enumerate(robot.legs, 1):
@@ -173,19 +173,19 @@ def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdic
     print_table(frames)
     print_table(poses)
     for number, origin in enumerate(origins, 1):
-        print(f"  leg {number} is {_origin(origin)}")
+        say(f"  leg {number} is {_origin(origin)}")
     limits = np.degrees(robot.arrays.joint_limits)
     if np.all(limits == limits[0]):
         found = (
             f"{joint} {plain_number(low)}° to {plain_number(high)}°"
             for joint, (low, high) in zip(JOINTS, limits[0].tolist(), strict=True)
         )
-        print(f"  joint limits: {', '.join(found)}")
+        say(f"  joint limits: {', '.join(found)}")
     try:
         ahead, side = longest_stride(robot), longest_stride(robot, np.pi / 2)
     except PhasmidError:
         ahead = side = 0.0
-    print(f"  longest stride: {1000 * ahead:.0f} mm ahead, {1000 * side:.0f} mm sideways")
+    say(f"  longest stride: {1000 * ahead:.0f} mm ahead, {1000 * side:.0f} mm sideways")
 
 
 def _listed(numbers: np.ndarray, separator: str = ", ") -> str:
@@ -206,9 +206,9 @@ def _print_findings(findings: Sequence[Finding]) -> None:
     order = ("impossible", "suspect", "note")
     for finding in sorted(findings, key=lambda finding: order.index(finding.severity.value)):
         where = f" ({plain(finding.where)})" if finding.where else ""
-        print(f"  {finding.severity.value:<10} {plain(finding.sentence)}{where}")
+        say(f"  {finding.severity.value:<10} {plain(finding.sentence)}{where}")
         if finding.hint:
-            print(f"  {'':<10} try {plain(finding.hint)}")
+            say(f"  {'':<10} try {plain(finding.hint)}")
 
 
 def _check_scenario(scenario: Scenario) -> int:
@@ -224,26 +224,26 @@ def _check_scenario(scenario: Scenario) -> int:
     check_load(scenario, walk)
     speed = float(np.abs(walk.qd).max())
     limit, supply = fastest(scenario, walk.robot.servo)
-    print(
+    say(
         f"scenario {scenario.name}: {plain(walk.robot.name)}, {plain(walk.gait.name)} gait, "
         f"{scenario.duration:g} s, {len(walk.time)} samples"
     )
     verdict = scenario_verdict(scenario)
     _print_verdict(verdict)
     way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
-    print(
+    say(
         f"  planned way: {way[0]:.1f} mm ahead, {way[1]:.1f} mm to the left, "
         f"{np.degrees(walk.trunk.yaw[-1]):.1f}° turn"
     )
-    print(
+    say(
         f"  fastest joint: {speed:.2f} rad/s; the servo {plain(walk.robot.servo.name)} allows "
         f"{limit:.2f} rad/s{supply}"
     )
-    print(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
+    say(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
     for sentence in idle_fields(scenario):
-        print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+        say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     for finding in _too_weak(verdict, scenario):
-        print(f"phasmid: {InvalidInput(finding.what, hint=finding.hint)}", file=sys.stderr)
+        say(f"phasmid: {InvalidInput(finding.what, hint=finding.hint)}", file=sys.stderr)
         return 2
-    print("possible.")
+    say("possible.")
     return 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from phasmid.cli.output import say
 from phasmid.cli.scenario_options import add_import_options, import_options
 from phasmid.errors import plain
 
@@ -28,8 +29,8 @@ def run(options: argparse.Namespace) -> int:
     robot = possible(imported, options.source)
     lost = save_robot(robot, options.target, force=options.force)
     for finding in (*imported.findings, *lost):
-        print(f"  {finding.severity.value:<10} {plain(finding.sentence)}")
-    print(
+        say(f"  {finding.severity.value:<10} {plain(finding.sentence)}")
+    say(
         f"Written to {plain(str(Path(options.target)))}: {len(robot.legs)} legs, "
         f"{robot.mass:.3f} kg"
     )

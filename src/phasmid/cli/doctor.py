@@ -12,6 +12,7 @@ from collections.abc import Callable
 from importlib import import_module, metadata
 from typing import Literal, NamedTuple
 
+from phasmid.cli.output import say
 from phasmid.errors import OutputError, plain
 
 PURPOSES = {
@@ -65,13 +66,13 @@ def run(_: argparse.Namespace) -> int:
     findings = examine()
     faults = [one for one in findings if one.needed and one.state != "ready"]
     for one in findings:
-        print(f"{one.topic:<11} {one.state:<7} {plain(one.what)}")
+        say(f"{one.topic:<11} {one.state:<7} {plain(one.what)}")
         if one.remedy:
-            print(f"{'':<19} try  {plain(one.remedy)}")
+            say(f"{'':<19} try  {plain(one.remedy)}")
     if faults:
         sentence = f"nothing can walk here: {faults[0].topic}: {faults[0].what.rstrip('.')}."
         raise OutputError(sentence, hint=faults[0].remedy)
-    print("robots can walk here.")
+    say("robots can walk here.")
     return 0
 
 

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from phasmid.cli.options import Number
+from phasmid.cli.output import say
 from phasmid.cli.plot import run_name
 from phasmid.cli.report import print_damage
 from phasmid.errors import InvalidInput, plain
@@ -39,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     channels = [name.strip() for name in options.channels.split(",")] if options.channels else None
     export(recording, target, channels=channels, rate=options.rate, force=options.force)
     if not options.quiet:
-        print(plain(str(target)))
+        say(plain(str(target)))
     return 2 if any(found.wrong for found in damage) else 0
 
 

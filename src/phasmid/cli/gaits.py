@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
-from phasmid.cli.tables import print_table
+from phasmid.cli.output import print_table, say
 from phasmid.errors import plain
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
             last = f"{1000 * _fastest(robot, gait):.0f} mm/s"
             shown.append(gait)
         rows.append([*_cells(shown[-1], margin), last])
-    print(f"{plain(robot.name)}: {len(robot.legs)} legs, a step of {1000 * step:g} mm ahead\n")
+    say(f"{plain(robot.name)}: {len(robot.legs)} legs, a step of {1000 * step:g} mm ahead\n")
     print_table(rows)
     for gait in shown if options.diagram or options.gaits else ():
         _print_diagram(gait, legs, names)
@@ -104,6 +104,6 @@ def _print_diagram(gait: Gait, legs: Sequence[int], leg_names: Sequence[str]) ->
 
     names = [f"{leg} {plain(leg_names[leg - 1]).replace('_', ' ')}" for leg in legs]
     width = max(map(len, names))
-    print(f"\n{plain(gait.name)}: one cycle, █ on the ground, · in the air")
+    say(f"\n{plain(gait.name)}: one cycle, █ on the ground, · in the air")
     for name, line in zip(names, gait_diagram(gait), strict=True):
-        print(f"  {name.ljust(width)}  {line}")
+        say(f"  {name.ljust(width)}  {line}")

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.output import say
 from phasmid.errors import plain
 
 if TYPE_CHECKING:
@@ -28,14 +29,14 @@ def run(options: argparse.Namespace) -> int:
 
     def announce(what: str) -> None:
         if not options.quiet:
-            print(f"… {what}", file=sys.stderr, flush=True)
+            say(f"… {what}", file=sys.stderr)
 
     folder = Path(options.out)
     parts = reproduce(folder, force=options.force, announce=announce)
     if not options.quiet:
         _print_grades(parts)
         place = plain(str(folder))
-        print(f"\nWritten to {place}: paper.md with notes and comparisons, paper/ with figures")
+        say(f"\nWritten to {place}: paper.md with notes and comparisons, paper/ with figures")
     return 0
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
+from phasmid.cli.output import print_table, say
 from phasmid.cli.report import print_damage
-from phasmid.cli.tables import print_table
 from phasmid.cli.walk import leg_numbers
 from phasmid.errors import InvalidInput, nearest, plain
 
@@ -96,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
         for figure, files in zip(figures, targets[kind.name], strict=True):
             _write(figure, files, options.dpi)
             if not options.quiet:
-                print("\n".join(plain(str(path)) for path in files))
+                say("\n".join(plain(str(path)) for path in files))
     return 0
 
 

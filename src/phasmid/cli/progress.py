@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from phasmid.cli.output import say
+
 
 @contextmanager
 def progress_bar(
@@ -25,7 +27,7 @@ def progress_bar(
     """
     if quiet or not sys.stderr.isatty():
         if notice and not quiet:
-            print(f"phasmid: {notice}", file=sys.stderr, flush=True)
+            say(f"phasmid: {notice}", file=sys.stderr)
         yield None
         return
     from rich.console import Console
@@ -59,5 +61,5 @@ def announce_compilation(*, quiet: bool = False) -> None:
     from phasmid.control.compilation import are_compiled
 
     if not quiet and not are_compiled():
-        notice = "compiling the controller, once for this machine: less than a minute"
-        print(f"phasmid: {notice}", file=sys.stderr, flush=True)
+        notice = "compiling the controller, once for this machine: one to three minutes"
+        say(f"phasmid: {notice}", file=sys.stderr)

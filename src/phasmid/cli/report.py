@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.output import say
 from phasmid.cli.walk import (
     REPORT_OPTIONS,
     check_film,
@@ -41,7 +42,7 @@ def print_damage() -> Iterator[list[DamagedRecording]]:
         yield found
     found += [w.message for w in caught if isinstance(w.message, DamagedRecording)]
     for damage in found:
-        print(f"phasmid: {damage}", file=sys.stderr)
+        say(f"phasmid: {damage}", file=sys.stderr)
 
 
 def run(options: argparse.Namespace) -> int:

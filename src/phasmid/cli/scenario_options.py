@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
+from phasmid.cli.output import say
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
@@ -170,12 +171,10 @@ def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
         notes = [f for f in imported.findings if f.severity is Severity.NOTE]
         for finding in imported.findings:
             if finding.severity is not Severity.NOTE:
-                print(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
+                say(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
         if notes:
             command = f"phasmid check {plain(str(source))}"
-            print(
-                f"phasmid: {len(notes)} notes on the robot; {command} lists them.", file=sys.stderr
-            )
+            say(f"phasmid: {len(notes)} notes on the robot; {command} lists them.", file=sys.stderr)
     return scenario.replace(robot=robot)
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.doctor import has_display
 from phasmid.cli.options import Number
+from phasmid.cli.output import say
 from phasmid.cli.progress import announce_compilation
 from phasmid.cli.scenario_options import (
     SCENARIO,
@@ -70,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
     with listen(options.host, options.port) as listening:
         if not is_loopback(options.host):
             note = f"others on the network can reach {options.host}; the address lets them drive"
-            print(f"phasmid: note: {plain(note)}.", file=sys.stderr)
+            say(f"phasmid: note: {plain(note)}.", file=sys.stderr)
         server = Server(listening, host=options.host)
         simulation = LiveSimulation(scenario, out=Path(options.out), publish=server.publish)
         announce_compilation()
@@ -83,13 +84,13 @@ def run(options: argparse.Namespace) -> int:
         finally:
             _put_away(simulation)
             signal.signal(signal.SIGTERM, before)
-    print("phasmid: the studio is closed.")
+    say("phasmid: the studio is closed.")
     return 0
 
 
 def _show(address: str, options: argparse.Namespace) -> None:
     """Print the address and open it, where a browser can open a window."""
-    print(f"The robot is at {plain(address)}\nCtrl-C ends it.", flush=True)
+    say(f"The robot is at {plain(address)}\nCtrl-C ends it.")
     if not options.no_open and has_display():
         # Some browsers are waited for until they have started.
         Thread(target=webbrowser.open, args=(address,), daemon=True).start()

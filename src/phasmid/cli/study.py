@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
+from phasmid.cli.output import print_table, say
 from phasmid.cli.progress import progress_bar
-from phasmid.cli.tables import print_table
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
                 progress=_shown(progress, quiet=options.quiet),
             )
         except KeyboardInterrupt:
-            print(
+            say(
                 "phasmid: stopped; rows of completed runs are kept.\n"
                 f"  try  phasmid study {plain(options.file)}, which makes the others",
                 file=sys.stderr,
@@ -96,10 +96,10 @@ def run(options: argparse.Namespace) -> int:
         total = results.study.count()
         page = "study.html, " if len(table) == total else ""
         many = f"{len(table)} runs" if page else f"{len(table)} of {total} runs"
-        print(f"\n{many}, {len(failed)} failed. Written to {folder}: {page}parts/")
+        say(f"\n{many}, {len(failed)} failed. Written to {folder}: {page}parts/")
     for count, first in causes(failed)[:MOST_CAUSES]:
         error = plain(str(first["error"]))
-        print(f"phasmid: failed: {count}, such as run {first['number']}: {error}", file=sys.stderr)
+        say(f"phasmid: failed: {count}, such as run {first['number']}: {error}", file=sys.stderr)
     return 1 if len(failed) == len(table) else 0
 
 
@@ -121,7 +121,7 @@ def _shown(bar: Callable[..., None] | None, *, quiet: bool) -> Callable[[int, in
         elif now > next_line + LINE_EVERY and not quiet:
             next_line = now
             left = f", {(total - done) / rate / 60:.0f} min left" if rate else ""
-            print(f"phasmid: {note}{left}", file=sys.stderr, flush=True)
+            say(f"phasmid: {note}{left}", file=sys.stderr)
 
     return show
 
@@ -137,11 +137,11 @@ def _repeat(options: argparse.Namespace, number: int) -> int:
     recording, different = repeat_run(options.file, number, out=options.out)
     report(recording, folder, force=options.force)
     if different:
-        print(f"different: {plain(', '.join(different))}.")
+        say(f"different: {plain(', '.join(different))}.")
     elif not options.quiet:
-        print("equal: every metric is that of its row, to the last bit.")
+        say("equal: every metric is that of its row, to the last bit.")
     if not options.quiet:
-        print(f"Written to {plain(str(folder))}: report.html, recording.nc, figures/")
+        say(f"Written to {plain(str(folder))}: report.html, recording.nc, figures/")
     return 1 if different else 0
 
 
@@ -155,15 +155,15 @@ def _print_metrics(table: pd.DataFrame, metrics: list[str]) -> None:
         )
     print_table(rows, right=(1, 2, 3))
     endings = table.loc[table["ending"] != "", "ending"].value_counts()
-    print(", ".join(f"{ending} {count}" for ending, count in endings.items()))
+    say(", ".join(f"{ending} {count}" for ending, count in endings.items()))
 
 
 def _print_best(results: StudyResults) -> None:
     best = results.best
-    print(f"\n{len(best)} points that no other surpasses in all objectives:")
+    say(f"\n{len(best)} points that no other surpasses in all objectives:")
     if len(best):
         for line in best.head(MOST_POINTS).to_string(index=False, float_format="%.5g").splitlines():
-            print(plain(line))
+            say(plain(line))
 
 
 def _part(text: str | None) -> tuple[int, int] | None:

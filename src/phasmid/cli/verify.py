@@ -19,8 +19,11 @@ from phasmid.errors import InvalidInput
 if TYPE_CHECKING:
     from phasmid.verification import Row
 
-WIDTH, INDENT = 100, 6 * " "
+WIDTH, INDENT = 80, 6 * " "
 """Columns of the table, and the margin of the derivations."""
+
+CASE = 27
+"""Columns of a case."""
 
 OPTIONS = {
     "--rows 1,2,...": "checks to run; default: all",
@@ -90,8 +93,10 @@ def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
 
 
 def _columns(number: str, case: str, expected: str, got: str, tolerance: str, verdict: str) -> str:
-    """Return a line of the table, at most `WIDTH` wide with the verdict."""
-    return f"{number:>3} {case:<37} {expected:<15} {got:<16} {tolerance:<10} {verdict}"
+    """Return a row of the table, at most `WIDTH` wide; a long case takes several lines."""
+    first, *more = textwrap.wrap(case, CASE) or [""]
+    line = f"{number:>3} {first:<{CASE}} {expected:<15} {got:<15} {tolerance:<9} {verdict}"
+    return "\n".join([line, *(f"{'':>4}{part}" for part in more)])
 
 
 def _print_tally(rows: Sequence[Row]) -> None:

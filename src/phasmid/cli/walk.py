@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import whole_numbers
+from phasmid.cli.output import say
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.cli.scenario_options import (
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
     words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
     if not options.quiet:
         for sentence in idle_fields(scenario):
-            print(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+            say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     return make_run(lambda: new_run(scenario, walk), scenario, options, words)
 
 
@@ -98,20 +99,20 @@ def make_run(
             trouble = run.record(log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
             # The report can be made later from the log.
-            print(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
+            say(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
             return 130
         recording = with_sensors(run.scenario, load_recording(log))
         write_report(recording, folder, options, appearance)
     except KeyboardInterrupt:
         if log.exists():
-            print(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
+            say(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
             return 130
         raise
     # The folder is complete.
     log.unlink(missing_ok=True)
     print_report(recording, folder, options, legs)
     if trouble:
-        print(f"phasmid: {trouble.sentence}", file=sys.stderr)
+        say(f"phasmid: {trouble.sentence}", file=sys.stderr)
     write_film(recording, options, appearance)
     return 3 if trouble else 0
 
@@ -164,7 +165,7 @@ def print_report(
     written += ["commands.toml"] * ("commands" in recording.attrs)
     written += ["recording.mcap"] * options.mcap
     written += [] if options.no_figures else ["figures/", "report.html"]
-    print(f"\nWritten to {plain(str(folder))}{os.sep}: {', '.join(written)}")
+    say(f"\nWritten to {plain(str(folder))}{os.sep}: {', '.join(written)}")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -198,7 +199,7 @@ def write_film(
     if missing is not None:
         # The folder is complete: this is a note, not an error.
         instead = "" if options.no_figures else " report.html has a 3-D replay instead."
-        print(
+        say(
             f"phasmid: {missing.sentence}; the recording is complete.{instead}\n"
             f"  try  {missing.advice}",
             file=sys.stderr,
@@ -214,7 +215,7 @@ def write_film(
             progress=progress,
         )
     if not options.quiet:
-        print(f"Written to {plain(str(path))}")
+        say(f"Written to {plain(str(path))}")
 
 
 def leg_numbers(text: str | None, robot: Robot, flag: str = "--legs") -> tuple[int, ...] | None:

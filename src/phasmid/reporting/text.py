@@ -72,8 +72,8 @@ def print_summary(
         [f"{number} {names[number - 1].replace('_', ' ')}", *leg_row(summary, number - 1)]
         for number in shown
     ]
-    # A long name gives way, never a number.
-    table.add_column("leg", no_wrap=True, overflow="ellipsis", min_width=12)
+    # A long name is broken between words, never a number.
+    table.add_column("leg", min_width=max(len(word) for row in rows for word in row[0].split()))
     for column, title in enumerate(heads, 1):
         least = max(len(row[column]) for row in rows)
         table.add_column(title, justify="right", no_wrap=True, min_width=least)
