@@ -117,7 +117,7 @@ def test_a_first_drive_announces_the_compiler_once(tmp_path, monkeypatch, capsys
     monkeypatch.setattr("phasmid.control.compilation.are_compiled", lambda: False)
     drive = ["drive", "--velocity", "0,0,0", "--duration", "0.1", "--no-figures"]
     assert main([*drive, "--out", str(tmp_path / "run")]) == 0
-    notice = "compiling the controller, once for this machine: less than a minute"
+    notice = "compiling the controller, once for this machine: one to three minutes"
     assert capsys.readouterr().err == f"phasmid: {notice}\n"
     assert main([*drive, "--out", str(tmp_path / "quiet"), "--quiet"]) == 0
     assert capsys.readouterr().err == ""

@@ -31,7 +31,7 @@ def test_the_robot_of_the_page_walks_on_either_servo(tmp_path, monkeypatch, caps
         told = " ".join(capsys.readouterr().out.split())
         assert "HOLDS FOR A LIMITED TIME: " in told
     if servo == "by its own table":
-        assert "MG996R at 6 V: stall 1.1 N·m" in told
+        assert "my servo at 6 V: stall 1.1 N·m" in told
         assert "The armature of the MG996R is not given; 0.0035 kg m² is assumed" in told
     else:
         assert "assumed, from its stall torque" not in told
