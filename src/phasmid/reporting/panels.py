@@ -19,8 +19,12 @@ Axes: TypeAlias = "matplotlib.axes.Axes"
 Entry: TypeAlias = tuple[str, dict[str, Any]]
 """Label and line properties of a legend's entry."""
 
-EDGE, TITLE, LINE, FOOT = 0.1, 0.24, 0.17, 0.3
+EDGE, TITLE, LINE, FOOT = 0.1, 0.24, 0.17, 0.5
 """Margin at the edges; height of the title, of a line under it, and of the lowest axis [inches]."""
+
+ABOVE, BELOW, BESIDE, WITH_TICKS = 0.28, 0.42, 0.22, 0.6
+"""Height of a panel's title and of its axis; gaps between columns that share their vertical axis,
+and that do not [inches]."""
 
 LETTER = 0.07
 """Mean width of a letter [inches]."""
@@ -31,12 +35,16 @@ NO_BREAK = "\N{NO-BREAK SPACE}"
 class Panels:
     """A figure with empty panels; `complete` writes heading and legend above them.
 
+    Margins and gaps are in inches, so that type fits them at any width of the figure.
+
     Args:
         layout: Width and heading.
         heights: Height of each row of panels, with their titles [inches].
         columns: Number of panels in a row.
         share_x: All panels share one horizontal axis.
         share_y: All panels share one vertical axis; ``"col"``, ``"row"``: those of each one.
+        left: Width of the labels on the left [inches].
+        title_lines: Lines of the panels' titles.
 
     Attributes:
         figure: The figure.
@@ -52,8 +60,13 @@ class Panels:
         columns: int = 1,
         share_x: bool = True,
         share_y: bool | Literal["col", "row"] = True,
+        left: float = 0.8,
+        title_lines: int = 1,
     ) -> None:
-        self._layout, self._heights = layout, heights
+        self._layout, self._heights, self._left = layout, heights, left
+        self._above = ABOVE + LINE * (title_lines - 1)
+        self._below = 0.0 if share_x else BELOW
+        self._beside = BESIDE if share_y in (True, "row") else WITH_TICKS
         self.figure: Figure = new_figure(layout.inches, sum(heights))
         grid = self.figure.subplots(
             len(heights),
@@ -72,7 +85,7 @@ class Panels:
 
     def shortened(self, words: str) -> str:
         """Return words, cut off at the width of all panels."""
-        space = self._layout.inches - 2 * EDGE - 0.8 * self._layout.type_scale
+        space = self._layout.inches - 2 * EDGE - self._layout.type_scale * self._left
         letters = int(space / (1.15 * LETTER * self._layout.type_scale))
         return textwrap.shorten(words, letters, placeholder=" …")
 
@@ -105,15 +118,30 @@ class Panels:
             down += scale * (TITLE + LINE * len(lines)) + 0.03
         entries = [(self.shortened(label), look) for label, look in entries]
         legend, rows = _fitting_legend(figure, entries, columns or len(entries))
-        top = down + scale * LINE * rows + 0.08
-        height = top + sum(self._heights) + scale * FOOT
+        top = down + scale * (LINE * rows + self._above)
+        height = top + sum(self._heights) + scale * (FOOT - self._above)
         figure.set_figheight(height)
-        figure.set_layout_engine("constrained", rect=(0, 0, 1, 1 - top / height))
         for text, place in texts:
             text.set(x=EDGE / width, y=1 - place / height, verticalalignment="top")
         legend.set_bbox_to_anchor((EDGE / width, 1 - down / height))
+        self._place(top, height)
         figure.align_ylabels(self.axes)
         return figure
+
+    def _place(self, top: float, height: float) -> None:
+        """Place the panels below a distance from the upper edge of the figure [inches]."""
+        scale, width = self._layout.type_scale, self._layout.inches
+        rows, columns = len(self.rows), len(self.rows[0])
+        above, beside = scale * (self._above + self._below), scale * self._beside
+        left, right = scale * self._left, width - 2 * EDGE
+        self.figure.subplots_adjust(
+            left=left / width,
+            right=right / width,
+            bottom=scale * FOOT / height,
+            top=1 - top / height,
+            hspace=above * rows / (sum(self._heights) - rows * above),
+            wspace=beside * columns / (right - left - (columns - 1) * beside),
+        )
 
 
 def _fitting_legend(figure: Figure, entries: Sequence[Entry], columns: int) -> tuple[Any, int]:

@@ -35,7 +35,8 @@ def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         InvalidInput: No torques have speeds beside them.
     """
     alone = len(runs) == 1
-    drawing = Panels(layout, [2.9] * len(runs), columns=3)
+    title_lines = 1 if alone else 2
+    drawing = Panels(layout, [2.9] * len(runs), columns=3, title_lines=title_lines)
     for run, axes in zip(runs, drawing.rows, strict=True):
         tau, qd, name = torque_and_speed(run)
         for joint, axis in enumerate(axes):
@@ -177,6 +178,7 @@ def foot_path_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         columns=2,
         share_x=False,
         share_y=False,
+        title_lines=1 if alone else 2,
     )
     for number, run in enumerate(runs):
         above, side = drawing.rows[2 * number : 2 * number + 2]

@@ -184,7 +184,7 @@ def gait_diagram(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw bars of each leg's planned stance and, narrower and darker, of its contact."""
     alone = len(runs) == 1
     heights = [0.27 * len(legs) + 0.3] * len(runs)
-    drawing = Panels(layout, heights, share_y=False)
+    drawing = Panels(layout, heights, left=1.35, share_y=False)
     for axis, run in zip(drawing.axes, runs, strict=True):
         draw_bars(axis, run, legs)
         if not alone:
@@ -437,7 +437,7 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     A single run has a line for each leg; several have the rms over these legs.
     """
     alone, chosen = len(runs) == 1, [leg - 1 for leg in legs]
-    drawing = Panels(layout, [1.3] * len(RESIDUALS), share_y=False)
+    drawing = Panels(layout, [1.3] * len(RESIDUALS), share_y=False, left=0.95)
     still = np.zeros(len(RESIDUALS))
     for run in runs:
         calm = away_from_all_switches(run)
@@ -498,7 +498,7 @@ def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     last = float(runs[0].time[-1])
     run = runs[0].between(last - runs[0].scenario.stride.period, last)
     panels = [row for row in SENSORS if run.has(row[1])]
-    drawing = Panels(layout, [1.1] * len(panels), share_y=False)
+    drawing = Panels(layout, [1.1] * len(panels), share_y=False, left=0.95)
     for axis, (label, measured, true, index, scale) in zip(drawing.axes, panels, strict=True):
         values, orientation = run.channel(true), run.channel("body_orientation")
         if true == "body_angular_velocity" and values is not None and orientation is not None:

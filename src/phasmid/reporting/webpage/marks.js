@@ -23,7 +23,10 @@
     const whole = (meshes) => (link) =>
       scene.pieces.filter((piece) => piece.link === link).map(({ mesh, colour }) => ({ ...meshes[mesh], colour }));
     const detail = (cell) => flock(links.map(whole(cell ? exact.map((one) => coarse(one, cell * span)) : exact)));
-    const [solids, shadows] = (rough ? [ROUGH, ROUGH_SHADE] : [0, SHADE]).map(detail);
+    // Solids and shadows, coarse where the processor draws a robot that moves.
+    const sets = {};
+    const flocks = (still) =>
+      (sets[rough && !still] ??= (rough && !still ? [ROUGH, ROUGH_SHADE] : [0, SHADE]).map(detail));
     const floor = Phasmid.floor(drawing, scene);
     const legColours = scene.legs.map(rgb);
     const forceColour = rgb(scene.force_colour);
@@ -63,7 +66,7 @@
     }
 
     function forget() {
-      for (const { solid } of [solids, shadows, lances, funnels].flat()) drawing.forget(solid);
+      for (const { solid } of [...Object.values(sets), lances, funnels].flat(2)) drawing.forget(solid);
       floor.forget();
     }
 
@@ -78,17 +81,17 @@
     const poseOf = (X_body, X_links) => (k) => (links[k] < 0 ? X_body : X_links[links[k]]);
 
     // The ground in the robot's shadow.
-    function ground(X_body, X_links, seen, colours, grid) {
+    function ground(X_body, X_links, seen, colours, grid, still = false) {
       const place = vector(X_body, 4);
       const far = X_links.reduce((most, X) => Math.max(most, size(less(vector(X, 4), place))), span);
       drawing.shadows(place, 2 * far, colours.dark ? 0.5 : 0.32,
-        () => paint(shadows, poseOf(X_body, X_links), WHITE, "depth"));
+        () => paint(flocks(still)[1], poseOf(X_body, X_links), WHITE, "depth"));
       floor.paint(seen, colours, grid);
     }
 
-    function machine(X_body, X_links) {
+    function machine(X_body, X_links, still = false) {
       gl.disable(gl.BLEND);
-      paint(solids, poseOf(X_body, X_links), WHITE, "lit");
+      paint(flocks(still)[0], poseOf(X_body, X_links), WHITE, "lit");
     }
 
     function support(standing, safe, seen, colours) {

@@ -3,6 +3,7 @@
 
 (() => {
   const { product, pose, heading, size, less, rgb } = Phasmid.algebra;
+  const STILL = 600; // milliseconds without another picture, after which the processor draws finely
   const byId = (id) => document.getElementById(id);
 
   // True where the processor draws: it is needed for the robot's physics.
@@ -31,6 +32,7 @@
     let requested = false;
     let place = null;
     let previous = 0;
+    let rest = 0;
     const shownAt = [];
     const X_body = new Float32Array(16);
     const X_body_link = new Float32Array(16);
@@ -92,12 +94,12 @@
       return size(less(wanted, place)) > 1e-4 * camera.largest && shown("follow");
     }
 
-    function paint(stamp) {
+    function paint(stamp, still = false) {
       requested = false;
       if (!scene || !frames.latest) return;
       const seconds = Math.min((stamp - previous) / 1000, 0.25);
       previous = stamp;
-      drawing.fit(soft ? 0.75 : Math.min(window.devicePixelRatio || 1, 2));
+      drawing.fit(!soft ? Math.min(window.devicePixelRatio || 1, 2) : still ? 2 : 0.75);
       const { row, moves } = frames.now(soft ? Infinity : performance.now());
       const body = vector(row, "body_position");
       if (camera.largest === 0) aim(row, body);
@@ -115,9 +117,9 @@
       const safe = row[frames.at.margin] >= 0;
 
       drawing.begin(seen, colours);
-      marks.ground(X_body, X_links, seen, colours, shown("grid"));
+      marks.ground(X_body, X_links, seen, colours, shown("grid"), still);
       if (shown("support")) marks.support(feet.filter((_, leg) => down(leg)), safe, seen, colours);
-      marks.machine(X_body, X_links);
+      marks.machine(X_body, X_links, still);
       if (shown("trails")) marks.trails(feet.map((foot, leg) => way(foot, leg)), seen);
       if (shown("cones") && scene.friction > 0)
         marks.frictionCones(feet, feet.map((_, leg) => down(leg) && vector(row, "foot_normal", leg)), scene.friction, seen);
@@ -129,6 +131,8 @@
       shownAt.push(stamp);
       while (shownAt[0] < stamp - 1000) shownAt.shift();
       if (!soft && (moves || eases)) requestPaint();
+      clearTimeout(rest);
+      if (soft && !still) rest = setTimeout(() => requestAnimationFrame((later) => paint(later, true)), STILL);
     }
 
     // Where a foot has been, and where it is.
