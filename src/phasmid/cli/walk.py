@@ -139,14 +139,15 @@ def write_report(
     """Write the result folder of a recording."""
     from phasmid.reporting import report
 
-    report(
-        recording,
-        folder,
-        force=options.force,
-        figures=not options.no_figures,
-        mcap=options.mcap,
-        appearance=appearance,
-    )
+    with progress_bar("drawing the figures", quiet=options.quiet or options.no_figures):
+        report(
+            recording,
+            folder,
+            force=options.force,
+            figures=not options.no_figures,
+            mcap=options.mcap,
+            appearance=appearance,
+        )
 
 
 def print_report(
