@@ -43,9 +43,9 @@ from phasmid.units import STANDARD_GRAVITY  # noqa: E402
 
 ROBOT, JOINTS = "phantomx-ax", "servo"
 SIZES = {
-    "blocks": (40, 60, 80, 100),
-    "hills": (15,),
-    "slope": (15, 20, 25),
+    "blocks": (10, 20, 30, 40, 60, 80, 100),
+    "hills": (5, 10, 15),
+    "slope": (5, 10, 15, 20, 25),
     "stairs": (20, 40, 60),
     "gap": (30, 60),
 }
@@ -92,14 +92,14 @@ def effort_table(results: list[dict[str, Any]], names: Sequence[str]) -> str:
         row = [f"{kind} {size:g} {ground.GROUNDS[kind].unit}".replace(" °", "°")]
         for name in names:
             passed = [run for run in runs if run["mode"] == name and run["passed"]]
-            speed = np.mean([run["way"] / run["time"] for run in passed]) if passed else np.nan
-            means = [np.mean([r[key] for r in passed]) for key in ("transport", "peak", "warmest")]
-            error = 100 * (speed / ground.SPEED - 1)
-            row.append(
-                f"{error:+.0f} %, {means[0]:.2f}, {means[1]:.2f} N·m, {means[2]:.1f} °C"
-                if passed
-                else "–"
+            if not passed:
+                row.append("–")
+                continue
+            error = 100 * (np.mean([run["way"] / run["time"] for run in passed]) / ground.SPEED - 1)
+            cost, peak, warmest = (
+                np.mean([run[key] for run in passed]) for key in ("transport", "peak", "warmest")
             )
+            row.append(f"{error:+.0f} %, {cost:.2f}, {peak:.2f} N·m, {warmest:.1f} °C")
         rows.append(row)
     return markdown(["ground", *names], rows)
 
