@@ -10,7 +10,7 @@ from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
-from .study import Case, grouped, markdown
+from .study import Case
 
 ROBOT = "phantomx-ax"
 DIES, JUDGED, ENDS = 4.0, 6.0, 12.0
@@ -53,17 +53,3 @@ def measure(joints: str, leg: str, joint: str) -> Case:
         "way": float(place[-1, 0] - place[dies, 0]),
         "lowest": float(place[dies:, 2].min()),
     }
-
-
-def table(results: list[Case]) -> str:
-    """Return the table of speeds after each servo's death."""
-    rows = []
-    for (joints, leg), runs in grouped(results, "joints", "leg").items():
-        cells = [
-            f"{100 * run['speed']:.1f} cm/s, {1000 * run['way']:.0f} mm"
-            if run["walks"]
-            else f"**does not walk on** ({run['ending'].lower()})"
-            for run in runs
-        ]
-        rows.append([f"{leg.replace('_', ' ')}, {joints}", *cells])
-    return markdown(["leg, joints", *JOINTS], rows)

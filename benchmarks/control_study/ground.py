@@ -47,9 +47,6 @@ MODES = {
     "ground sensing and dynamics": {"ground_sensing": True, "dynamics": "feed-forward"},
 }
 
-PASSED = 0.9
-"""Share of the seeds that must pass for a size to be passed."""
-
 HIGHER = 0.05
 """Step height for rough ground without sensing [m]."""
 
@@ -208,19 +205,6 @@ def table(results: list[Case]) -> str:
             row.append(cell + (f" ({failed})" if failed else ""))
         rows.append(row)
     return markdown(["ground", *modes], rows)
-
-
-def largest_passed(results: list[Case], kind: str, share: float = PASSED) -> dict[str, float]:
-    """Return the largest size of a kind up to which enough seeds pass, by mode; 0 for none."""
-    found = {}
-    for (mode,), runs in grouped([r for r in results if r["kind"] == kind], "mode").items():
-        found[mode] = 0.0
-        for (size,), some in grouped(runs, "size").items():
-            whole = [run for run in some if "passed" in run]
-            if not whole or np.mean([run["passed"] for run in whole]) < share:
-                break
-            found[mode] = float(size)
-    return found
 
 
 def levelling(slope_deg: float = 10.0, duration: float = 5.0) -> Case:

@@ -20,7 +20,7 @@ from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 from phasmid.terrain import Flat, Ground
 
-from .study import Case, grouped, markdown
+from .study import Case
 
 DRIVES = ("prescribed", "ideal-servo", "servo")
 
@@ -149,34 +149,3 @@ def planned_torque(scenario: Scenario, velocity: Float[np.ndarray, "3"]) -> floa
             )
             largest.append(float(np.abs(held.torque).max()))
     return max(largest)
-
-
-def table(results: list[Case]) -> str:
-    """Return a row for each robot and drive."""
-    rows = []
-    for (robot, joints), runs in sorted(grouped(results, "robot", "joints").items()):
-        whole = [run for run in runs if run["ending"] == "COMPLETED"]
-        if not whole:
-            rows.append([f"{robot}, {joints}", str(len(runs)), str(len(runs)), *["–"] * 4])
-            continue
-        rows.append(
-            [
-                f"{robot}, {joints}",
-                str(len(runs)),
-                str(len(runs) - len(whole)),
-                f"{1000 * max(run['hop'] for run in whole):.2f} mm",
-                f"{1000 * max(run['range'] for run in whole):.2f} mm",
-                f"{max(run['tilt'] for run in whole):.2f}°",
-                f"{max(run['torque'] / run['planned_torque'] for run in whole):.2f}",
-            ]
-        )
-    head = [
-        "robot, joints",
-        "walks",
-        "fell",
-        "largest hop",
-        "largest range",
-        "largest tilt",
-        "torque, of the plan's",
-    ]
-    return markdown(head, rows)

@@ -7,13 +7,8 @@ import time
 import numpy as np
 
 from phasmid.control import Command, LocomotionEngine, Observation
-from phasmid.robot import Robot, load_robot
-from phasmid.scenario import Scenario
-from phasmid.simulation import drive
+from phasmid.robot import Robot
 
-from .study import Case, markdown
-
-ROBOT = "phantomx-ax"
 WALKS, UPDATES = 10, 2000
 """Number of equal walks, and updates in each."""
 
@@ -39,22 +34,6 @@ STAGES = {
     "with both, on waves of 20 mm": (rough, BOTH),
 }
 """Ground and settings of each stage."""
-
-DURATION = 30.0
-"""Duration of a driven run, whose set-up is included in the time [s]."""
-
-
-def cases() -> list[Case]:
-    """Return updates with more and more stages, and driven simulations."""
-    updates = [{"what": "update", "name": name} for name in STAGES]
-    return updates + [{"what": "run", "name": kind} for kind in ("ideal-servo", "servo")]
-
-
-def measure(what: str, name: str) -> Case:
-    """Measure the time of an update [µs], or the speed of a run relative to real time."""
-    if what == "run":
-        return _run(name)
-    return {"microseconds": 1e6 * update_time(load_robot(ROBOT), name)}
 
 
 def update_time(robot: Robot, stage: str) -> float:
@@ -90,29 +69,3 @@ def _walk(robot: Robot, ground, settings) -> np.ndarray:
         engine.update(observation, command)
         took[n] = time.perf_counter() - began
     return took
-
-
-def _run(kind: str) -> Case:
-    scenario = Scenario().replace(robot=ROBOT, drive=kind, duration=0.1, terrain="flat")
-    command, best = Command(velocity=(0.05, 0.0, 0.1)), 0.0
-    drive(scenario, LocomotionEngine(scenario.load_robot()), command)
-    for _ in range(2):
-        engine = LocomotionEngine(scenario.load_robot())
-        start = time.perf_counter()
-        drive(scenario.replace(duration=DURATION), engine, command)
-        best = max(best, DURATION / (time.perf_counter() - start))
-    return {"real_time": best}
-
-
-def table(results: list[Case]) -> str:
-    """Return the table of both."""
-    rows = [
-        [f"update: {run['name']}", f"{run['microseconds']:.0f} µs"]
-        if run["what"] == "update"
-        else [
-            f"driven, all stages, {run['name']}",
-            f"{run['real_time']:.0f} × real time",
-        ]
-        for run in results
-    ]
-    return markdown(["", "on this page's machine"], rows)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from phasmid.control import Command, LocomotionEngine
+from phasmid.control import Command, JointTargets, LocomotionEngine
 from phasmid.errors import InvalidInput
 from phasmid.learning import PolicyController, WalkEnv, WalkVectorEnv, export_task, load_task
-from phasmid.learning.corrections import corrected
+from phasmid.learning.corrections import corrected, motor_goals
 from phasmid.learning.task import CORRECTIONS
 from phasmid.scenario import Scenario
 from phasmid.simulation.drive import drive
@@ -62,6 +62,17 @@ def test_without_corrections_the_locomotion_controller_walks_bit_for_bit():
     # Feet lift 25 mm higher than by the gait, less what soft servos give away.
     lift = [float(run["foot_position"].values[..., 2].max()) for run in (alone, other)]
     assert 0.015 < lift[1] - lift[0] < 0.03
+
+
+def test_goals_of_a_fast_motor_give_the_torque_at_its_target():
+    """At its target the motor's torque less friction and damping is the feed-forward torque."""
+    motor = WalkVectorEnv(1, task=TASK).physics.motor
+    speed, torque = np.full((6, 3), 0.5), np.full((6, 3), -0.2)
+    q = np.zeros((6, 3))
+    push = motor.gain * (motor_goals(JointTargets(q, speed, torque), motor) - q)
+    wanted = torque + motor.damping * speed
+    loss = motor.friction + motor.load_loss * np.abs(wanted)
+    np.testing.assert_allclose(push - motor.damping * speed - loss, torque, atol=1e-12)
 
 
 @pytest.mark.parametrize("fidelity", ["fast", "full"])

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import whole_numbers
+from phasmid.cli.output import say
 from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput
 
@@ -83,7 +84,7 @@ def _print_table(rows: Sequence[Row], *, explain: bool) -> None:
     print(_columns("row", "", "expected", "got", "tolerance", "verdict"))
     for number, group in itertools.groupby(rows, key=lambda row: row.number):
         some = list(group)
-        print(f"{number:>3} {some[0].title}   {some[0].equation}")
+        say(f"{number:>3} {some[0].title}   {some[0].equation}")
         for row in some:
             print(_columns("", row.case, *words(row), row.verdict.value))
             if explain:
@@ -103,4 +104,4 @@ def _print_tally(rows: Sequence[Row]) -> None:
     from phasmid.verification.page import tally
 
     spent = {row.number: row.seconds for row in rows}
-    print(f"\n{tally(rows)} {sum(spent.values()):.0f} s.")
+    say(f"\n{tally(rows)} {sum(spent.values()):.0f} s.")

@@ -8,7 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control import Command, JointTargets, LocomotionEngine, Observation
-from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torque, inverse_law
+from phasmid.control.feed_forward.servo_goal import (
+    SLOW,
+    goal_memory,
+    goals_for_torque,
+    inverse_law,
+)
 from phasmid.errors import InvalidInput
 from phasmid.learning.episodes import Episodes
 from phasmid.learning.model import Motor
@@ -22,9 +27,6 @@ UPDATE_PERIOD = 0.008
 
 LEAST_STEP_HEIGHT = 0.005
 """Least corrected step height [m]."""
-
-SLOW = 0.02
-"""Speed from which friction acts fully against the motion [rad/s]."""
 
 
 def new_controller(robot: Robot, task: Task, update_period: float) -> LocomotionEngine:
