@@ -1,4 +1,4 @@
-"""Time of an update, and speed of a driven simulation relative to real time."""
+"""Time of an update of the controller."""
 
 from __future__ import annotations
 
