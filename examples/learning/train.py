@@ -100,11 +100,10 @@ class Curve(BaseCallback):
         return True
 
 
-def train(
-    env: WalkVectorEnv, *, steps: int, seed: int, threads: int
-) -> tuple[PPO, list[dict[str, float]]]:
+def train(env: WalkVectorEnv, *, steps: int, seed: int) -> tuple[PPO, list[dict[str, float]]]:
     """Train a policy, and return it with its learning curve."""
-    torch.set_num_threads(threads)
+    # Waiting threads of PyTorch occupy the cores of the physics: 7,400 steps a second, not 8,900.
+    torch.set_num_threads(1)
     model = PPO(
         "MlpPolicy",
         TrainingEnv(env),
@@ -161,13 +160,13 @@ if __name__ == "__main__":
     parser.add_argument("--steps", type=int, default=10_000_000, help="control periods in all")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--envs", type=int, default=128, help="robots that walk together")
-    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=2, help="of the physics")
     parser.add_argument("--out", type=Path, default=Path("policy.onnx"))
     given = parser.parse_args()
     env = WalkVectorEnv(
         given.envs, task=given.task, threads=given.threads, autoreset_mode="SameStep"
     )
-    model, curve = train(env, steps=given.steps, seed=given.seed, threads=given.threads)
+    model, curve = train(env, steps=given.steps, seed=given.seed)
     export(model, env, given.out)
     given.out.with_suffix(".json").write_text(json.dumps(curve))
     result = assess(Policy(given.out), env.task, name=given.out.stem)

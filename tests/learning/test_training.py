@@ -36,8 +36,8 @@ def test_training_raises_the_return_and_its_policy_runs(tmp_path):
 
     only = dict.fromkeys(TERMS, 0.0) | {"reference": 1.0, "reference_scale": 0.2}
     env = WalkVectorEnv(128, rewards=only, autoreset_mode="SameStep")
-    before, _ = train(env, steps=1, seed=0, threads=1)
-    model, curve = train(env, steps=80_000, seed=0, threads=1)
+    before, _ = train(env, steps=1, seed=0)
+    model, curve = train(env, steps=80_000, seed=0)
     assert [point["steps"] for point in curve] == sorted(point["steps"] for point in curve)
     gain = returns(actions_of(model), env.task) - returns(actions_of(before), env.task)
     assert gain.mean() > 5 * gain.std() / np.sqrt(len(gain))
