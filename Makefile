@@ -22,7 +22,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup walk studio paper errata physics terrain gaits control gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress lock clean
+.PHONY: help setup walk docs dist studio paper errata physics terrain gaits control gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -83,6 +83,7 @@ TRAINERS = torch==2.13.0 stable-baselines3==2.9.2
 PYTEST = "$(BIN)/python" -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 LINT = echo "== lint" && "$(BIN)/ruff" check . && "$(BIN)/ruff" format --check . && \
+	"$(BIN)/codespell" && \
 	echo "== types" && "$(BIN)/mypy" --no-error-summary && \
 	echo "== layers" && "$(BIN)/lint-imports" --no-logo
 
@@ -93,6 +94,13 @@ test: $(DEVELOP) ## run every check, the linters beside the tests
 	$(PYTEST) $(ARGS); status=$$?; \
 	wait $$lint || { cat "$(VENV)/lint.log" >&2; status=1; }; \
 	exit $$status
+
+docs: $(DEVELOP) ## build the documentation site into results/site
+	@"$(BIN)/python" docs/build_site.py $(ARGS)
+
+dist: $(DEVELOP) ## build the source archive and the wheel into dist, equal for equal sources
+	@rm -rf dist
+	@SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) "$(BIN)/python" -m hatchling build -d dist
 
 learn-setup: $(DEVELOP) ## install PyTorch and Stable-Baselines3, with which policies are trained
 	@if command -v uv >/dev/null 2>&1; then \

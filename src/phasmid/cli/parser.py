@@ -13,6 +13,7 @@ from phasmid.cli.options import declare
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
+    "demo": "walk the paper's walk, film it and open its page: the first command to try",
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
     "drive": "walk by commands or to waypoints, in closed loop",
     "studio": "open the live page: drive a robot in the browser and inspect it",

@@ -214,7 +214,7 @@ class TerrainTable(Table):
 
     Attributes:
         kinds: Kinds of ground; none: level ground.
-        levels: Levels of difficulty, from a part of the largest sizes up to all of them.
+        levels: Levels of difficulty, from level ground to the largest sizes.
         first_levels: Levels on which robots begin.
         tile: Side of a tile.
         platform: Distance from a tile's centre to where its ground begins.

@@ -42,7 +42,7 @@ def training_terrain(table: TerrainTable) -> Terrain:
     away = np.maximum(np.abs(x), np.abs(y)).ravel()
     rows = []
     for level in range(table.levels):
-        share = (level + 1) / table.levels
+        share = level / (table.levels - 1) if table.levels > 1 else 1.0
         row = []
         for kind in table.kinds:
             shape = _shape(table, kind, share, level)
@@ -63,6 +63,9 @@ def training_terrain(table: TerrainTable) -> Terrain:
 
 
 def _shape(table: TerrainTable, kind: str, share: float, seed: int) -> Shape:
+    """Return ground with a share of the largest size of its kind."""
+    if share == 0:
+        return Flat()
     start, end = table.platform, table.tile / 2
     if kind == "stairs":
         count = math.ceil((end - start) / STAIR_RUN)

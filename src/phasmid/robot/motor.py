@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class Motor:
     """Motor and gears, with all quantities at the output.
 
-    Its current is i = (u - k w) / R under the voltage u at the speed w, its torque k i. Of that
-    the gears lose c1 |k i| + c0 to friction that opposes the motion, and b w.
+    At voltage u and speed w the current is ``i = (u - k w) / R`` and the motor's torque ``k i``.
+    Friction of the gears opposes the motion with ``c1 |k i| + c0 + b w``.
 
     Attributes:
         resistance: R, of winding and leads [Ω].

@@ -1,0 +1,68 @@
+"""Configuration of the documentation site, which `make docs` builds into results/site.
+
+The reference pages are written from the package itself: one page per package from its docstrings,
+and one page of all commands from their parsers.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+from reference_pages import write_reference  # noqa: E402
+
+project = "phasmid"
+author = "The phasmid authors"
+copyright = "2026, the phasmid authors"
+version = release = metadata.version("phasmid")
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+]
+exclude_patterns = ["gallery/*", "jupyter_execute"]
+default_role = "py:obj"
+
+autodoc_default_options = {"imported-members": True}
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+# Types of attributes are in their own lines; shapes such as "*time 3" are not reStructuredText.
+napoleon_attr_annotations = False
+
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 4
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+
+html_theme = "furo"
+html_title = "phasmid"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_theme_options = {"navigation_with_keys": True}
+
+# The width of help texts.
+os.environ["COLUMNS"] = "90"
+write_reference(HERE / "reference")
+
+
+def _skip(_app: Any, _what: str, _name: str, value: object, *_: Any) -> bool | None:
+    """Leave out the fields of named tuples, which the text of the class describes."""
+    return True if (value.__doc__ or "").startswith("Alias for field number") else None
+
+
+def setup(app: Any) -> None:
+    """Add what is decided for each member."""
+    app.connect("autodoc-skip-member", _skip)
