@@ -37,7 +37,7 @@ USAGES = {
     "drive": "phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... "
     "[--FIELD VALUE ...]",
     "studio": "phasmid studio [SCENARIO] [--port N] [--no-open] [--FIELD VALUE ...]",
-    "export-firmware": "phasmid export-firmware [SCENARIO] [--out FILE] [--force] [--FIELD VALUE ...]",
+    "export-firmware": "phasmid export-firmware [SCENARIO] [--out FILE] [--FIELD VALUE ...]",
 }
 
 

@@ -12,19 +12,19 @@
  * Joints   0 coxa, 1 femur, 2 tibia. For a leg without lateral offset
  *              r    = Lc + Lf cos q1 + Lt cos(q1 + q2)
  *              foot = (r cos q0, r sin q0, Lf sin q1 + Lt sin(q1 + q2))     in the hip frame.
- *          q0 > 0 turns the leg counterclockwise seen along -z, q1 > 0 lifts the femur, q2 < 0
- *          bends the knee down. At zero the straight lines from axis to axis form one line along
- *          x. Inverse kinematics returns the knee-up solution.
- * Servos   phasmid_servo_angles counts from the servos' zeros. The robot file has no directions,
- *          channels or trims of servos: these belong to your own code.
+ *          q0 > 0 turns the leg to the left, about +z; q1 > 0 lifts the femur; q2 < 0 bends the
+ *          knee down. With all at zero the straight lines from axis to axis lie along x.
+ *          Inverse kinematics returns the knee-up solution.
+ * Servos   phasmid_servo_angles counts from the servos' zeros, by femur_bend and tibia_bend of the
+ *          robot file. That file has no directions, channels or trims: add them in your code.
  */
 #ifndef PHASMID_FIRMWARE_H
 #define PHASMID_FIRMWARE_H
 
 #include <math.h>
 
-/* Number type of all functions and tables. Define it as double before the header is included
- * where the processor has a unit for doubles. */
+/* Number type of all functions and tables: most microcontrollers compute doubles in software.
+ * Define it as double before this header is included to have more digits. */
 #ifndef PHASMID_REAL
 #define PHASMID_REAL float
 #endif
@@ -74,7 +74,7 @@ static const PHASMID_REAL phasmid_gait_q[PHASMID_SAMPLES][PHASMID_LEGS][3] = {
 $gait_table
 };
 
-/* Functions of <math.h> for the chosen type: many microcontrollers compute doubles in software. */
+/* Functions of <math.h> for the chosen type. */
 static inline PHASMID_REAL phasmid_sqrt(PHASMID_REAL x)
 {
     return sizeof(x) > sizeof(float) ? (PHASMID_REAL)sqrt((double)x)

@@ -5,6 +5,7 @@ The header is the template ``firmware.h``. Its functions are those of `kinematic
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from pathlib import Path
 from string import Template
 
@@ -24,9 +25,7 @@ DIGITS = 15
 """Digits of a constant after the point."""
 
 
-def firmware_header(
-    scenario: Scenario, *, command: str = "phasmid.formats.firmware_header"
-) -> str:
+def firmware_header(scenario: Scenario, *, command: str = "phasmid.formats.firmware_header") -> str:
     """Return a C header with the inverse kinematics of a robot's legs and its planned walk.
 
     Args:
@@ -39,7 +38,6 @@ def firmware_header(
         InfeasibleWalk: The robot cannot make the walk.
     """
     # Lazy import: formats are imported without the planner.
-    import phasmid
     from phasmid.motion import plan
 
     walk = plan(scenario)
@@ -63,7 +61,7 @@ def firmware_header(
     return Template(template).substitute(
         robot=_comment(robot.name),
         command=_comment(command),
-        version=phasmid.__version__,
+        version=version("phasmid"),
         walk=_comment(words),
         legs=len(robot.legs),
         samples=samples,
