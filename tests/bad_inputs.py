@@ -358,6 +358,15 @@ def options() -> Iterator[BadInput]:
         f"gaits --lost {DIGITS}",
         f"gaits --step-length-mm {DIGITS}",
         "check phantomx-paper --gait tripode",
+        "export-firmware papr",
+        "export-firmware --out walk.txt",
+        "export-firmware --out .h",
+        "export-firmware --samples 2",
+        f"export-firmware --samples {DIGITS}",
+        "export-firmware --step-length-mm 400",
+        "export-firmware --terrain stairs",
+        "export-firmware --robot absent.urdf",
+        "export-firmware --offsets 0 0.5",
         "paper now",
     ):
         shown = line if len(line) < 60 else f"{line[:57]}..."

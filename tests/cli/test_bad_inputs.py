@@ -27,6 +27,8 @@ CHOSEN = (
     "recording: an unknown channel",
     "options: drive --velocity 0.1,0,0 --fault x",
     "options: verify --rows 0",
+    "options: export-firmware --out walk.txt",
+    "options: export-firmware --terrain stairs",
 )
 
 

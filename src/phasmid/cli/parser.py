@@ -29,6 +29,7 @@ COMMANDS = {
     "advise": "do these servos hold a robot, how warm and how long, and which others do",
     "gaits": "list the gaits of a robot with support margins and largest speeds",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
+    "export-firmware": "write leg kinematics and gait as a C header for microcontrollers",
     "doctor": "list what this machine supports, and how to install the rest",
 }
 
@@ -37,6 +38,7 @@ USAGES = {
     "drive": "phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... "
     "[--FIELD VALUE ...]",
     "studio": "phasmid studio [SCENARIO] [--port N] [--no-open] [--FIELD VALUE ...]",
+    "export-firmware": "phasmid export-firmware [SCENARIO] [--out FILE] [--FIELD VALUE ...]",
 }
 
 
@@ -76,7 +78,7 @@ def build_parser(command: str | None) -> Parser:
         )
         # The fields of a scenario take a while to look up.
         if name == command:
-            module = import_module(f"phasmid.cli.{name}")
+            module = import_module(f"phasmid.cli.{name.replace('-', '_')}")
             inner.set_defaults(run=module.run)
             declare(inner, module.OPTIONS)
             if hasattr(module, "add_options"):

@@ -158,6 +158,11 @@ def given_fields(options: argparse.Namespace) -> dict[str, str]:
     }
 
 
+def field_arguments(options: argparse.Namespace) -> list[str]:
+    """Return the fields that are given as options, as arguments of a command."""
+    return [word for key, value in given_fields(options).items() for word in (_flag(key), value)]
+
+
 def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
     """Return the scenario with its robot read, and print the findings about a foreign file."""
     from phasmid.formats import Severity, import_robot, is_foreign, possible

@@ -1,6 +1,7 @@
 """Robots in and out of the formats of other programs: TOML, URDF, MJCF, STEP."""
 
 from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.firmware import firmware_header
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.legs import FoundLeg
@@ -29,6 +30,7 @@ __all__ = [
     "Tree",
     "TreeJoint",
     "TreeLink",
+    "firmware_header",
     "import_robot",
     "is_foreign",
     "judge_robot",
