@@ -1,10 +1,10 @@
 """Build the demo: a page on which the robot walks in MuJoCo, in the browser and without a server.
 
-    python docs/demo/build.py --out FOLDER
-    python -m http.server --directory FOLDER
+    python docs/demo/build.py --out build/demo
+    python -m http.server --directory build/demo
 
-npm fetches MuJoCo's WebAssembly build; ``--wasm FOLDER`` takes ``mujoco.js`` and ``mujoco.wasm`` from
-a folder instead. Without either, the page replays a recorded walk.
+npm fetches MuJoCo's WebAssembly build; ``--wasm FOLDER`` takes ``mujoco.js`` and ``mujoco.wasm``
+from a folder instead. Without either, the page replays a recorded walk.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PACKAGE = "@mujoco/mujoco@3.14.0"
 WASM = ("mujoco.js", "mujoco.wasm")
 OWN = ("style.css", "demo.js", "walker.js")
 POLICY = "walk"
-RECORDED, SPEED = 8.0, 0.08
+RECORDED, SPEED = 5.0, 0.08
 """Duration [s] and speed [m/s] of the recorded walk."""
 
 
@@ -137,7 +137,10 @@ def recorded_walk() -> str:
     )
     run = phasmid.drive(scenario, controller, Command(velocity=(SPEED, 0.0, 0.0)))
     page = page_html(run, summarise(run), ())
-    back = '<p><a href="../index.html">phasmid</a>: a learned policy walks, recorded.</p>\n</header>'
+    back = (
+        '<p><a href="../index.html">phasmid</a>: a neural network moves the 18 servos of this '
+        f"hexapod. The walk of {RECORDED:g} s is recorded.</p>\n</header>"
+    )
     return page.replace("</header>", back, 1)
 
 

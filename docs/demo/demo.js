@@ -1,16 +1,17 @@
 // The page: draws the walking robot, and takes what its visitor does.
 
 import loadMujoco from "./mujoco.js";
-import { Walker } from "./walker.js";
+import { SHOVE, Walker } from "./walker.js";
 
 const { algebra, camera: newCamera, drawing: newDrawing, input, marks: newMarks } = globalThis.Phasmid;
 const { unpacked, add, less, times, vector, pose } = algebra;
 const CRUISE = [0.08, 0, 0]; // m/s: the command until the visitor gives one
-const IMPULSE = 2; // N s, of a push
-const SHOWN = 0.6; // s for which the arrow of a push is drawn
+const IMPULSE = 3; // N s, of a push
+const SHOWN = 0.8; // s for which a push is shown
 const SLOW = 0.2; // simulated seconds per second in slow motion
 const BUDGET = 12; // ms of a picture for the physics; the rest of a slow machine's time is dropped
 const AFTER_FALL = 1.5; // s
+const TRAIL = [0.04, 40]; // s between the points of a foot's trail, and their number
 const byId = (id) => document.getElementById(id);
 const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
@@ -45,6 +46,7 @@ function run(walker, scene, canvas, drawing, soft) {
   const bars = scene.names.map((name, leg) => bar(name, scene.legs[leg]));
   let colours = newDrawing.look();
   let place = null; // where the camera looks
+  let trail = []; // places of all feet, and their time
   let push = null; // the arrow of the last push, and until when it is drawn
   let speed = 1; // simulated seconds per second
   let owed = 0; // simulated time that is to be computed [s]
@@ -54,7 +56,7 @@ function run(walker, scene, canvas, drawing, soft) {
 
   const reset = () => {
     walker.reset();
-    [place, push, fallenAt, owed] = [null, null, null, 0];
+    [place, trail, push, fallenAt, owed] = [null, [], null, null, 0];
     shownAt.length = 0;
     camera.choose("corner", 0);
     // A narrow picture is mostly ground: nearer.
@@ -75,6 +77,7 @@ function run(walker, scene, canvas, drawing, soft) {
     const impulse = [IMPULSE * Math.cos(angle), IMPULSE * Math.sin(angle)];
     walker.push(impulse);
     push = { impulse, end: walker.time + SHOWN };
+    say(`Pushed by ${Math.round(IMPULSE / SHOVE)} N for ${SHOVE} s`);
   });
   byId("slow").addEventListener("click", ({ currentTarget }) => {
     speed = speed === 1 ? SLOW : 1;
@@ -111,6 +114,10 @@ function run(walker, scene, canvas, drawing, soft) {
       say("The robot fell. It starts again.");
     }
     if (fallenAt !== null && stamp - fallenAt > 1000 * AFTER_FALL) reset();
+    if (push && walker.time > push.end) {
+      push = null;
+      say("");
+    }
     shownAt.push([stamp, walker.time]);
     while (shownAt[0][0] < stamp - 1000) shownAt.shift();
     paint(seconds);
@@ -134,8 +141,11 @@ function run(walker, scene, canvas, drawing, soft) {
     marks.ground(X(walker.trunk), X_links, seen, colours, true);
     marks.support(standing, true, seen, colours);
     marks.machine(X(walker.trunk), X_links);
+    if (!trail.length || walker.time - trail[trail.length - 1].time > TRAIL[0]) trail.push({ time: walker.time, feet });
+    if (trail.length > TRAIL[1]) trail.shift();
+    marks.trails(feet.map((_, leg) => [...trail, { feet }].flatMap((then) => then.feet[leg].position)), seen);
     marks.arrows(feet.map(({ position }) => position), feet.map(({ force }) => force));
-    if (push && walker.time < push.end) paintPush(body);
+    if (push) paintPush(body);
   }
 
   // An arrow whose head touches the trunk.
@@ -152,6 +162,7 @@ function run(walker, scene, canvas, drawing, soft) {
     const millimetres = (value) => `${Math.round(1000 * value) || 0} mm/s`;
     byId("speed").textContent = millimetres(walker.velocity[0]);
     byId("wanted").textContent = millimetres(walker.command[0]);
+    byId("place").textContent = walker.position.slice(0, 2).map((value) => value.toFixed(2)).join(", ") + " m";
     byId("time").textContent = `${walker.time.toFixed(1)} s`;
     byId("pace").textContent = `${pace.toFixed(2)} ×`;
     byId("frames").textContent = `${shownAt.length} /s`;

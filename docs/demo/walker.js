@@ -2,7 +2,7 @@
 //
 // Observations, actions and servos are those of phasmid.learning at fast fidelity.
 
-const SHOVE = 0.1; // s for which a push lasts
+export const SHOVE = 0.1; // s for which a push lasts
 const STRIDE = 40; // control periods over which the velocity is averaged: one cycle of the gait
 
 const clip = (value, low, high) => Math.min(Math.max(value, low), high);
