@@ -19,8 +19,8 @@ def exported_specification(task: Task) -> mujoco.MjSpec:
     """Describe a task's robot and ground at fast fidelity, with a position actuator per joint.
 
     The actuators have gain and stall torque of the motor. Its counter voltage and viscous friction
-    are the joints' damping. Coulomb friction and the friction that grows with the load are left
-    out: they are in the task's constants.
+    are the joints' damping. Delay, Coulomb friction and the friction that grows with the load are
+    left out: they are in the task's constants.
     """
     scenario = Scenario().replace(robot=task.robot)
     robot = scenario.load_robot()
@@ -88,7 +88,9 @@ def export_task(task: Task, folder: str | Path) -> tuple[Path, Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         model, numbers = folder / "robot.xml", folder / "task.json"
-        model.write_text(spec.to_xml(), encoding="utf-8")
+        # MuJoCo before 4 refuses this attribute, and position actuators do not need it.
+        xml = spec.to_xml().replace(' input="pos"', "")
+        model.write_text(xml, encoding="utf-8")
         numbers.write_text(json.dumps(constants, indent=1), encoding="utf-8")
     except OSError as error:
         raise OutputError(f"{folder} cannot be written: {error.strerror}.") from error

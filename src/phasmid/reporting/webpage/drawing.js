@@ -113,6 +113,15 @@
     };
   }
 
+  // True where the processor draws, as there is no graphics card.
+  function bySoftware() {
+    const gl = document.createElement("canvas").getContext("webgl2");
+    const unmasked = gl?.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL;
+    const name = gl?.getParameter(unmasked ?? gl.RENDERER) ?? "";
+    gl?.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+  }
+
   // A canvas to draw on, or null where the browser has no WebGL 2.
   Phasmid.drawing = (canvas, { antialias = true } = {}) => {
     const gl = canvas.getContext("webgl2", { antialias, alpha: false });
@@ -351,5 +360,5 @@
     return { gl, POSES, shapes, solid, forget, draw, fan, ribbons, fit, begin, lay, ground, shadows };
   };
 
-  Object.assign(Phasmid.drawing, { look, LIGHT });
+  Object.assign(Phasmid.drawing, { look, bySoftware, LIGHT });
 })();

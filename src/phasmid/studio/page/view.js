@@ -6,17 +6,8 @@
   const STILL = 600; // milliseconds without another picture, after which the processor draws finely
   const byId = (id) => document.getElementById(id);
 
-  // True where the processor draws: it is needed for the robot's physics.
-  function bySoftware() {
-    const gl = document.createElement("canvas").getContext("webgl2");
-    const unmasked = gl?.getExtension("WEBGL_debug_renderer_info")?.UNMASKED_RENDERER_WEBGL;
-    const name = gl?.getParameter(unmasked ?? gl.RENDERER) ?? "";
-    gl?.getExtension("WEBGL_lose_context")?.loseContext();
-    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
-  }
-
   Phasmid.view = (canvas, frames) => {
-    const soft = bySoftware();
+    const soft = Phasmid.drawing.bySoftware();
     const drawing = Phasmid.drawing(canvas, { antialias: !soft });
     if (!drawing) {
       canvas.hidden = true;
