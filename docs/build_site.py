@@ -7,6 +7,7 @@ Then every link of every page to another file of the site is followed.
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import shutil
 import subprocess
 import sys
@@ -51,8 +52,13 @@ def dead_links(site: Path) -> list[str]:
     return dead
 
 
-def build(site: Path, *options: str) -> list[str]:
-    """Build the site with further options of Sphinx, and return its dead links.
+def build(site: Path, *options: str, wasm: Path | None = None) -> list[str]:
+    """Build the site, and return its dead links.
+
+    Args:
+        site: Folder of the site, which is replaced.
+        options: Further options of Sphinx.
+        wasm: Folder with MuJoCo's files for browsers; None: they are fetched with npm.
 
     Raises:
         subprocess.CalledProcessError: Sphinx warns, or a notebook fails.
@@ -62,14 +68,22 @@ def build(site: Path, *options: str) -> list[str]:
     # Trees of parsed pages are kept beside the site, not in it.
     trees = site.with_name(f"{site.name}-cache")
     subprocess.run([*command, *options, "-d", str(trees), str(DOCS), str(site)], check=True)  # noqa: S603
+    spec = importlib.util.spec_from_file_location("demo_build", DOCS / "demo/build.py")
+    assert spec is not None
+    assert spec.loader is not None
+    demo = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(demo)
+    demo.build(site / "demo", wasm)
     return dead_links(site.resolve())
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("results/site"))
-    out = parser.parse_args().out
-    found = build(out)
+    parser.add_argument("--wasm", type=Path, help="folder with MuJoCo's files for browsers")
+    given = parser.parse_args()
+    out = given.out
+    found = build(out, wasm=given.wasm)
     words = "\n".join(found) or f"Written to {out / 'index.html'}; all its links lead somewhere."
     sys.stdout.write(f"{words}\n")
     sys.exit(bool(found))

@@ -28,7 +28,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
 ]
-exclude_patterns = ["gallery/*", "jupyter_execute"]
+exclude_patterns = ["gallery/*", "demo/*"]
 default_role = "py:obj"
 
 autodoc_default_options = {"imported-members": True}

@@ -21,10 +21,13 @@ def load(name):
 
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning_or_a_dead_link(tmp_path):
-    """Without executing the notebooks, which tests/docs/test_course.py does."""
+    """Without executing the notebooks, which test_course.py does, and without the engine of the
+    demonstration, which test_demo.py has."""
     pytest.importorskip("sphinx")
     site = load("build_site")
-    assert site.build(tmp_path / "site", "-D", "nb_execution_mode=off") == []
+    assert site.build(
+        tmp_path / "site", "-D", "nb_execution_mode=off", wasm=tmp_path
+    ) == []
     for page in ("index", "reference/phasmid.control", "reference/command-line"):
         assert (tmp_path / f"site/{page}.html").exists()
 
