@@ -27,15 +27,15 @@ def _different(legs: int) -> list[str]:
     return list(names.values())
 
 
-SLOW = "lynxmotion-ch3r"
-"""Preset whose servos lift a foot by 30 mm in half of 2 s, but not in a sixth as the wave gait needs."""
+SLOW = ("lynxmotion-ch3r", "markwtech")
+"""Presets whose servos lift a foot by 30 mm in half of 2 s, but not always in a wave's sixth."""
 
 
 def _walks() -> list[tuple[str, str]]:
     """Presets and gaits, each preset with so many legs in turn."""
-    found = [(SLOW, "tripod")]
+    found = [(name, "tripod") for name in SLOW]
     for legs, presets in PRESETS_OF.items():
-        quick = [name for name in presets if name != SLOW]
+        quick = [name for name in presets if name not in SLOW]
         found += [(quick[k % len(quick)], gait) for k, gait in enumerate(_different(legs))]
     return found
 
