@@ -99,6 +99,7 @@ def test_each_servo_of_the_catalogue_holds_or_lacks_something(advice):
         "DS3218",
         "LX-16A",
         "STS3215",
+        "HS-645MG",
     ]
     for choice in advice.choices:
         assert bool(choice.lacks) == (choice.verdict.holding is not Holding.HOLDS)

@@ -11,6 +11,8 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.robot import HEXAPOD_LEGS, load_robot, preset_names, robot_to_toml
 
+SIN_54, COS_54 = np.sin(np.radians(54)), np.cos(np.radians(54))
+
 PAPER = (resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml").read_text("utf-8")
 
 
@@ -105,6 +107,30 @@ def test_legs_are_numbered_around_the_body():
         assert (np.diff(around) < 0).all()
         mirror = robot.arrays.p_body_hip[::-1] * [1, -1, 1]
         np.testing.assert_array_equal(robot.arrays.p_body_hip, mirror)
+
+
+# Lengths, and place and yaw of the right front hip, as the firmware has them; masses as published
+# or, for the Freenove, as the sum of its file's estimates.
+@pytest.mark.parametrize(
+    ("preset", "lengths_mm", "hip_mm", "yaw_deg", "mass"),
+    [
+        # Corner legs at 54 degrees from athwart, 94 mm from the middle.
+        ("freenove-big", [33, 90, 110], [94 * SIN_54, -94 * COS_54], -36, 1.86),
+        # 18 servos of 55 g, 600 g of PLA, and 410 g that the file lists.
+        ("markwtech", [51, 65, 121], [110.4, -58.4], -45, 18 * 0.055 + 0.6 + 0.41),
+        # 4.60 lb.
+        ("lynxmotion-ch3r", [29, 57, 141], [119, -69], -30, 4.60 * 0.45359237),
+    ],
+)
+def test_kits_have_the_published_numbers(preset, lengths_mm, hip_mm, yaw_deg, mass):
+    robot = load_robot(preset)
+    for leg in robot.legs:
+        assert leg.lengths * 1000 == pytest.approx(lengths_mm, rel=1e-12)
+    leg = robot.legs[0]
+    # The files give hundredths of millimetres, and the weight four digits.
+    assert leg.mount_position[:2] * 1000 == pytest.approx(hip_mm, abs=0.005)
+    assert np.degrees(leg.mount_yaw) == pytest.approx(yaw_deg, abs=1e-9)
+    assert robot.mass == pytest.approx(mass, rel=5e-4)
 
 
 def test_a_leg_may_have_its_own_lengths_and_units(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.motion import JointTrajectory, plan
 from phasmid.reporting import summarise
+from phasmid.robot import preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
 from walks import with_servo
@@ -13,7 +14,7 @@ from walks import with_servo
 PAPER = load_scenario("paper").replace(drive="servo", duration=2.0)
 
 
-@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-ax", "phantomx-mk4", "quadruped"])
+@pytest.mark.parametrize("preset", [name for name in preset_names() if name != "octopod"])
 def test_a_robot_walks_on_its_own_servos(preset):
     # As many steps as the plan has; what the servos give way and the feet creep is some per cent,
     # as with the ideal servo; of a quadruped's crawl more.
