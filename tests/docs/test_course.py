@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 COURSE = ROOT / "docs/course"
 NOTEBOOKS = sorted(COURSE.glob("[1-9]-*.md"))
 
-pytestmark = pytest.mark.usefixtures("compiled_engine")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("compiled_engine")]
 
 
 def cells(path):
@@ -39,7 +39,9 @@ def notebook(request, tmp_path_factory):
 
 
 def test_there_are_seven_notebooks_in_the_index():
-    links = re.findall(r"^\| \[.*?\]\((.*?)\)", (COURSE / "index.md").read_text("utf-8"), re.M)
+    links = re.findall(
+        r"^\| \[.*?\]\((.*?)\)", (COURSE / "index.md").read_text("utf-8"), re.MULTILINE
+    )
     assert links == [path.name for path in NOTEBOOKS]
     assert len(links) == 7
 
