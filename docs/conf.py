@@ -12,6 +12,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from docutils import nodes
+from latex2mathml.converter import convert
+
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
@@ -43,9 +46,11 @@ napoleon_attr_annotations = False
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 nb_execution_mode = "cache"
+nb_merge_streams = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = "phasmid"
 html_static_path = ["_static"]
@@ -63,6 +68,14 @@ def _skip(_app: Any, _what: str, _name: str, value: object, *_: Any) -> bool | N
     return True if (value.__doc__ or "").startswith("Alias for field number") else None
 
 
+def _write_math(translator: Any, node: Any) -> None:
+    """Write an equation as MathML, which browsers draw without a script."""
+    display = "inline" if isinstance(node, nodes.math) else "block"
+    translator.body.append(convert(node.astext(), display=display))
+    raise nodes.SkipNode
+
+
 def setup(app: Any) -> None:
-    """Add what is decided for each member."""
+    """Add how members are chosen and equations written."""
     app.connect("autodoc-skip-member", _skip)
+    app.add_html_math_renderer("mathml", (_write_math, None), (_write_math, None))
