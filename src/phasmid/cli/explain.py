@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.output import print_table, say
 from phasmid.cli.plot import check_figure_path, write_figure
+from phasmid.cli.progress import announce_compilation
 from phasmid.cli.result_folder import result_folder
 from phasmid.cli.scenario_options import SCENARIO, add_field_options, scenario_of
 from phasmid.errors import InvalidInput, plain
@@ -55,6 +56,8 @@ def run(options: argparse.Namespace) -> int:
         )
     if options.frame not in ("body", "hip"):
         raise InvalidInput(f'--frame is "{plain(options.frame)}"; it must be body or hip.')
+    if options.out is not None:
+        check_figure_path("--out", Path(options.out), force=options.force)
     explain = _walk
     if is_posture:
         explain = _posture
@@ -115,14 +118,15 @@ def _posture(scenario: Scenario, options: argparse.Namespace) -> int:
     return 0 if found.is_possible else 1
 
 
-def _print_controller(robot: Robot, pose: Sequence[float]) -> None:
+def _print_controller(robot: Robot, pose: Float[np.ndarray, "6"]) -> None:
     """Print which share of a posture the locomotion engine takes, within its margins."""
     from phasmid.control import LocomotionEngine
     from phasmid.control.records import MAX_LEGS
 
     if len(robot.legs) > MAX_LEGS:
         return
-    share, reason = LocomotionEngine(robot).largest_pose_share(tuple(map(float, pose)))
+    announce_compilation()
+    share, reason = LocomotionEngine(robot).largest_pose_share(pose)
     why = "" if share == 1 else f": {plain(reason)}"
     say(f"The controller, which keeps margins, takes {100 * share:.1f} % of it{why}")
 
@@ -238,8 +242,11 @@ def _draw(
     from phasmid.reporting.explanation_figure import explanation_figure
 
     path = _picture(options, scenario, words)
-    check_figure_path("--out", path, force=options.force)
-    write_figure(explanation_figure(robot, feet, title, [robot.name]), [path])
+    joint, room = feet[0].margin
+    note = f"nearest limit: {feet[0].leg.name}.{joint}, {math.degrees(room):.1f}° away"
+    if not feet[0].is_possible:
+        note = f"{feet[0].leg.name}: nearest possible foot {1000 * feet[0].distance:.1f} mm away"
+    write_figure(explanation_figure(robot, feet, title, [robot.name, note]), [path])
     if not options.quiet:
         say(f"\nWritten to {plain(str(path))}")
 

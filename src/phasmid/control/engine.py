@@ -225,18 +225,16 @@ class LocomotionEngine:
         joint = None if limit.joint < 0 else limit.joint
         return VelocityLimit((vx, vy, wz), limit.sentence(self.robot), leg, joint)
 
-    def largest_pose_share(
-        self, pose: tuple[float, float, float, float, float, float]
-    ) -> tuple[float, str]:
+    def largest_pose_share(self, pose: Float[np.ndarray, "6"]) -> tuple[float, str]:
         """Return the feasible share of a pose of the body while all feet stand.
 
         Args:
-            pose: Forward, left, up [m], roll, pitch, yaw [rad], as in `Command`.
+            pose: Forward, left, up [m], roll, pitch, yaw [rad], as in `Command`, shape (6,).
 
         Returns:
             The share, from 0 to 1, and the reason why it is not larger.
         """
-        wanted, base = np.array(Command(pose=pose).pose, dtype=float), np.zeros(6)
+        wanted, base = np.array(pose, dtype=float), np.zeros(6)
         share, limit = self._pose_scale(base, wanted, standing=True)
         return share, self._pose_reason(limit, wanted)
 
@@ -400,7 +398,7 @@ class LocomotionEngine:
         )
 
     def _pose_reason(self, limit: Constraint, pose: np.ndarray) -> str:
-        """Return why a leg does not reach its neutral foot at a pose, or the constraint in words."""
+        """Return the limit that a neutral foot violates at a pose, or the constraint in words."""
         if limit.kind == REACH:
             leg = self.robot.legs[limit.leg]
             found = foot_violations(leg, posture_feet(self.robot, pose)[limit.leg])

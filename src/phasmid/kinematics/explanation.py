@@ -130,9 +130,7 @@ class FootExplanation:
             )
         reasons = "; ".join(violation.reason for violation in self.violations)
         if not math.isfinite(self.distance):
-            return (
-                f"{name} cannot place its foot there: {reasons}. Its joint limits permit no foot."
-            )
+            return f"{name} cannot place its foot anywhere within its joint limits: {reasons}."
         return (
             f"{name} cannot place its foot there: {reasons}. "
             f"The nearest possible position is {1000 * self.distance:.1f} mm away."
@@ -273,8 +271,7 @@ def _starts(leg: Leg, wanted: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
     turned = np.argmin(square, axis=0)[None]
     square = np.take_along_axis(square, turned, axis=0)[0]
     q = np.take_along_axis(q, turned[..., None], axis=0)[0]
-    minima = np.argwhere(
-        (square == minimum_filter(square, 3, mode="nearest")) & np.isfinite(square)
-    )
+    is_minimum = square == minimum_filter(square, 3, mode="nearest")
+    minima = np.argwhere(is_minimum & np.isfinite(square))
     order = np.argsort(square[tuple(minima.T)], kind="stable")[:STARTS]
     return np.asarray(q[tuple(minima[order].T)])

@@ -133,7 +133,7 @@ def explain_posture(robot: Robot, pose: Float[np.ndarray, "6"]) -> PostureExplan
 
 
 def _clearance_and_margin(robot: Robot, pose: np.ndarray) -> tuple[float, float]:
-    """Return trunk clearance and support margin [m]; the latter NaN where a foot is out of reach."""
+    """Return trunk clearance and support margin [m]; the latter NaN with a foot out of reach."""
     feet, hip_feet = neutral_feet(robot), posture_feet(robot, pose)
     clearance = trunk_clearance(robot, -float(feet[:, 2].mean()), pose)
     if not within_reach(robot, hip_feet).all():
@@ -206,7 +206,7 @@ def explain_walk(scenario: Scenario) -> WalkExplanation:
     except InfeasibleWalk as error:
         refusal = error
     else:
-        low, high = np.moveaxis([usable_limits(leg) for leg in walk.robot.legs], -1, 0)
+        low, high = np.moveaxis(np.array([usable_limits(leg) for leg in walk.robot.legs]), -1, 0)
         room = np.minimum(walk.q - low, high - walk.q).min(axis=-1)
         t, leg = np.unravel_index(int(np.argmin(np.round(room, 9))), room.shape)
         hip_foot = hip_from_body(walk.robot, walk.course.motion(walk.time)[1].position)[t, leg]
@@ -231,7 +231,7 @@ def _feet(scenario: Scenario, course: LevelCourse | Course) -> tuple[FootExplana
         excess = np.maximum(low - q, q - high).max(axis=-1)
         badness = np.where(margin > 0, excess, 2 * np.pi + np.abs(margin))
         outside = within_reach(robot, feet) == 0
-        for leg in np.flatnonzero(outside.any(axis=0)):
+        for leg in np.flatnonzero(outside.any(axis=0)).tolist():
             t = int(np.argmax(np.where(outside[:, leg], badness[:, leg], -np.inf)))
             if leg not in worst or badness[t, leg] > worst[leg][0]:
                 worst[leg] = float(badness[t, leg]), feet[t, leg]

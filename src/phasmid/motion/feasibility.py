@@ -83,7 +83,7 @@ def check_reach(
         good = bool(within_reach(course.robot, targets(shorter)).all())
         low, high = (middle, high) if good else (low, middle)
     if low > 0:
-        hint = f"Longest stride here: {stride_words(low * course.stride.step, down=True)}."
+        hint = f"Longest stride in reach: {stride_words(low * course.stride.step, down=True)}."
     else:
         hint = (
             "No stride is possible from this stance and step height; change step_height, "

@@ -33,13 +33,20 @@ WANTED: dict[str, Any] = {
     "zorder": 6,
 }
 NEAREST: dict[str, Any] = {
-    "color": "#117733",
+    "color": INK,
     "linestyle": "",
     "marker": "o",
     "markersize": 7,
+    "markerfacecolor": "white",
+    "markeredgewidth": 1.6,
     "zorder": 5,
 }
-NEEDED: dict[str, Any] = {"color": LIMIT_COLOUR, "linewidth": 1.3, "linestyle": (0, (3, 1.6))}
+NEEDED: dict[str, Any] = {
+    "color": LIMIT_COLOUR,
+    "linewidth": 1.3,
+    "linestyle": (0, (3, 1.6)),
+    "zorder": 4.2,
+}
 
 
 @styled()
@@ -50,12 +57,13 @@ def explanation_figure(
 
     The left panel is the plane of the first leg, the right one the robot in body axes from above.
     The reach is that of the knee-up leg within its joint limits. Each leg stands at its possible
-    foot position nearest to the wanted one.
+    foot position nearest to the wanted one, which is drawn in the left panel as if turned into the
+    leg's plane.
 
     Args:
         robot: The robot, L legs.
-        feet: Foot positions of some of its legs, the most important first; other legs are drawn
-            at their neutral feet. Without any, only the view from above is drawn in both panels.
+        feet: Foot positions of some of its legs, the most important first, one at least; other
+            legs are drawn at their neutral feet.
         title: Title of the figure.
         notes: Parts of its subtitle.
     """
@@ -68,7 +76,7 @@ def explanation_figure(
         entries.append(("wanted foot, possible", NEAREST))
     else:
         entries += [("wanted foot", WANTED), ("nearest possible foot", NEAREST)]
-    if _is_reached(feet[0]):
+    if any(map(_is_reached, feet)):
         entries.append(("leg beyond its limits", NEEDED))
     return drawing.complete(title, notes, entries)
 
@@ -140,6 +148,8 @@ def _draw_above(axis: Axes, robot: Robot, feet: Sequence[FootExplanation]) -> No
                 axis.plot(*np.stack([seen(foot.wanted), line[-1]]).T, color=INK, linewidth=0.9)
                 axis.plot(*line[-1], **NEAREST)
         if foot is not None and not foot.is_possible:
+            if _is_reached(foot):
+                axis.plot(*seen(_joints(leg, foot.q)).T, **NEEDED)
             axis.plot(*seen(foot.wanted), **WANTED)
     axis.set_title("from above, in body axes")
     axis.set_xlabel("x, forward [mm]")

@@ -39,10 +39,12 @@ def bench(robot: Robot, request: Bench) -> Answer:
         Table for JSON, SI, in the hip frame: pose and joint limits, frames and DH table, Jacobian
         and singular values, torques and servo limits, reachable region, the equations as printed,
         and ``remarks``, sentences on infeasible inputs. A foot out of reach gives the pose of
-        the nearest possible one. ``most`` is the largest force along the present one within the servo limits [N].
+        the nearest possible one. ``most`` is the largest force along the present one within the
+        servo limits [N].
 
     Raises:
-        InvalidInput: There is no such leg, or the pose has both angles and foot.
+        InvalidInput: There is no such leg, its joint limits permit no foot, or the pose has both
+            angles and foot.
     """
     leg, force, servo = robot.leg(request.leg), np.array(request.force), robot.servo
     q, remarks = _pose(leg, request)
@@ -113,6 +115,8 @@ def _pose(leg: Leg, request: Bench) -> tuple[np.ndarray, list[str]]:
     found = explain_foot(leg, foot)
     if np.isfinite(found.q).all():
         return found.q, [found.sentence] * (not found.is_possible)
+    if np.isnan(found.nearest_q).any():
+        raise InvalidInput(found.sentence)
     return found.nearest_q, [found.sentence]
 
 
