@@ -164,7 +164,7 @@ def _walk(scenario: Scenario, options: argparse.Namespace) -> int:
             longest = stride_words(step, down=True)
             say(f"Longest possible step: {longest}, which is {' and '.join(words)}")
             if found.limit:
-                say(f"A longer one is refused: {plain(found.limit)}")
+                say(f"A longer one is impossible: {plain(found.limit)}.")
     if found.feet:
         title = f"A {plain(gait.name)} walk, stride {stride_words(scenario.stride.step)}"
         _draw(robot, found.feet, title, options, scenario, ["explain"])

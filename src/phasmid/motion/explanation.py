@@ -169,7 +169,7 @@ class WalkExplanation:
             the farthest out of it, the worst leg first. Else the foot position nearest to a limit.
         stride: Longest possible stride of this direction, gait and period; None where there is
             none, or the walk is possible.
-        limit: The refusal of a slightly longer stride; empty where the walk is possible.
+        limit: The refusal of a slightly longer stride, a clause; empty where the walk is possible.
     """
 
     scenario: Scenario
@@ -251,7 +251,8 @@ def _longest(scenario: Scenario) -> tuple[StrideTable | None, str]:
         try:
             plan(scenario.replace(stride=scenario.stride.scaled(share)))
         except InfeasibleWalk as error:
-            limit = error.what
+            # Without the hints that may follow.
+            limit = error.what.split(". ")[0].rstrip(".")
             return False
         return True
 

@@ -114,10 +114,9 @@ def _draw_side(axis: Axes, robot: Robot, foot: FootExplanation) -> None:
         axis.plot(*in_plane(_joints(leg, foot.q), foot.q[0]).T, **NEEDED)
     if not foot.is_possible:
         axis.plot(*place, **WANTED)
-    tilted = ", along its tilted axes" if leg.is_tilted else ""
-    axis.set_title(f"{leg.name.replace('_', ' ')}, in the leg's plane{tilted}")
+    axis.set_title(f"{leg.name.replace('_', ' ')}, in the leg's plane")
     axis.set_xlabel("from the coxa axis [mm]")
-    axis.set_ylabel("above the hip [mm]")
+    axis.set_ylabel("along the coxa axis [mm]" if leg.is_tilted else "above the hip [mm]")
     axis.set_aspect("equal", adjustable="datalim")
     axis.margins(0.06)
 
@@ -135,7 +134,7 @@ def _draw_above(axis: Axes, robot: Robot, feet: Sequence[FootExplanation]) -> No
             return np.asarray(1000 * (points @ R.T + hip)[..., :2])
 
         foot = explained.get(leg.name)
-        stands_out = foot is not None and (len(feet) == 1 or not foot.is_possible)
+        stands_out = foot is not None and (foot is feet[0] or not foot.is_possible)
         q = joint_angles(leg, leg.neutral_foot) if foot is None else foot.nearest_q
         colour = leg_colour(number) if stands_out else "#b4bac4"
         if stands_out:
