@@ -220,9 +220,9 @@ def _print_feet(feet: Sequence[FootExplanation], options: argparse.Namespace) ->
                     violation.excess,
                 )
             )
-            limits = f"{low:.{digits}f} to {high:.{digits}f}{unit}"
+            limits = f"{low:.4g} to {high:.4g}{unit}"
             if math.isinf(high):
-                limits = f"from {low:.0f}{unit}"
+                limits = f"from {low:.4g}{unit}"
             needs = f"{violation.what} {needed:.{digits}f}{unit}"
             rows.append([name, needs, limits, f"{excess:.1f}{unit}", *nearest])
             name, nearest = "", ["", ""]
