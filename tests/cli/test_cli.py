@@ -374,7 +374,7 @@ def test_check_says_why_a_file_is_not(here, capsys):
     (here / "s.toml").write_text("[stride]\nstep_length_mm = 400\n", encoding="utf-8")
     status, text = answered(capsys, "check", "s.toml")
     assert status == 2
-    assert "Longest stride here: 230 mm." in text
+    assert "Longest stride in reach: 230 mm." in text
     (here / "r.toml").write_text('name = "r"\n[legs]\n', encoding="utf-8")
     status, text = answered(capsys, "check", "r.toml")
     assert status == 2

@@ -78,7 +78,7 @@ def test_the_same_run_gives_the_same_files(here):
 def test_all_draws_what_the_recording_has_the_channels_for(here, run, monkeypatch):
     drawn = []
     monkeypatch.setattr(
-        "phasmid.cli.plot._write", lambda figure, files, dpi: drawn.append(files[0].stem)
+        "phasmid.cli.plot.write_figure", lambda figure, files, dpi: drawn.append(files[0].stem)
     )
     monkeypatch.setattr("phasmid.reporting.drawing.DPI", 30)
     assert main(["plot", "b.nc", "all", "--quiet"]) == 0

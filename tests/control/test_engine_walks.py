@@ -7,10 +7,10 @@ import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
-from phasmid.control.velocity_limits import LEAST_CLEARANCE, trunk_clearance
+from phasmid.control.velocity_limits import LEAST_CLEARANCE
 from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, load_gait
-from phasmid.kinematics import joint_angles, neutral_feet
+from phasmid.kinematics import joint_angles, neutral_feet, trunk_clearance
 from phasmid.robot import load_robot
 
 DIRECTIONS = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (1, -1, 0), (0, 0, 1), (1, 0, -4)]

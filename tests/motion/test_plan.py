@@ -155,12 +155,12 @@ def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, ga
         (
             {"step_length_mm": 400},
             "stride of 400 mm puts right_front at 0.324 m; it reaches 0.250 m. "
-            "Longest stride here: 230 mm.",
+            "Longest stride in reach: 230 mm.",
         ),
         (
             {"step_turn_deg": 150, "step_length": 0},
             "stride of 150° puts right_front at 0.387 m; it reaches 0.263 m. "
-            "Longest stride here: 60.5°.",
+            "Longest stride in reach: 60.5°.",
         ),
         (
             {"step_length": 0, "step_sideways_mm": 192},

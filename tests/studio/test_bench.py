@@ -11,9 +11,9 @@ from matplotlib.path import Path
 from general_robot import general_robot
 from phasmid.dynamics import leg_torque
 from phasmid.errors import InvalidInput, InvalidRobot, Unreachable
-from phasmid.kinematics import foot_position, joint_angles
+from phasmid.kinematics import explain_foot, foot_position, joint_angles
 from phasmid.robot import load_robot, preset_names
-from phasmid.studio.bench import bench, nearest_reachable, workspace
+from phasmid.studio.bench import bench, workspace
 from phasmid.studio.messages import Bench
 
 ROBOTS = [*(load_robot(name) for name in preset_names()), general_robot()]
@@ -64,46 +64,22 @@ def test_frames_end_at_the_foot_and_follow_from_the_table_shown_beside_them(robo
 
 
 @pytest.mark.parametrize("foot", [(0.5, 0.1, -0.1), (0.06, 0.0, 0.01), (0.0, 0.0, 0.0)])
-def test_a_foot_out_of_reach_gets_the_package_s_own_sentence(foot):
+def test_a_foot_out_of_reach_is_explained_and_the_nearest_possible_one_is_shown(foot):
     robot = load_robot("phantomx-paper")
-    with pytest.raises(Unreachable) as refused:
+    with pytest.raises(Unreachable):
         joint_angles(robot.legs[0], np.array(foot))
     told = bench(robot, Bench(leg=1, foot=foot))
-    assert told["remarks"][0] == refused.value.what
-    nearest = nearest_reachable(robot.legs[0], np.array(foot))
-    # At full stretch a place that is wrong by round-off e turns the knee by sqrt(e / length).
-    np.testing.assert_allclose(told["foot"], nearest, atol=1e-9)
+    found = explain_foot(robot.legs[0], np.array(foot))
+    assert told["remarks"][0] == found.sentence
+    np.testing.assert_allclose(told["foot"], found.nearest, atol=ROUND_OFF)
+    assert not any("stands at" in each for each in told["remarks"])
 
 
-def test_what_is_shown_instead_is_the_nearest_that_the_leg_reaches(robot):
-    rng = np.random.default_rng(1)
-    for leg in robot.legs[:2]:
-        size = leg.lengths.sum()
-        angles = rng.uniform([-np.pi, -np.pi, -np.pi], [np.pi, np.pi, 0.0], (20_000, 3))
-        reachable = foot_position(leg, angles)
-        for foot in rng.uniform(-1.3 * size, 1.3 * size, (50, 3)):
-            shown = nearest_reachable(leg, foot)
-            joint_angles(leg, shown)
-            try:
-                joint_angles(leg, foot)
-            except Unreachable:
-                pass
-            else:
-                np.testing.assert_allclose(shown, foot, atol=ROUND_OFF)
-                continue
-            if leg.lateral_offsets.any():
-                continue
-            away = np.linalg.norm(foot - shown)
-            # Feet that the inverse finds are outwards of the coxa axis; others come as near.
-            q = angles[:, 1:]
-            r = leg.lengths[0] + leg.lengths[1] * np.cos(q[:, 0])
-            r = r + leg.lengths[2] * np.cos(q.sum(axis=1))
-            others = np.linalg.norm(reachable[r >= 0] - foot, axis=1)
-            assert away <= others.min() + ROUND_OFF
-    inside = load_robot("phantomx-paper").legs[0]
-    # Between the coxa axis and the femur's: the hole of 58 mm passes behind the coxa axis, 52 mm.
-    shown = nearest_reachable(inside, np.array([0.001, 0.0, -0.002]))
-    np.testing.assert_allclose(shown, [0, 0, -math.sqrt(0.058**2 - 0.052**2)], atol=ROUND_OFF)
+def test_a_foot_beyond_a_joint_limit_is_explained_and_shown_there():
+    robot, foot = load_robot("phantomx-paper"), (0.15, -0.05, 0.14)
+    told = bench(robot, Bench(leg=1, foot=foot))
+    assert told["remarks"][0] == explain_foot(robot.legs[0], np.array(foot)).sentence
+    np.testing.assert_allclose(told["foot"], foot, atol=ROUND_OFF)
 
 
 # ------------------------------------------------------------------------------------ Jacobian

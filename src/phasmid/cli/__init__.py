@@ -142,7 +142,7 @@ def _run(arguments: list[str]) -> int:
         hint = f"phasmid {guess}" if guess else f"phasmid {' or phasmid '.join(COMMANDS)}"
         raise InvalidInput(f'no command "{command}".', hint=hint)
     parser = build_parser(command)
-    if command in ("walk", "drive", "studio", "export-firmware"):
+    if command in ("walk", "drive", "studio", "explain", "export-firmware"):
         check_lists(arguments)
     options, unknown = parser.parse_known_args(arguments)
     if unknown:

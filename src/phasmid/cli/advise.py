@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
+from phasmid.cli.plot import check_figure_path, write_figure
 from phasmid.cli.scenario_options import (
     add_field_options,
     add_import_options,
@@ -44,7 +45,9 @@ def run(options: argparse.Namespace) -> int:
     """Print the advice, and return the exit status: 2 where the servos do not hold."""
     from phasmid.advice import advise
 
-    figure = _figure_path(options)
+    figure = None if options.figure is None else Path(options.figure)
+    if figure is not None:
+        check_figure_path("--figure", figure, force=options.force)
     speed = None if options.speed_mm_s is None else options.speed_mm_s / 1000
     try:
         advice = advise(_scenario(options), speed=speed, capacity=options.battery_mah / 1000)
@@ -54,33 +57,14 @@ def run(options: argparse.Namespace) -> int:
     _print(advice)
     if figure is not None:
         from phasmid.advice.figure import advice_figure
-        from phasmid.recording.file import write_whole
-        from phasmid.reporting.style import encoded_figure
 
-        write_whole(figure, encoded_figure(advice_figure(advice), figure.suffix[1:].lower()))
+        write_figure(advice_figure(advice), [figure])
         say(f"Written to {plain(str(figure))}")
     if not advice.verdict.is_possible:
         what = f"the {advice.servo.name} does not hold it in the {advice.verdict.gait} gait."
         say(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)
         return 2
     return 0
-
-
-def _figure_path(options: argparse.Namespace) -> Path | None:
-    """Return the path of the figure, which can be written."""
-    from phasmid.cli.plot import KINDS
-    from phasmid.recording.file import check_new_file
-
-    if options.figure is None:
-        return None
-    path = Path(options.figure)
-    if path.suffix[1:].lower() not in KINDS:
-        raise InvalidInput(
-            f'--figure is "{plain(options.figure)}"; it must end in .{", .".join(KINDS)}.',
-            hint="--figure advice.svg",
-        )
-    check_new_file(path, option="--figure FILE", force=options.force)
-    return path
 
 
 def _scenario(options: argparse.Namespace) -> Scenario:

@@ -26,6 +26,7 @@ COMMANDS = {
     "verify": "check the physics against closed forms and conservation laws",
     "cad": "write a robot as solids (STEP) and meshes (extra cad)",
     "check": "check whether a robot or scenario is physically possible",
+    "explain": "say why a foot position, posture or walk is impossible, and the nearest possible",
     "advise": "do these servos hold a robot, how warm and how long, and which others do",
     "gaits": "list the gaits of a robot with support margins and largest speeds",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
@@ -37,6 +38,8 @@ USAGES = {
     "walk": "phasmid walk [SCENARIO] [--out DIR] [--force] [--FIELD VALUE ...]",
     "drive": "phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... "
     "[--FIELD VALUE ...]",
+    "explain": "phasmid explain [SCENARIO] [--foot-at LEG X,Y,Z | --pose X,Y,Z --rpy-deg R,P,Y] "
+    "[--out FILE] [--FIELD VALUE ...]",
     "studio": "phasmid studio [SCENARIO] [--port N] [--no-open] [--FIELD VALUE ...]",
     "export-firmware": "phasmid export-firmware [SCENARIO] [--out FILE] [--FIELD VALUE ...]",
 }

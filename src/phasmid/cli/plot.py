@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
     for kind in chosen:
         figures = draw_groups(runs, kind, legs, layout)
         for figure, files in zip(figures, targets[kind.name], strict=True):
-            _write(figure, files, options.dpi)
+            write_figure(figure, files, options.dpi)
             if not options.quiet:
                 say("\n".join(plain(str(path)) for path in files))
     return 0
@@ -162,7 +162,32 @@ def _files(folder: Path, name: str, count: int, kinds: Sequence[str]) -> list[li
     return [[folder / f"{name}{suffix_of(k)}.{kind}" for kind in kinds] for k in range(count)]
 
 
-def _write(figure: Figure, files: Sequence[Path], dpi: float) -> None:
+def check_figure_path(flag: str, path: Path, *, force: bool) -> None:
+    """Refuse a figure's file of another kind, or that cannot be written.
+
+    Args:
+        flag: Option that names the file.
+        path: The file.
+        force: Replace an older file.
+    """
+    from phasmid.recording.file import check_new_file
+
+    if path.suffix[1:].lower() not in KINDS:
+        raise InvalidInput(
+            f'{flag} is "{plain(str(path))}"; it must end in .{", .".join(KINDS)}.',
+            hint=f"{flag} picture.svg",
+        )
+    check_new_file(path, option=f"{flag} FILE", force=force)
+
+
+def write_figure(figure: Figure, files: Sequence[Path], dpi: float | None = None) -> None:
+    """Write a figure into files, each of the kind of its ending.
+
+    Args:
+        figure: The figure.
+        files: The files; folders above them are made.
+        dpi: Pixels per inch of png; the figure's by default.
+    """
     from phasmid.recording.file import cannot_write, write_whole
     from phasmid.reporting.style import encoded_figure
 
@@ -171,4 +196,4 @@ def _write(figure: Figure, files: Sequence[Path], dpi: float) -> None:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise cannot_write(path, error) from None
-        write_whole(path, encoded_figure(figure, path.suffix[1:], dpi=dpi))
+        write_whole(path, encoded_figure(figure, path.suffix[1:].lower(), dpi=dpi))

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.command import Command
-from phasmid.control.constraints import Constraint, VelocityLimit
+from phasmid.control.constraints import REACH, Constraint, VelocityLimit
 from phasmid.control.event_log import EventLog
 from phasmid.control.gait_selection import GaitSelector
 from phasmid.control.memory import MEMORY
@@ -24,7 +24,13 @@ from phasmid.control.targets import JointTargets
 from phasmid.control.types import STANDING, STATE, LegPhase, Model, Reference, State, model_of
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
-from phasmid.kinematics import body_from_hip, foot_position, neutral_feet
+from phasmid.kinematics import (
+    body_from_hip,
+    foot_position,
+    foot_violations,
+    neutral_feet,
+    posture_feet,
+)
 from phasmid.robot import Robot
 
 if TYPE_CHECKING:
@@ -219,6 +225,19 @@ class LocomotionEngine:
         joint = None if limit.joint < 0 else limit.joint
         return VelocityLimit((vx, vy, wz), limit.sentence(self.robot), leg, joint)
 
+    def largest_pose_share(self, pose: Float[np.ndarray, "6"]) -> tuple[float, str]:
+        """Return the feasible share of a pose of the body while all feet stand.
+
+        Args:
+            pose: Forward, left, up [m], roll, pitch, yaw [rad], as in `Command`, shape (6,).
+
+        Returns:
+            The share, from 0 to 1, and the reason why it is not larger.
+        """
+        wanted, base = np.array(pose, dtype=float), np.zeros(6)
+        share, limit = self._pose_scale(base, wanted, standing=True)
+        return share, self._pose_reason(limit, wanted)
+
     def telemetry(self) -> dict[str, Any]:
         """Return the recorded channels of the last update."""
         state, clock = self.state, self.state.clock
@@ -359,19 +378,33 @@ class LocomotionEngine:
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the feasible part of a pose for standing or stepping."""
-        next_reference = self._next_reference
         share, base = 1.0, np.zeros(6)
         base[:2] = shift
         if pose.any():
-            stepping = self.memory["references"][0, 1].copy()
-            if standing:
-                stepping["duty_factor"], stepping["sway"] = 1.0, 0.0
-            share, limit = self._limits.feasible_pose_scale(
-                self.robot, record_behind(self.model), stepping, base, pose
-            )
-            reason = limit.sentence(self.robot)
+            share, limit = self._pose_scale(base, pose, standing)
+            reason = self._pose_reason(limit, base + pose)
             self._log.set("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
-        self.reference.pose[:] = next_reference.pose[:] = base + share * pose
+        self.reference.pose[:] = self._next_reference.pose[:] = base + share * pose
+
+    def _pose_scale(
+        self, base: np.ndarray, pose: np.ndarray, standing: bool
+    ) -> tuple[float, Constraint]:
+        """Return the feasible share of a pose, and the constraint that limits it."""
+        stepping = self.memory["references"][0, 1].copy()
+        if standing:
+            stepping["duty_factor"], stepping["sway"] = 1.0, 0.0
+        return self._limits.feasible_pose_scale(
+            self.robot, record_behind(self.model), stepping, base, pose
+        )
+
+    def _pose_reason(self, limit: Constraint, pose: np.ndarray) -> str:
+        """Return the limit that a neutral foot violates at a pose, or the constraint in words."""
+        if limit.kind == REACH:
+            leg = self.robot.legs[limit.leg]
+            found = foot_violations(leg, posture_feet(self.robot, pose)[limit.leg])
+            if found:
+                return f"{leg.name}: {found[0].reason}"
+        return limit.sentence(self.robot)
 
     def _scale(
         self, reference: Reference, velocity: np.ndarray, most: float = 1.0

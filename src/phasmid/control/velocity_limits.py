@@ -32,6 +32,7 @@ from phasmid.control.vectors import (
     turned,
 )
 from phasmid.gait.support_kernels import line_margin, support_edges
+from phasmid.kinematics.frames import trunk_clearance
 from phasmid.kinematics.leg_kernels import joint_motion
 from phasmid.robot import Robot
 
@@ -258,22 +259,6 @@ def feasible_velocity_scale(
         most,
         relative=CLOSE if most > 1.0 else 4 * CLOSE,
     )
-
-
-def trunk_clearance(robot: Robot, height: float, pose: np.ndarray) -> float:
-    """Return the height of the trunk's lowest corner over the plane of the feet [m].
-
-    Args:
-        robot: Its trunk is a box.
-        height: Height of the body's origin over the feet in its neutral pose [m].
-        pose: Pose relative to the path and the neutral height [m, rad], shape (6,).
-    """
-    roll, pitch = pose[3], pose[4]
-    # Extents of the box along the vertical.
-    down = abs(
-        np.array((-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)))
-    )
-    return float(height + pose[2] - down @ robot.body.size / 2)
 
 
 def feasible_pose_scale(

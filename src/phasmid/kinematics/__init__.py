@@ -1,5 +1,6 @@
 """Closed-form leg kinematics, frames and workspace."""
 
+from phasmid.kinematics.explanation import FootExplanation, Violation, explain_foot, foot_violations
 from phasmid.kinematics.frames import (
     LinkFrames,
     angular_motion,
@@ -10,24 +11,30 @@ from phasmid.kinematics.frames import (
     leg_frames,
     link_frames,
     neutral_feet,
+    posture_feet,
     quaternion_rotation,
     quaternion_yaw,
     rotation_rpy,
     rpy_quaternion,
     step_pose,
     step_twist,
+    trunk_clearance,
     yaw_quaternion,
 )
 from phasmid.kinematics.leg import foot_position, jacobian, joint_angles, joint_motion
 from phasmid.kinematics.workspace import longest_stride, reach, within_reach
 
 __all__ = [
+    "FootExplanation",
     "LinkFrames",
+    "Violation",
     "angular_motion",
     "body_from_hip",
     "centre_of_mass",
     "dh_transform",
+    "explain_foot",
     "foot_position",
+    "foot_violations",
     "hip_from_body",
     "jacobian",
     "joint_angles",
@@ -36,6 +43,7 @@ __all__ = [
     "link_frames",
     "longest_stride",
     "neutral_feet",
+    "posture_feet",
     "quaternion_rotation",
     "quaternion_yaw",
     "reach",
@@ -43,6 +51,7 @@ __all__ = [
     "rpy_quaternion",
     "step_pose",
     "step_twist",
+    "trunk_clearance",
     "within_reach",
     "yaw_quaternion",
 ]

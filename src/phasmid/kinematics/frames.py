@@ -213,6 +213,33 @@ def neutral_feet(robot: Robot) -> Float[np.ndarray, "legs 3"]:
     return body_from_hip(robot, robot.arrays.neutral_foot)
 
 
+def posture_feet(robot: Robot, pose: Float[np.ndarray, "6"]) -> Float[np.ndarray, "legs 3"]:
+    """Neutral feet, which stay in place, in the hip frames of a displaced body [m], shape (L, 3).
+
+    Args:
+        robot: The robot, L legs.
+        pose: Displacement of the body from its neutral pose: forward, left, up [m], roll, pitch,
+            yaw [rad], shape (6,).
+    """
+    return hip_from_body(robot, (neutral_feet(robot) - pose[:3]) @ rotation_rpy(*pose[3:]))
+
+
+def trunk_clearance(robot: Robot, height: float, pose: Float[np.ndarray, "6"]) -> float:
+    """Return the height of the trunk's lowest corner over the plane of the feet [m].
+
+    Args:
+        robot: Its trunk is a box.
+        height: Height of the body's origin over the feet in its neutral pose [m].
+        pose: Pose relative to the path and the neutral height [m, rad], shape (6,).
+    """
+    roll, pitch = pose[3], pose[4]
+    # Extents of the box along the vertical.
+    down = abs(
+        np.array((-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)))
+    )
+    return float(height + pose[2] - down @ robot.body.size / 2)
+
+
 def centre_of_mass(
     robot: Robot, q: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch 3"]:

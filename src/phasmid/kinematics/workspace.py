@@ -8,8 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.kinematics.frames import hip_from_body, neutral_feet
-from phasmid.kinematics.leg import angles_and_margin
+from phasmid.kinematics.leg import angles_and_margin, foot_position
 from phasmid.robot import Leg, Robot
+
+ARC_STEP = np.radians(3.0)
+"""Angle between neighbouring points of an arc: a chord on a leg of 0.25 m deviates by 0.1 mm."""
 
 LIMIT_TOLERANCE = 1e-9
 """An angle may pass a joint limit by this much, which is round-off [rad]."""
@@ -52,6 +55,54 @@ def within_reach(
     lower, upper = np.moveaxis(robot.arrays.joint_limits, -1, 0)
     allowed = (q >= lower - LIMIT_TOLERANCE) & (q <= upper + LIMIT_TOLERANCE)
     return ((margin > 0) & allowed.all(axis=-1)).astype(float)
+
+
+def usable_limits(leg: Leg) -> Float[np.ndarray, "3 2"]:
+    """Joint limits within the angles that `joint_angles` returns.
+
+    Args:
+        leg: The leg.
+
+    Returns:
+        Lowest and highest angles [rad], shape (3, 2): at most half a turn to either side, the knee
+        bent down or stretched. Where the lowest is above the highest, no angle is usable.
+    """
+    lower, upper = leg.joint_limits.T
+    return np.stack([np.maximum(lower, -np.pi), np.minimum(upper, [np.pi, np.pi, 0.0])], axis=1)
+
+
+def plane_outline(
+    leg: Leg, femur: tuple[float, float], tibia: tuple[float, float]
+) -> Float[np.ndarray, "points 2"]:
+    """Edge of the region of the foot in the leg's plane, for ranges of femur and tibia angles.
+
+    With the knee bent to one side the foot is a one-to-one function of the angles: the edges of
+    the ranges are the edges of the region.
+
+    Args:
+        leg: The leg.
+        femur: Lowest and highest angle [rad].
+        tibia: Lowest and highest angle, both of one sign [rad].
+
+    Returns:
+        Distance from the coxa axis and height over the hip [m], shape (N, 2), a closed curve.
+    """
+    up, bend = arc(*femur), arc(*tibia)
+    edges = [
+        (up, np.full_like(up, tibia[0])),
+        (np.full_like(bend, femur[1]), bend),
+        (up[::-1], np.full_like(up, tibia[1])),
+        (np.full_like(bend, femur[0]), bend[::-1]),
+    ]
+    q2, q3 = (np.concatenate(each) for each in zip(*edges, strict=True))
+    foot = foot_position(leg, np.stack([np.zeros_like(q2), q2, q3], axis=-1))[:, [0, 2]]
+    # What lies behind the coxa axis folds onto it.
+    return np.column_stack([np.maximum(foot[:, 0], 0.0), foot[:, 1]])
+
+
+def arc(low: float, high: float) -> Float[np.ndarray, " points"]:
+    """Angles from one to another, at most `ARC_STEP` apart [rad]."""
+    return np.linspace(low, high, 2 + int((high - low) / ARC_STEP))
 
 
 def longest_stride(robot: Robot, direction: float = 0.0) -> float:

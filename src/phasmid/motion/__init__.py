@@ -2,6 +2,12 @@
 
 from phasmid.motion.course import Course, LevelCourse
 from phasmid.motion.curves import Path, blend, join, lift
+from phasmid.motion.explanation import (
+    PostureExplanation,
+    WalkExplanation,
+    explain_posture,
+    explain_walk,
+)
 from phasmid.motion.feasibility import fastest
 from phasmid.motion.trajectory import (
     JointTrajectory,
@@ -20,11 +26,15 @@ __all__ = [
     "Motion",
     "LevelCourse",
     "Path",
+    "PostureExplanation",
     "SampledMotion",
     "SampledTrajectory",
     "TrunkMotion",
     "Walk",
+    "WalkExplanation",
     "blend",
+    "explain_posture",
+    "explain_walk",
     "fastest",
     "join",
     "lift",

@@ -69,7 +69,7 @@ def check_reach(
     wanted = targets(course)
     if within_reach(course.robot, wanted).all():
         return
-    stride = f"stride of {_stride_words(scenario.stride.step)}"
+    stride = f"stride of {stride_words(scenario.stride.step)}"
     t, reason = _out_of_reach(course, wanted)
     if isinstance(course, Course):
         raise InfeasibleWalk(
@@ -83,7 +83,7 @@ def check_reach(
         good = bool(within_reach(course.robot, targets(shorter)).all())
         low, high = (middle, high) if good else (low, middle)
     if low > 0:
-        hint = f"Longest stride here: {_stride_words(low * course.stride.step, down=True)}."
+        hint = f"Longest stride in reach: {stride_words(low * course.stride.step, down=True)}."
     else:
         hint = (
             "No stride is possible from this stance and step height; change step_height, "
@@ -127,7 +127,7 @@ def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int,
     return tuple(int(i) for i in found[np.argmin(found[:, axis])])
 
 
-def _stride_words(step: np.ndarray, *, down: bool = False) -> str:
+def stride_words(step: np.ndarray, *, down: bool = False) -> str:
     """Return a stride in words; bounds are rounded down."""
     rounded = np.trunc if down else np.round
     length, turn = 1000 * math.hypot(step[0], step[1]), abs(math.degrees(step[2]))

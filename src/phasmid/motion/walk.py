@@ -160,12 +160,7 @@ def plan(scenario: Scenario) -> Walk:
         InvalidRobot: The robot is impossible.
         InvalidGait: The gait does not fit the robot.
     """
-    robot = scenario.load_robot()
-    gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
-    terrain = scenario.planned_terrain()
-    course: LevelCourse | Course = LevelCourse(robot, gait, scenario.stride)
-    if not _is_plain(terrain):
-        course = plan_course(scenario, robot, gait, terrain, scenario.duration)
+    course = course_of(scenario)
     for times in checked_times(scenario, course):
         check_reach(scenario, course, times)
         walk = _evaluate(scenario, course, times)
@@ -174,6 +169,20 @@ def plan(scenario: Scenario) -> Walk:
     interval = scenario.stride.period / (scenario.stride.samples - 1)
     count = math.floor(scenario.duration / interval + 1e-9) + 1
     return _evaluate(scenario, course, np.arange(count) * interval)
+
+
+def course_of(scenario: Scenario) -> LevelCourse | Course:
+    """Return the motion of trunk and feet of a scenario, which may be out of the legs' reach.
+
+    Raises:
+        InfeasibleWalk: A leg finds no foothold on uneven ground.
+    """
+    robot = scenario.load_robot()
+    gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
+    terrain = scenario.planned_terrain()
+    if _is_plain(terrain):
+        return LevelCourse(robot, gait, scenario.stride)
+    return plan_course(scenario, robot, gait, terrain, scenario.duration)
 
 
 def _are_one(ours: Scenario, theirs: Scenario) -> bool:

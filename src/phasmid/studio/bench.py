@@ -12,16 +12,13 @@ from jaxtyping import Float
 
 from phasmid.dynamics import leg_matrices
 from phasmid.dynamics.printed import printed_leg_matrices
-from phasmid.errors import InvalidInput, Unreachable
-from phasmid.kinematics import foot_position, jacobian, joint_angles, leg_frames
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import explain_foot, foot_position, jacobian, leg_frames
 from phasmid.kinematics.printed import printed_dh_transform, printed_joint_angles
-from phasmid.kinematics.workspace import LIMIT_TOLERANCE
+from phasmid.kinematics.workspace import LIMIT_TOLERANCE, arc, plane_outline
 from phasmid.robot import JOINTS, Leg, Robot, with_mass_model
 from phasmid.studio.messages import Answer, Bench
 from phasmid.units import STANDARD_GRAVITY
-
-ARC_STEP = np.radians(3.0)
-"""Angle between neighbouring points of an arc: a chord on a leg of 0.25 m deviates by 0.1 mm."""
 
 NEARLY_SINGULAR = 0.1
 """Ratio of the Jacobian's singular values below which a remark names the singularity."""
@@ -41,11 +38,13 @@ def bench(robot: Robot, request: Bench) -> Answer:
     Returns:
         Table for JSON, SI, in the hip frame: pose and joint limits, frames and DH table, Jacobian
         and singular values, torques and servo limits, reachable region, the equations as printed,
-        and ``remarks``, sentences on infeasible inputs. A foot out of reach gives the nearest
-        pose. ``most`` is the largest force along the present one within the servo limits [N].
+        and ``remarks``, sentences on infeasible inputs. A foot out of reach gives the pose of
+        the nearest possible one. ``most`` is the largest force along the present one within the
+        servo limits [N].
 
     Raises:
-        InvalidInput: There is no such leg, or the pose has both angles and foot.
+        InvalidInput: There is no such leg, its joint limits permit no foot, or the pose has both
+            angles and foot.
     """
     leg, force, servo = robot.leg(request.leg), np.array(request.force), robot.servo
     q, remarks = _pose(leg, request)
@@ -56,7 +55,8 @@ def bench(robot: Robot, request: Bench) -> Answer:
     nearness = float(axes[2] / axes[0]) if axes[0] > 0 else 0.0
     gravity, load = leg_matrices(leg, q).G, -J.T @ force
     torque, limit = gravity + load, servo.stall_torque
-    remarks += _beyond_limits(leg, q, room)
+    if request.angles is not None:
+        remarks += _beyond_limits(leg, q, room)
     if nearness < NEARLY_SINGULAR:
         remarks.append(_singularity(leg, q))
     remarks += [
@@ -103,41 +103,21 @@ def bench(robot: Robot, request: Bench) -> Answer:
 
 
 def _pose(leg: Leg, request: Bench) -> tuple[np.ndarray, list[str]]:
-    """Return the joint angles, and a remark if the foot is out of reach."""
+    """Return the joint angles, and the explanation of a foot that the leg cannot place.
+
+    A foot beyond joint limits is shown as it is, one out of reach at the nearest possible position.
+    """
     if request.angles is not None:
         if request.foot is not None:
             raise InvalidInput("the pose has both angles and foot; it must have one of them.")
         return np.array(request.angles), []
     foot = leg.neutral_foot if request.foot is None else np.array(request.foot)
-    try:
-        return joint_angles(leg, foot), []
-    except Unreachable as error:
-        return joint_angles(leg, nearest_reachable(leg, foot)), [error.what]
-
-
-def nearest_reachable(leg: Leg, foot: np.ndarray) -> np.ndarray:
-    """Return the reachable point nearest to a foot, without joint limits.
-
-    For a leg with lateral offsets it is the nearest in the leg's plane.
-
-    Args:
-        leg: Leg.
-        foot: Foot position in the hip frame [m], shape (3,).
-
-    Returns:
-        Position in the hip frame [m], shape (3,).
-    """
-    coxa, femur, tibia = leg.lengths.tolist()
-    nearest = abs(femur - tibia)
-    out = np.array([_in_plane(leg, foot) - coxa, foot[2]])
-    distance = float(np.linalg.norm(out))
-    # All directions from the femur axis are equally near; so are those around the coxa axis.
-    direction = out / distance if distance > 0 else np.array([1.0, 0.0])
-    r, z = np.array([coxa, 0.0]) + min(max(distance, nearest), femur + tibia) * direction
-    if r < 0:
-        r, z = 0.0, math.copysign(math.sqrt(nearest**2 - coxa**2), foot[2])
-    r, turn = math.hypot(r, leg.lateral_offsets.sum()), math.atan2(foot[1], foot[0])
-    return np.array([r * math.cos(turn), r * math.sin(turn), z])
+    found = explain_foot(leg, foot)
+    if np.isfinite(found.q).all():
+        return found.q, [found.sentence] * (not found.is_possible)
+    if np.isnan(found.nearest_q).any():
+        raise InvalidInput(found.sentence)
+    return found.nearest_q, [found.sentence]
 
 
 def _in_plane(leg: Leg, foot: np.ndarray) -> float:
@@ -250,31 +230,11 @@ def workspace(
         projection along the coxa axis, a closed curve of x and y in the hip frame [m].
     """
     (coxa_low, coxa_high), (low, high), (bent, straight) = leg.joint_limits.tolist()
-    # With the knee bent to one side the foot is a one-to-one function of the angles: the edges of
-    # the limits are the edges of the region. A knee that passes the stretched leg makes two.
+    # A knee that passes the stretched leg makes two regions.
     flat = np.pi * np.arange(np.ceil(bent / np.pi), np.floor(straight / np.pi) + 1)
     bends = np.unique([bent, *flat, straight])
-    side = tuple(_sheet(leg, (low, high), pair) for pair in pairwise(bends.tolist()))
+    side = tuple(plane_outline(leg, (low, high), pair) for pair in pairwise(bends.tolist()))
     out = np.concatenate(side)[:, 0]
-    turn = _between(coxa_low, coxa_high)
-    arc = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    return side, np.concatenate([out.max() * arc, out.min() * arc[::-1]])
-
-
-def _sheet(leg: Leg, femur: tuple[float, float], tibia: tuple[float, float]) -> np.ndarray:
-    """Return distance and height of the foot along the edges of a rectangle of angles [m]."""
-    up, bend = _between(*femur), _between(*tibia)
-    edges = [
-        (up, np.full_like(up, tibia[0])),
-        (np.full_like(bend, femur[1]), bend),
-        (up[::-1], np.full_like(up, tibia[1])),
-        (np.full_like(bend, femur[0]), bend[::-1]),
-    ]
-    q2, q3 = (np.concatenate(each) for each in zip(*edges, strict=True))
-    foot = foot_position(leg, np.stack([np.zeros_like(q2), q2, q3], axis=-1))[:, [0, 2]]
-    # What lies behind the coxa axis folds onto it.
-    return np.column_stack([np.maximum(foot[:, 0], 0.0), foot[:, 1]])
-
-
-def _between(low: float, high: float) -> np.ndarray:
-    return np.linspace(low, high, 2 + int((high - low) / ARC_STEP))
+    turn = arc(coxa_low, coxa_high)
+    circle = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    return side, np.concatenate([out.max() * circle, out.min() * circle[::-1]])

@@ -1,0 +1,277 @@
+"""Explanation of a foot position: what keeps a leg from it, and the nearest one in reach.
+
+`phasmid.motion` explains postures and walks with it, the command ``phasmid explain`` prints it,
+and the studio's leg bench shows its sentence.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.arguments import numbers
+from phasmid.errors import InvalidInput
+from phasmid.kinematics.leg import angles_and_margin, foot_position, jacobian
+from phasmid.kinematics.workspace import LIMIT_TOLERANCE, usable_limits
+from phasmid.robot import JOINTS, Leg
+
+GRID = 61
+"""Angles of femur and of tibia at which the search for the nearest foot position begins."""
+
+
+STARTS = 3
+"""Local minima of the grid from which the search goes on."""
+
+LEAST_OUT = 1e-6
+"""Least distance of the nearest foot position from the coxa axis, in lengths of the leg; on the
+axis the coxa's angle is undefined."""
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A joint angle or a distance that a foot position needs, outside its limits.
+
+    Attributes:
+        what: ``coxa``, ``femur`` or ``tibia``; ``reach``: the distance of the foot from the femur
+            axis; ``offset``: its distance from the coxa axis, for a leg with a lateral offset.
+        needed: The angle [rad] or distance [m] that the foot position needs.
+        lowest: Lower limit [rad or m].
+        highest: Upper limit [rad or m].
+    """
+
+    what: str
+    needed: float
+    lowest: float
+    highest: float
+
+    @property
+    def is_angle(self) -> bool:
+        """It is the angle of a joint."""
+        return self.what in JOINTS
+
+    @property
+    def excess(self) -> float:
+        """Distance from the nearer limit, 0 or more [rad or m]."""
+        return max(self.lowest - self.needed, self.needed - self.highest, 0.0)
+
+    @property
+    def reason(self) -> str:
+        """The violation in words that follow the name of a leg."""
+        if self.is_angle:
+            needed, excess, low, high = (
+                math.degrees(value)
+                for value in (self.needed, self.excess, self.lowest, self.highest)
+            )
+            limit = low if self.needed < self.lowest else high
+            return f"its {self.what} would turn to {needed:.1f}°, {excess:.1f}° beyond {limit:.4g}°"
+        near = self.needed < self.lowest
+        side, limit = ("near", self.lowest) if near else ("far", self.highest)
+        axis = "femur" if self.what == "reach" else "coxa"
+        return (
+            f"the foot would be {1000 * self.needed:.1f} mm from the {axis} axis, "
+            f"{1000 * self.excess:.1f} mm too {side}: the limit is {1000 * limit:.1f} mm"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class FootExplanation:
+    """Whether a leg can place its foot at a position, what keeps it from it, and the nearest.
+
+    Attributes:
+        leg: The leg.
+        wanted: The foot position in the hip frame [m], shape (3,).
+        q: Joint angles that it needs [rad], shape (3,); NaN where no angles reach it.
+        violations: What is outside its limits; empty where the position is possible.
+        nearest_q: Joint angles of the nearest possible position [rad], shape (3,); NaN where the
+            joint limits permit no position.
+        nearest: The nearest possible position in the hip frame [m], shape (3,).
+    """
+
+    leg: Leg
+    wanted: Float[np.ndarray, "3"]
+    q: Float[np.ndarray, "3"]
+    violations: tuple[Violation, ...]
+    nearest_q: Float[np.ndarray, "3"]
+    nearest: Float[np.ndarray, "3"]
+
+    @property
+    def is_possible(self) -> bool:
+        """The leg can place its foot there, within its joint limits."""
+        return not self.violations
+
+    @property
+    def distance(self) -> float:
+        """Distance of the nearest possible position from the wanted one [m]."""
+        return float(np.linalg.norm(self.nearest - self.wanted))
+
+    @property
+    def margin(self) -> tuple[str, float]:
+        """The joint nearest to a limit at the nearest possible position, and how near [rad].
+
+        A tibia in line with the femur counts as a limit: the leg is stretched.
+        """
+        low, high = usable_limits(self.leg).T
+        room = np.minimum(self.nearest_q - low, high - self.nearest_q)
+        joint = int(np.argmin(room))
+        return JOINTS[joint], float(room[joint])
+
+    @property
+    def sentence(self) -> str:
+        """The explanation in one sentence or two."""
+        name = self.leg.name
+        if self.is_possible:
+            joint, room = self.margin
+            return (
+                f"{name} can place its foot there: its {joint} is {math.degrees(room):.1f}° from a "
+                "limit, the nearest one."
+            )
+        reasons = "; ".join(violation.reason for violation in self.violations)
+        if not math.isfinite(self.distance):
+            return f"{name} cannot place its foot anywhere within its joint limits: {reasons}."
+        return (
+            f"{name} cannot place its foot there: {reasons}. "
+            f"The nearest possible position is {1000 * self.distance:.1f} mm away."
+        )
+
+
+def explain_foot(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> FootExplanation:
+    """Explain whether a leg can place its foot at a position.
+
+    Possible is what `within_reach` is: knee up, leg outwards, within the joint limits.
+
+    Args:
+        leg: The leg.
+        p_hip_foot: Foot in the leg's hip frame [m], shape (3,).
+
+    Raises:
+        InvalidInput: The position is not three finite numbers.
+    """
+    wanted = numbers(p_hip_foot, "foot")
+    if wanted.shape != (3,) or not np.isfinite(wanted).all():
+        raise InvalidInput(f"foot is {p_hip_foot}; it must be three finite numbers, x, y and z.")
+    violations = foot_violations(leg, wanted)
+    q, margin = angles_and_margin(leg, wanted)
+    nearest_q = nearest_angles(leg, wanted) if violations else q
+    return FootExplanation(
+        leg,
+        wanted,
+        q if margin > 0 else np.full(3, np.nan),
+        violations,
+        nearest_q,
+        foot_position(leg, nearest_q) if violations else wanted,
+    )
+
+
+def foot_violations(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> tuple[Violation, ...]:
+    """Return the limits that a foot position violates; none where it is possible.
+
+    Args:
+        leg: The leg.
+        p_hip_foot: Foot in the leg's hip frame [m], shape (3,).
+    """
+    q, margin = angles_and_margin(leg, p_hip_foot)
+    violations = []
+    if not margin > 0:
+        violations = _distance_violations(leg, p_hip_foot)
+        # The angle of the coxa does not depend on the reach; nearer than the offset there is none.
+        q = q[: 0 if violations[0].what == "offset" else 1]
+    for joint, angle, (low, high) in zip(JOINTS, q, leg.joint_limits, strict=False):
+        if not low - LIMIT_TOLERANCE <= angle <= high + LIMIT_TOLERANCE:
+            violations.append(Violation(joint, float(angle), float(low), float(high)))
+    return tuple(violations)
+
+
+def _distance_violations(leg: Leg, foot: np.ndarray) -> list[Violation]:
+    """Return the distance by which a foot is too far or too near for the lengths of the links."""
+    coxa, femur, tibia = leg.lengths.tolist()
+    aside, offset = math.hypot(foot[0], foot[1]), abs(float(leg.lateral_offsets.sum()))
+    if aside < offset:
+        return [Violation("offset", aside, offset, math.inf)]
+    out = math.sqrt(aside**2 - offset**2) - coxa
+    return [Violation("reach", math.hypot(out, foot[2]), abs(femur - tibia), femur + tibia)]
+
+
+def nearest_angles(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
+    """Return the joint angles of the possible foot position nearest to a wanted one.
+
+    The squared distance is minimised over the joint limits with the foot outwards of the coxa axis
+    (sequential quadratic programming), from the best points of a grid of angles.
+
+    Args:
+        leg: The leg.
+        p_hip_foot: Wanted foot in the hip frame [m], shape (3,).
+
+    Returns:
+        Joint angles [rad], shape (3,); NaN where the joint limits permit no position.
+    """
+    # Lazy import: scipy.optimize takes 0.2 s.
+    from scipy.optimize import minimize
+
+    low, high = usable_limits(leg).T
+    size = float(leg.lengths.sum())
+
+    def square(q: np.ndarray) -> float:
+        return float(np.sum((foot_position(leg, q) - p_hip_foot) ** 2)) / size**2
+
+    def slope(q: np.ndarray) -> np.ndarray:
+        error = foot_position(leg, q) - p_hip_foot
+        return np.asarray(2 * jacobian(leg, q).T @ error / size**2)
+
+    def outward(q: np.ndarray) -> float:
+        return float(foot_position(leg, q * STRAIGHT)[0]) / size - LEAST_OUT
+
+    def outward_slope(q: np.ndarray) -> np.ndarray:
+        return np.asarray(jacobian(leg, q * STRAIGHT)[0] * STRAIGHT / size)
+
+    best = np.full(3, np.nan)
+    for start in _starts(leg, p_hip_foot, low, high):
+        found = minimize(
+            square,
+            start,
+            jac=slope,
+            method="SLSQP",
+            bounds=np.stack([low, high], axis=1),
+            constraints={"type": "ineq", "fun": outward, "jac": outward_slope},
+            options={"ftol": 1e-15, "maxiter": 200},
+        ).x
+        for q in (start, np.clip(found, low, high)):
+            if outward(q) > -LEAST_OUT and not square(q) >= square(best):
+                best = q
+    return best
+
+
+STRAIGHT = np.array([0.0, 1.0, 1.0])
+"""Factors that turn a leg to its neutral direction: its plane is x and z of the hip frame."""
+
+
+def _starts(leg: Leg, wanted: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the best local minima of the distance on a grid of angles [rad], shape (N, 3).
+
+    The coxa turns to the wanted foot or to a limit.
+    """
+    from scipy.ndimage import minimum_filter
+
+    if not (low <= high).all():
+        return np.empty((0, 3))
+    q2, q3 = np.meshgrid(
+        np.linspace(low[1], high[1], GRID), np.linspace(low[2], high[2], GRID), indexing="ij"
+    )
+    straight = foot_position(leg, np.stack([np.zeros_like(q2), q2, q3], axis=-1))
+    turn = math.atan2(wanted[1], wanted[0]) - np.arctan2(straight[..., 1], straight[..., 0])
+    turn = np.arctan2(np.sin(turn), np.cos(turn))
+    limits = (np.full_like(turn, limit) for limit in (low[0], high[0]))
+    q1 = np.stack([np.clip(turn, low[0], high[0]), *limits])
+    q = np.stack(np.broadcast_arrays(q1, q2, q3), axis=-1)
+    square = np.sum((foot_position(leg, q) - wanted) ** 2, axis=-1)
+    square[:, straight[..., 0] < 0] = np.inf
+    # One coxa angle for each pair of the others.
+    turned = np.argmin(square, axis=0)[None]
+    square = np.take_along_axis(square, turned, axis=0)[0]
+    q = np.take_along_axis(q, turned[..., None], axis=0)[0]
+    is_minimum = square == minimum_filter(square, 3, mode="nearest")
+    minima = np.argwhere(is_minimum & np.isfinite(square))
+    order = np.argsort(square[tuple(minima.T)], kind="stable")[:STARTS]
+    return np.asarray(q[tuple(minima[order].T)])
