@@ -25,9 +25,7 @@ def test_the_site_builds_without_a_warning_or_a_dead_link(tmp_path):
     demonstration, which test_demo.py has."""
     pytest.importorskip("sphinx")
     site = load("build_site")
-    assert site.build(
-        tmp_path / "site", "-D", "nb_execution_mode=off", wasm=tmp_path
-    ) == []
+    assert site.build(tmp_path / "site", "-D", "nb_execution_mode=off", wasm=tmp_path) == []
     for page in ("index", "reference/phasmid.control", "reference/command-line"):
         assert (tmp_path / f"site/{page}.html").exists()
 
