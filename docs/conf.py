@@ -70,8 +70,11 @@ def _skip(_app: Any, _what: str, _name: str, value: object, *_: Any) -> bool | N
 
 def _write_math(translator: Any, node: Any) -> None:
     """Write an equation as MathML, which browsers draw without a script."""
-    display = "inline" if isinstance(node, nodes.math) else "block"
-    translator.body.append(convert(node.astext(), display=display))
+    if isinstance(node, nodes.math):
+        equation = convert(node.astext())
+    else:
+        equation = f'<div class="equation">{convert(node.astext(), display="block")}</div>'
+    translator.body.append(equation)
     raise nodes.SkipNode
 
 

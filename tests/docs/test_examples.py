@@ -60,6 +60,7 @@ def test_the_readmes_python_code_runs(run, tmp_path):
         "performance",
         "recordings",
         "servos",
+        "your-robot",
     ],
 )
 def test_the_python_code_of_a_page_runs(page, run):
