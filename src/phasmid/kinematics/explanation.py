@@ -69,10 +69,10 @@ class Violation:
             return f"its {self.what} would turn to {needed:.1f}°, {excess:.1f}° beyond {limit:.4g}°"
         near = self.needed < self.lowest
         side, limit = ("near", self.lowest) if near else ("far", self.highest)
-        axis = "femur" if self.what == "reach" else "coxa"
+        axis, reason = ("femur", " by the tibia's limits") if self.what == "reach" else ("coxa", "")
         return (
             f"the foot would be {1000 * self.needed:.1f} mm from the {axis} axis, "
-            f"{1000 * self.excess:.1f} mm too {side}: the limit is {1000 * limit:.1f} mm"
+            f"{1000 * self.excess:.1f} mm too {side}: the limit is {1000 * limit:.1f} mm{reason}"
         )
 
 
@@ -191,7 +191,12 @@ def _distance_violations(leg: Leg, foot: np.ndarray) -> list[Violation]:
     if aside < offset:
         return [Violation("offset", aside, offset, math.inf)]
     out = math.sqrt(aside**2 - offset**2) - coxa
-    return [Violation("reach", math.hypot(out, foot[2]), abs(femur - tibia), femur + tibia)]
+    # The distance grows as the knee stretches: the limits of the tibia bound it.
+    bent, stretched = (
+        math.sqrt(femur**2 + tibia**2 + 2 * femur * tibia * math.cos(angle))
+        for angle in usable_limits(leg)[2]
+    )
+    return [Violation("reach", math.hypot(out, foot[2]), bent, stretched)]
 
 
 def nearest_angles(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
