@@ -252,11 +252,11 @@ def of_level(results: list[study.Case]) -> str:
     whole = [run for run in results if run["ending"] == "COMPLETED"]
     fell = len(results) - len(whole)
     return (
-        f"The default controller walks {len(results)} times for 6 s at a constant random velocity, "
+        f"{len(results)} walks of 6 s use the default controller at a constant random velocity of "
         f"up to ±{1000 * level.FASTEST[0]:.0f} mm/s forward, "
         f"±{1000 * level.FASTEST[1]:.0f} mm/s lateral and ±{level.FASTEST[2]:g} rad/s yaw. "
-        "Presets, gaits and three drives take turns. Every fourth robot is scaled to a mass of "
-        f"{level.LIGHT[0]:g} to {level.LIGHT[1]:g} kg. {fell or 'None'} fell. The trunk stays "
+        "They cycle through the presets, gaits and three drives. Every fourth robot is scaled to a "
+        f"mass of {level.LIGHT[0]:g} to {level.LIGHT[1]:g} kg. {fell or 'None'} fell. The trunk stays "
         f"within {1000 * max(run['hop'] for run in whole):.2f} mm of its mean height after the "
         f"first {level.SETTLED:g} s, and tilts by at most "
         f"{max(run['tilt'] for run in whole):.2f}°. "
@@ -298,10 +298,10 @@ def of_sequences(results: list[study.Case]) -> str:
     return (
         "Random velocities, poses and gaits, starts and stops at random times, of a "
         f"`{sequences.ROBOT}`; in the last {sequences.SETTLING:g} s it is commanded to stop. "
-        "In the world without forces joints follow their targets exactly, and a stance foot must "
-        "not move by a nanometre; in the physics engine the robot must not fall. In both, joint "
-        "targets must stay within joint limits and the servo's speed, feet within reach and the "
-        "centre of mass over the stance feet, and the robot must come to rest."
+        "In a kinematic simulation, without forces, joints follow their targets exactly, and a "
+        "stance foot must not move by a nanometre. In the physics engine the robot must not fall. "
+        "In both, joint targets must stay within joint limits and the servo's speed, feet "
+        "within reach and the centre of mass over the stance feet, and the robot must come to rest."
         f"\n\n{sequences.table(results)}"
     )
 
@@ -326,10 +326,10 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         f"engine's default. Rows with steps of {1000 * ground.HIGHER:.0f} mm show a choice for "
         "rough ground without sensing. A run passes if the robot walks "
         f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, without steering, a fall or a "
-        f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways. It ends once that is "
-        f"decided; it is late where the robot would have to walk {ground.FASTEST:g} times as fast "
-        "as commanded. The size of *blocks*, 100 mm wide, is the range of their heights."
-        f"{hills} Stairs are 150 mm deep, gaps 100 mm. Cells give the number of runs that passed, "
+        f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways. It ends when the "
+        f"result is certain. It is *late* if the rest of the path requires more than "
+        f"{ground.FASTEST:g} times the commanded speed. The size of *blocks*, 100 mm wide, is the "
+        f"range of their heights.{hills} Stairs are 150 mm deep, gaps 100 mm. Cells give the number of runs that passed, "
         "the mean of the largest tilts of all runs, the mean time of those that passed, and the "
         f"failures.\n\n{ground.table(results)}\n\n"
         "![Runs that passed, by the size of the ground](images/control-terrain.png)\n\n"
