@@ -178,8 +178,8 @@ def _laws(scenario: Scenario, library: ContactTable) -> str:
         ),
         (
             "`mujoco`",
-            f"the engine's own, critically damped in {SOFT_TIME:g} s; nothing in N/m",
-            "as soft as that, up to μ N",
+            f"the engine's own, critically damped in {SOFT_TIME:g} s, without a stiffness in N/m",
+            "of the same softness, up to μ N",
             "MuJoCo",
         ),
         (

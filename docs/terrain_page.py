@@ -24,7 +24,7 @@ PIXELS_PER_INCH = 80
 
 TERRAINS = {
     "flat": ("Level ground.", ""),
-    "slope": ("A plane from `terrain_start_mm` on.", "slope_deg = 15"),
+    "slope": ("A plane, from `terrain_start_mm` on if it is set.", "slope_deg = 15"),
     "stairs": (
         "Equal steps; `rise_mm` below 0 leads down.",
         "rise_mm = 20\nrun_mm = 120\nstair_count = 5",

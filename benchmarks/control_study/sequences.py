@@ -25,7 +25,7 @@ SETTLING = 8.0
 """Time at the end in which a robot comes to rest [s]."""
 
 WORLDS = {
-    "forces-free": "the world without forces",
+    "forces-free": "kinematic simulation",
     "ideal-servo": "the physics engine, ideal servos",
 }
 

@@ -13,7 +13,7 @@ from phasmid.cli.options import declare
 from phasmid.errors import InvalidInput
 
 COMMANDS = {
-    "demo": "walk the paper's walk, film it and open its page: the first command to try",
+    "demo": "simulate the paper's walk with a video and open its report: the command to try first",
     "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
     "drive": "walk by commands or to waypoints, in closed loop",
     "studio": "open the live page: drive a robot in the browser and inspect it",
@@ -27,7 +27,7 @@ COMMANDS = {
     "cad": "write a robot as solids (STEP) and meshes (extra cad)",
     "check": "check whether a robot or scenario is physically possible",
     "explain": "say why a foot position, posture or walk is impossible, and the nearest possible",
-    "advise": "do these servos hold a robot, how warm and how long, and which others do",
+    "advise": "compute load, heat and battery time of the servos, and compare other servos",
     "gaits": "list the gaits of a robot with support margins and largest speeds",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
     "export-firmware": "write leg kinematics and gait as a C header for microcontrollers",

@@ -172,7 +172,7 @@ def relaxations_table(evidence: Evidence) -> str:
         cells = [f"{share:.2f}" for share in shares]
         rows.append((drive, *cells, f"{seen:.1f} s", f"{fading_time(trial):.1f} s"))
     times = [f"{time:g} s" for time in AFTER_TOUCHDOWN]
-    return table(("joints", *times, "fades in", "damping × give"), rows)
+    return table(("joints", *times, "decay time", "damping × compliance"), rows)
 
 
 def relaxation(trial: Trial) -> tuple[list[float], float]:

@@ -86,7 +86,7 @@ def weight(evidence: Evidence) -> Finding:
     return judged(
         abs(total - 26) < 0.05,
         f"six legs by Table 2 {legs:.2f} N, which leaves {total - legs:.2f} N for the trunk",
-        "The trunk is given what the legs leave of 26 N.",
+        "The weight of the trunk is chosen as the rest of 26 N.",
         best=Grade.BY_CONSTRUCTION,
     )
 

@@ -26,11 +26,11 @@ class Grade(Enum):
 
 RULES = {
     Grade.HOLDS: "the measurement confirms every part of the statement",
-    Grade.CORRECTED: "it does so once misprints of the paper are put right",
-    Grade.WITH_A_LIMIT: "it confirms a part of the statement, or all of it under a condition; the "
-    "line names the part or the condition",
-    Grade.BY_CONSTRUCTION: "the statement was read into the robot or the scenario, so that no "
-    "measurement could differ",
+    Grade.CORRECTED: "the measurement confirms it after the paper's misprints are corrected",
+    Grade.WITH_A_LIMIT: "the measurement confirms a part of the statement, or all of it under a "
+    "condition; the line names the part or the condition",
+    Grade.BY_CONSTRUCTION: "the statement is an input of the robot or the scenario, so that no "
+    "measurement can differ",
     Grade.MISPRINTED: "the printed form gives other numbers than the right form",
     Grade.FAILS: "the measurement confirms no part of the statement under any condition tried",
     Grade.NOT_TESTED: "nothing was measured",

@@ -51,11 +51,11 @@ def directions(evidence: Evidence) -> Finding:
     return judged(
         forwards,
         f"longest step {1000 * ahead:.0f} mm ahead, {1000 * side:.0f} mm sideways, "
-        f"{np.degrees(turn):.0f}° around, in which feet travel {1000 * turn * radius:.0f} mm; at "
-        f"half of it and the servos' full speed {1000 * speeds[0]:.0f} mm/s, "
-        f"{1000 * speeds[1]:.0f} mm/s, {np.degrees(speeds[2]):.0f}°/s",
-        "Forwards and sideways it is so. Turning has no common measure with them; by the travel "
-        "of the feet it is the most flexible.",
+        f"{np.degrees(turn):.0f}° around, in which feet travel {1000 * turn * radius:.0f} mm; "
+        f"speeds with half of these steps and the servos at full speed "
+        f"{1000 * speeds[0]:.0f} mm/s, {1000 * speeds[1]:.0f} mm/s, {np.degrees(speeds[2]):.0f}°/s",
+        "Confirmed for forward against sideways walking. Turning has no common measure with "
+        "these; by the travel of the feet it is the most flexible.",
         best=Grade.HOLDS if around else Grade.WITH_A_LIMIT,
     )
 
@@ -97,8 +97,8 @@ def axes(evidence: Evidence) -> Finding:
     parallel = np.linalg.norm(np.cross(femur, tibia), axis=1).max()
     return judged(
         bool(max(crossed, parallel) < EXACT),
-        f"femur's and tibia's axes {np.degrees(parallel):.0e}° apart at most, the coxa's square "
-        f"to them within {np.degrees(crossed):.0e}°",
+        f"femur and tibia axes are parallel within {np.degrees(parallel):.0e}°, the coxa axis is "
+        f"perpendicular to them within {np.degrees(crossed):.0e}°",
         best=Grade.BY_CONSTRUCTION,
     )
 
@@ -122,7 +122,7 @@ def chain(evidence: Evidence) -> Finding:
     return judged(
         bool(miss < EXACT),
         f"chain and closed form differ by {length(miss)} on {STATES} states",
-        "Once entry (1,4) of Eq. 1 and row 3 of Eq. 2 are put right.",
+        "After the correction of entry (1,4) of Eq. 1 and row 3 of Eq. 2.",
         best=Grade.CORRECTED,
     )
 
@@ -186,7 +186,7 @@ def from_cad(evidence: Evidence) -> Finding:
         joints == robot.arrays.lengths.size and miss < EXACT,
         f"a STEP file and the file beside it give {len(imported.legs)} legs and {joints} joints; "
         f"all numbers agree within {miss:.0e}",
-        "STEP holds no joints, densities or servos: they stand in the file beside it.",
+        "STEP contains no joints, densities or servos; the file beside it does.",
         best=Grade.WITH_A_LIMIT,
     )
 
@@ -210,6 +210,8 @@ STRUCTURE = (
     ),
     Statement("kinematics", "femur and tibia turn about parallel axes", axes),
     Statement("Eqs 3-9", "the angles that place a foot follow in closed form", inverse),
-    Statement("Figs 7-8", "the CAD model becomes the multibody model by itself", from_cad),
+    Statement(
+        "Figs 7-8", "the CAD model is converted to the multibody model automatically", from_cad
+    ),
 )
 """In the paper's order."""

@@ -30,7 +30,7 @@ def inputs(evidence: Evidence) -> Finding:
         good and stride.period == 2.0 and stride.samples == 41,
         f"feet travel {1000 * stroke.mean():.3f} mm and lift {1000 * lift.mean():.3f} mm, "
         f"in a cycle of {stride.period:g} s and {stride.samples} samples",
-        "The reading taken: 40 mm a half cycle in the body's frame, both ends of a cycle sampled.",
+        "As read here: 40 mm in a half cycle in the body frame, both ends of a cycle sampled.",
         best=Grade.BY_CONSTRUCTION,
     )
 
@@ -63,7 +63,7 @@ def first_half(evidence: Evidence) -> Finding:
     share = np.mean(stance[:, FIRST] == ~first[:, None])
     return judged(
         bool(good),
-        f"{100 * share:.0f} % of {len(time)} samples as it says",
+        f"true in {100 * share:.0f} % of {len(time)} samples",
         best=Grade.BY_CONSTRUCTION,
     )
 
@@ -85,8 +85,8 @@ def coxa_only(evidence: Evidence) -> Finding:
         bool(words.max() < NOTABLE),
         f"by the coxa alone femur and tibia turn by {words.max():.0e}°, and feet slip "
         f"{1000 * slip:.1f} mm a step; on a straight line femur {femur:.1f}°, tibia {tibia:.1f}°",
-        "A foot that the coxa alone moves draws an arc about the hip; feet that do not slip on a "
-        "straight walk need all three joints. Both laws can be walked.",
+        "A foot moved by the coxa alone follows an arc about the hip; a straight walk without slip "
+        "needs all three joints. Both laws can be simulated.",
         best=Grade.HOLDS if max(femur, tibia) < NOTABLE else Grade.WITH_A_LIMIT,
     )
 
@@ -116,7 +116,7 @@ def mapping(evidence: Evidence) -> Finding:
         good,
         f"legs 1, 3, 5 stand {-first.mean():.0f} mm behind neutral, legs 2, 4, 6 "
         f"{second.mean():.0f} mm ahead",
-        "The reading taken of the mapping.",
+        "As the mapping is read here.",
         best=Grade.BY_CONSTRUCTION,
     )
 
@@ -133,14 +133,16 @@ def reverses(evidence: Evidence) -> Finding:
     q = evidence.planned.q
     # Leg 2 is leg 5's mirror image: the coxa's sign turns round.
     miss = np.abs(q[1000:, 1] * [-1, 1, 1] - q[:-1000, 4]).max()
-    return judged(bool(miss < EXACT), f"leg 2 half a cycle later is leg 5 within {miss:.0e} rad")
+    return judged(
+        bool(miss < EXACT), f"leg 2 half a cycle later equals leg 5 mirrored, within {miss:.0e} rad"
+    )
 
 
 TRAJECTORY = (
     Statement("Fig 6", "step length 40 mm, height 30 mm, time 2 s, 41 samples", inputs),
     Statement("results", "a polynomial of fifth degree makes the trajectory smooth", smooth),
     Statement(
-        "Fig 12", "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 bear, then reversed", first_half
+        "Fig 12", "from 0 to 1 s legs 1, 3, 5 swing and 2, 4, 6 stand, then reversed", first_half
     ),
     Statement("results", "a mapping gives the joint angles from which the gait starts", mapping),
     Statement("Fig 12", "in transfer all three joints move", transfer),

@@ -30,9 +30,9 @@ def path(evidence: Evidence) -> Finding:
     return judged(
         bool(straight),
         f"{1000 * ahead:.1f} of {1000 * far:.0f} mm in {evidence.scenario.duration:g} s, "
-        f"{1000 * abs(drift):.2f} mm aside, turned by {abs(turn):.3f}°, tilted by "
+        f"{1000 * abs(drift):.2f} mm sideways, turned by {abs(turn):.3f}°, tilted by "
         f"{tilt:.2f}° at most; by the coxa alone {1000 * other:.0f} mm",
-        "Feet kept on straight lines; moved by the coxa alone, as the paper has it, they slide.",
+        "Feet move on straight lines; moved by the coxa alone, as in the paper, they slide.",
         best=Grade.HOLDS if abs(other - far) < 0.01 * far else Grade.WITH_A_LIMIT,
     )
 
@@ -58,8 +58,8 @@ def swing_forces(evidence: Evidence) -> Finding:
         bool(amid == 0),
         f"{amid:.2g} N from {1000 * SETTLING:g} ms after lift-off to {1000 * SETTLING:g} ms before "
         f"touchdown; up to {near:.1f} N closer to them",
-        "A foot ends its transfer at rest just over the ground, into which the body's weight has "
-        "pressed the others: it touches some tens of milliseconds early.",
+        "The stance feet sink into the ground under the robot's weight. A foot that ends its "
+        "transfer at rest therefore touches down some tens of milliseconds early.",
         best=Grade.HOLDS if near == 0 else Grade.WITH_A_LIMIT,
     )
 
@@ -73,9 +73,9 @@ def total(evidence: Evidence) -> Finding:
     mean = trial.summary["normal_force"]["simulation"]["mean_sum"]
     return judged(
         bool(np.abs(amid - 26).max() < 0.02 * 26),
-        f"{amid.min():.2f} to {amid.max():.2f} N amid stance; {borne.min():.1f} to "
-        f"{borne.max():.1f} N with the switches, when the others help; all six {mean:.3f} N on "
-        "average",
+        f"{amid.min():.2f} to {amid.max():.2f} N in mid-stance; {borne.min():.1f} to "
+        f"{borne.max():.1f} N including the switches, when other feet also carry load; all six "
+        f"{mean:.3f} N on average",
         best=Grade.HOLDS if np.abs(borne - 26).max() < 0.1 * 26 else Grade.WITH_A_LIMIT,
     )
 
@@ -90,8 +90,8 @@ def _middle_carries_most(evidence: Evidence, middle: int, others: tuple[int, int
     return judged(
         bool(least > 0),
         f"leg {middle + 1} {means[middle]:.2f} N, legs {a + 1} and {b + 1} {means[a]:.2f} and "
-        f"{means[b]:.2f} N amid stance, {least:.2f} N more at every instant of it; at a switch "
-        f"{ever:.2f} N",
+        f"{means[b]:.2f} N in mid-stance; the least difference is {least:.2f} N in mid-stance, "
+        f"{ever:.2f} N at the switches",
         best=Grade.HOLDS if ever > 0 else Grade.WITH_A_LIMIT,
     )
 
@@ -129,11 +129,11 @@ def minimum_norm(evidence: Evidence) -> Finding:
     _, servos, servos_size = force_differences(evidence.driven("AX-12A"))
     return judged(
         normal < CLOSE,
-        f"normal forces within {normal:.3f} N rms; of the tangential ones, {size:.2f} N rms, "
-        f"{100 * tangential / size:.0f} % is missed, with AX-12A servos "
+        f"normal forces within {normal:.3f} N rms; the error of the tangential ones is "
+        f"{100 * tangential / size:.0f} % of {size:.2f} N rms, with AX-12A servos "
         f"{100 * servos / servos_size:.0f} % of {servos_size:.2f} N",
-        "Normal forces are what statics leaves no choice of. What the principle decides is "
-        "another matter; see the comparison below.",
+        "Statics alone determines the normal forces. The principle selects the tangential ones "
+        "only; see the comparison below.",
         best=Grade.HOLDS if tangential < 0.1 * size else Grade.WITH_A_LIMIT,
     )
 
@@ -169,11 +169,12 @@ def verified(evidence: Evidence) -> Finding:
     size = 1000 * evidence.scenario.contact.tip_width
     return judged(
         max(swing, point) < 0.001,
-        f"worst joint {1000 * swing:.2f} mN·m rms in swing; amid stance {1000 * alone:.1f} with "
+        f"worst joint {1000 * swing:.2f} mN·m rms in swing; in mid-stance {1000 * alone:.1f} with "
         f"minimum-norm forces, {1000 * support:.1f} with the simulated ones, {1000 * point:.2f} "
-        f"also on feet of {1000 * NARROW:g} mm",
-        f"Prescribed joints. What is left in support is how feet share tangential force, and "
-        f"where on their {size:g} mm the load stands; the equations take a foot for a point.",
+        f"with these on feet of {1000 * NARROW:g} mm",
+        f"Prescribed joints. The differences in support come from the distribution of tangential "
+        f"forces and from the centre of pressure on feet of {size:g} mm; the equations assume "
+        f"point feet.",
         best=Grade.HOLDS if alone < 0.001 else Grade.WITH_A_LIMIT,
     )
 
@@ -244,7 +245,7 @@ def gaits(evidence: Evidence) -> Finding:
         found.append((gait, way["forward"] / way["commanded_forward"]))
     listed = ", ".join(f"{gait} {100 * share:.1f} %" for gait, share in found)
     good = all(abs(share - 1) < 0.05 for _, share in found)
-    return judged(good, f"way against the plan: {listed}")
+    return judged(good, f"distance relative to the plan: {listed}")
 
 
 def terrains(evidence: Evidence) -> Finding:
@@ -262,8 +263,8 @@ def terrains(evidence: Evidence) -> Finding:
     listed = ", ".join(f"{name} {100 * share:.1f} %" for name, share in found)
     return judged(
         all(abs(share - 1) < 0.05 for _, share in found),
-        f"way against the plan: {listed}",
-        "The plan knows the ground and fits footholds to it, which the paper's does not.",
+        f"distance relative to the plan: {listed}",
+        "The plan uses the shape of the ground to select footholds; the paper's plan does not.",
         best=Grade.WITH_A_LIMIT,
     )
 
@@ -292,16 +293,16 @@ WALKING = (
         "Figs 9-10", "a foot is four contact points that report their forces", contact_points
     ),
     Statement("abstract", "the simulation verifies the computed joint torques", verified),
-    Statement("Figs 13-14", "joint torques: legs 1, 3, 5 begin in swing, the others bear", torques),
+    Statement(
+        "Figs 13-14", "joint torques: legs 1, 3, 5 begin in swing, the others in support", torques
+    ),
     Statement("Figs 15-16", "in transfer the normal force is zero", swing_forces),
     Statement("Figs 15-16", "in support the three normal forces add up to about 26 N", total),
-    Statement("Figs 15-16", "leg 2 bears more than legs 4 and 6", leg_two),
-    Statement("Figs 15-16", "leg 5 bears more than legs 1 and 3", leg_five),
+    Statement("Figs 15-16", "leg 2 carries more than legs 4 and 6", leg_two),
+    Statement("Figs 15-16", "leg 5 carries more than legs 1 and 3", leg_five),
     Statement("Figs 15-16", "legs 2 and 5 do so because they are alone on their side", lever),
     Statement("abstract", "foot forces follow from their minimum norm", minimum_norm),
-    Statement(
-        "conclusions", "the simulation does without the robot's dynamic equations", independent
-    ),
+    Statement("conclusions", "the simulation needs no dynamic equations of the robot", independent),
     Statement("conclusions", "other gaits are easily applied", gaits),
     Statement("conclusions", "other terrains are easily applied", terrains),
 )

@@ -213,7 +213,7 @@ class SimulationTable(Table):
         dt: Time step [s].
         record_interval: Time between recorded samples [s], a whole number of steps; absent: every
             step, or every millisecond where steps are shorter.
-        max_steps: Longest run that is not refused [steps].
+        max_steps: Largest number of steps; longer runs are refused.
         start_height: Height of the body frame at the start [m], from where the robot drops onto its
             feet; absent: where the plan has it.
         start_posture: Of a robot that a controller drives: ``standing`` on its feet, or ``packed``:
@@ -259,9 +259,9 @@ class ContactTable(Table):
         damping: Of each of a foot's four contact points [N·s/m]; absent: the law's own, 30 for
             ``spring-damper``, 100 for ``simscape``, whose points damp only while they sink in.
             With 50 and more of ``spring-damper``, feet that slide for long chatter.
-        friction_damping: Of ``spring-damper``, sideways, of each point that sticks [N·s/m]. A
-            pushed foot creeps by its force over it. More creeps less and keeps more internal
-            force between the feet.
+        friction_damping: Of ``spring-damper``: tangential damping of each sticking point [N·s/m].
+            A loaded foot creeps with its tangential force over this damping. Larger values reduce
+            creep and preserve internal forces between the feet.
         kinetic_friction: Of ``simscape``: coefficient of a foot that slides, at most the
             ground's own, which is the static one.
         friction_threshold: Of ``simscape``: speed up to which a foot sticks, by creeping [m/s].
@@ -344,8 +344,8 @@ class SensorsTable(Table):
         measured: Whether a recording also holds sensor readings (``everything``) or only the
             true (``nothing``).
         sensor_seed: Of all noise and biases.
-        joint_rate: Readings of each joint's angle and load a second [1/s]. 50: one after another,
-            18 servos need 13 ms at 1 Mbit/s with the return delay of 0.5 ms that they come with.
+        joint_rate: Readings of each joint's angle and load a second [1/s]. At 1 Mbit/s and the
+            default return delay of 0.5 ms, reading 18 servos in turn takes 13 ms.
         joint_delay: Time from a reading to its arrival [s].
         encoder_step: Angle from one tick of the joints' encoders to the next [rad]; 0: exact.
         load_step: Share of full output by which the load reading steps; an AX-12A has 1023 steps.

@@ -70,8 +70,8 @@ def forward_and_inverse(laboratory: Laboratory) -> Iterator[Row]:
     yield reading("left on the trunk, ours", wrench.max(), 1e-9, why, unit="N, N·m")
     yield reading("the engine's own inverse", own.max(), 1e-9, why, unit="N, N·m")
     why = (
-        "What the engine's solver leaves unbalanced where it stops by its own tolerance of "
-        "1e-8, as in every run."
+        "The imbalance that the engine's solver leaves at its own tolerance of 1e-8, as in every "
+        "run."
     )
     yield reading("left by the solver in a run", as_run.max(), None, why, unit="N, N·m")
     yield seen(points, "points that touch, all instants together")
@@ -87,7 +87,7 @@ def static_depth(laboratory: Laboratory) -> Iterator[Row]:
         pass
     contact, weight = run.scenario.contact, run.robot.mass * run.scenario.model.gravity
     depth = touching(run.robot, run.model, run.data).depth
-    why = "Springs are exact at rest; after 2 s what is left of the motion is below 1e-12 m."
+    why = "Springs are exact at rest; after 2 s the residual motion is below 1e-12 m."
     yield reading(
         f"mean of {contact_points(run.robot)} points",
         float(depth.mean()) if len(depth) else math.nan,
@@ -111,7 +111,7 @@ def standing(laboratory: Laboratory) -> Iterator[Row]:
     moment = np.cross(touch.position - centre, touch.force).sum(axis=0)
     weight = robot.mass * run.scenario.model.gravity
     reach = float(np.linalg.norm(robot.legs[0].neutral_foot + robot.legs[0].mount_position))
-    why = "Equilibrium; after 2 s what accelerates is below 1e-7 of gravity."
+    why = "Equilibrium; after 2 s residual accelerations are below 1e-7 of gravity."
     yield reading("ΣF / mg", force[2] / weight, 1e-6, why, expected=1.0)
     yield reading("ΣM / (mg · reach)", np.abs(moment).max() / (weight * reach), 1e-6, why)
     yield reading("ΣF along the ground / mg", np.abs(force[:2]).max() / weight, 1e-6, why)
@@ -199,7 +199,7 @@ def incline(laboratory: Laboratory) -> Iterator[Row]:
             limit = 2 * friction * _weight(run) / _damping(run)
             slides = _speed_on_slope(run, middle) > limit
             low, high = (low, middle) if slides else (middle, high)
-        why = "The charter's; after 0.5 s a slope steeper by 0.1° shows, found to 0.06°."
+        why = "Specified; slip from a slope 0.1° too steep shows after 0.5 s; bisected to 0.06°."
         yield reading(
             f"steepest that holds, μ = {friction:g}",
             math.degrees((low + high) / 2),
@@ -216,11 +216,11 @@ def creep(laboratory: Laboratory) -> Iterator[Row]:
         run = laboratory.standing(friction_damping=damping)
         speed = _speed_on_slope(run, CREEP_SLOPE)
         law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
-        why = "Stated: friction that sticks is a damper here. Joints are held to a thousandth."
+        why = "Sticking friction is a damper in this model. Joints are held to a thousandth."
         yield reading(
             f"{damping:g} N·s/m a point", speed, 1e-3 * law, why, unit="m/s", expected=law
         )
-    why = "The charter's 1e-4 m/s; it takes more friction damping than the default."
+    why = "The specified 1e-4 m/s; it needs more friction damping than the default."
     yield reading(f"bound, {CREEPLESS:g} N·s/m a point", speed, 1e-4, why, unit="m/s")
 
 
@@ -249,8 +249,8 @@ def stopping(laboratory: Laboratory) -> Iterator[Row]:
             expected=expected,
         )
         why = (
-            "A point that slips by v is pushed up by μ · damping · v besides, as engines with "
-            "convex contact have it: above load / (μ · damping), here some 0.1 m/s, feet hop."
+            "A slipping point receives an additional normal force μ · damping · v, as in engines "
+            "with convex contact: above load / (μ · damping), here some 0.1 m/s, feet hop."
         )
         yield reading(
             f"time off the ground, μ = {friction:g}", 100 * aloft / steps, None, why, unit="%"
@@ -275,7 +275,7 @@ def cone(laboratory: Laboratory) -> Iterator[Row]:
     yield reading(
         "short of μ times the normal force, fast slip", short.max(initial=0.0), 1e-9, why, unit="N"
     )
-    why = "Friction takes energy from a point that slips, and never gives."
+    why = "Friction on a slipping point only dissipates energy."
     yield reading("along the slip", along.max(initial=0.0), 1e-9, why, unit="N")
     yield seen(int(slips.sum()), "points that slipped fast, all steps together")
 

@@ -92,7 +92,7 @@ def reading(
 
 def seen(count: int, case: str) -> Row:
     """Return the number of samples of a largest value; NaN, which fails, where there were none."""
-    why = "Counted: a largest value of none at all would say nothing."
+    why = "A count of samples: the largest value of an empty set proves nothing."
     return reading(case, count or math.nan, None, why)
 
 

@@ -141,7 +141,7 @@ def tripod(laboratory: Laboratory) -> Iterator[Row]:
         feet = recording["foot_position"].values[rows]
         share = _share_by_areas(feet, centre[rows], legs, middle)
         seen = recording["foot_normal_force"].values[rows, middle] / weight
-        why = "The charter's 2 %: what moves the body to and fro cancels over a stance."
+        why = "The specified 2 %: accelerations of the body average out over a stance."
         yield reading(
             f"leg {middle + 1}, simulated mean",
             seen.mean(),

@@ -26,8 +26,8 @@ def mean_load(laboratory: Laboratory) -> Iterator[Row]:
     # The last sample begins the next cycle.
     total = recording["foot_normal_force"].sum("leg").values[:-1]
     why = (
-        "The body ends each cycle as high and as fast as it began it, so that the mean force "
-        "is the weight; touchdowns leave it 0.1 mm and some mm/s beside."
+        "Height and speed of the body repeat after each cycle, so that the mean force is the "
+        "weight; touchdowns change them by 0.1 mm and some mm/s."
     )
     yield reading(
         f"over {scenario.duration / scenario.stride.period:g} cycles",
@@ -66,11 +66,11 @@ def refinement(laboratory: Laboratory) -> Iterator[Row]:
     found = time_step_refinement(scenario, plan(scenario))
     if found is None:
         raise CannotMeasure("the walk did not come to its end at half the time step.")
-    why = "The charter's 0.5 %: rms of the difference over rms, touchdowns included."
+    why = "The specified 0.5 %: rms of the difference over rms, touchdowns included."
     half = f"{1000 * found.time_step:g} ms and half"
     yield reading(f"normal forces, {half}", 100 * found.normal_force, 0.5, why, unit="%")
     yield reading(f"joint torques, {half}", 100 * found.joint_torque, 0.5, why, unit="%")
-    why = "The charter's 0.5 %, of the way itself."
+    why = "The specified 0.5 %, of the distance itself."
     yield reading(
         f"way of the body, {half}",
         100 * found.way / float(np.linalg.norm(_way(scenario))),
