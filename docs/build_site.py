@@ -15,6 +15,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
+import jupytext
+
 DOCS = Path(__file__).parent
 
 
@@ -68,6 +70,9 @@ def build(site: Path, *options: str, wasm: Path | None = None) -> list[str]:
     # Trees of parsed pages are kept beside the site, not in it.
     trees = site.with_name(f"{site.name}-cache")
     subprocess.run([*command, *options, "-d", str(trees), str(DOCS), str(site)], check=True)  # noqa: S603
+    # Notebooks to download, beside their pages.
+    for page in sorted((DOCS / "course").glob("[0-9]*.md")):
+        jupytext.write(jupytext.read(page), site / "course" / f"{page.stem}.ipynb")
     spec = importlib.util.spec_from_file_location("demo_build", DOCS / "demo/build.py")
     assert spec is not None
     assert spec.loader is not None

@@ -7,6 +7,7 @@ and one page of all commands from their parsers.
 from __future__ import annotations
 
 import os
+import re
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -78,7 +79,16 @@ def _write_math(translator: Any, node: Any) -> None:
     raise nodes.SkipNode
 
 
+def _link_notebook(_app: Any, page: str, source: list[str]) -> None:
+    """Link the notebook of a course page below its title; `build_site.py` writes the file."""
+    folder, _, name = page.partition("/")
+    if folder == "course" and name[0].isdigit():
+        link = f'<p><a href="{name}.ipynb" download>Download this notebook</a></p>'
+        source[0] = re.sub(r"^(# .*)$", rf"\1\n\n{link}", source[0], count=1, flags=re.MULTILINE)
+
+
 def setup(app: Any) -> None:
     """Add how members are chosen and equations written."""
     app.connect("autodoc-skip-member", _skip)
+    app.connect("source-read", _link_notebook)
     app.add_html_math_renderer("mathml", (_write_math, None), (_write_math, None))

@@ -73,11 +73,20 @@ def test_too_far_ahead_is_nearest_at_the_straightest_permitted_leg():
     (violation,) = found.violations
     assert violation.what == "reach"
     assert violation.needed == pytest.approx(0.348)
-    assert violation.excess == pytest.approx(0.348 - 0.222)
+    assert violation.excess == pytest.approx(0.348 - radius)
     # The squared distance, near 0.02 m², is least within 1e-15 of the leg's squared length.
     np.testing.assert_allclose(found.nearest, [0.052 + radius, 0, 0], atol=1e-7)
-    assert "126.0 mm too far: the limit is 222.0 mm" in found.sentence
+    assert "130.1 mm too far: the limit is 217.9 mm by the tibia's limits" in found.sentence
     assert f"is {1000 * (0.348 - radius):.1f} mm away" in found.sentence
+
+
+def test_a_foot_too_near_is_measured_against_the_most_bent_knee():
+    # Table 2 with the tibia bent by 140° at most: sqrt(82² + 140² + 2·82·140 cos 140°) mm.
+    leg = replace(LEG, joint_limits=np.radians([[-75, 75], [-90, 90], [-140, 0]]))
+    nearest = math.sqrt(82**2 + 140**2 + 2 * 82 * 140 * math.cos(math.radians(140))) / 1000
+    (violation,) = explain_foot(leg, np.array([0.06, 0.0, -0.03])).violations
+    assert violation.lowest == pytest.approx(nearest)
+    assert violation.excess == pytest.approx(nearest - math.hypot(0.008, 0.03))
 
 
 def test_a_turned_coxa_is_nearest_at_its_limit():
