@@ -29,6 +29,9 @@ LEAST_EXCITATION = math.radians(2)
 LEAST_TORQUE = 0.02
 """Least root mean square of a torque against which an angle error is held [N·m]."""
 
+LEAST_SHARE = 0.02
+"""Least share of the squared error of a cause that is named."""
+
 LEAST_ERROR = math.radians(0.01)
 """Root mean square of the error below which log and replay count as equal [rad]."""
 
@@ -97,8 +100,8 @@ class Comparison:
 
     @property
     def largest_cause(self) -> Quantity | None:
-        """Cause with the largest share whose interval excludes zero, or None."""
-        causes = [each for each in self.quantities if each.share is not None and each.share > 0]
+        """Cause with the largest notable share whose interval excludes zero, or None."""
+        causes = [each for each in self.quantities if (each.share or 0.0) > LEAST_SHARE]
         sure = [q for q in causes if q.interval and not q.interval[0] <= 0 <= q.interval[1]]
         return max(sure, key=lambda each: each.share or 0.0, default=None)
 
@@ -109,7 +112,10 @@ class Comparison:
             return "The joint angles of the log are those of the simulation."
         cause = self.largest_cause
         if cause is None:
-            return "No cause stands out: every difference of the servos is within its interval."
+            return (
+                "No cause stands out: none that is certain explains more than "
+                f"{100 * LEAST_SHARE:g} % of the squared error."
+            )
         value = getattr(self.servo, cause.field)
         advice = f"{cause.field} = {value:.3g}"
         if cause.field == "backlash":

@@ -16,7 +16,7 @@ ROBOT: dict[str, Any] = {"color": RUN_COLOURS[1], "linewidth": 1.6}
 SIMULATION: dict[str, Any] = {"color": RUN_COLOURS[0], "linewidth": 1.3}
 FITTED: dict[str, Any] = {"color": RUN_COLOURS[2], "linewidth": 1.1, "linestyle": (0, (2.2, 1.4))}
 
-LONGEST_SHOWN = 4.0
+LONGEST_SHOWN = 2.5
 """Longest time shown of joint angles [s]."""
 
 WIDTH = 0.38

@@ -177,7 +177,7 @@ def _own(name: str, frame: Any, robot: Robot) -> RobotLog:
             )
         unit = UNITS[ending] if ending else None
         if unit is not None and unit.dimension != known[key]:
-            raise InvalidInput(f'log has a column "{column}"; its unit is none of {known[key]}.')
+            raise InvalidInput(f'log has a column "{column}"; its unit is no {known[key]}.')
         if key in found:
             raise InvalidInput(f'log has the column "{key}" twice.')
         values = _numbers(frame, column)
