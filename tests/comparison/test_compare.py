@@ -10,6 +10,8 @@ from phasmid.cli import main
 from phasmid.comparison.bootstrap import BlockBootstrap
 from phasmid.comparison.log import RobotLog
 from phasmid.comparison.replays import command_knots
+from phasmid.control import Command
+from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
 
 SCENARIO = phasmid.load_scenario("paper").replace(
@@ -115,6 +117,16 @@ def test_a_single_change_is_found_and_is_the_largest_cause(changes, name, value,
     for other in others:
         # A change of one parameter is not taken for another: less than 5 % of its own value.
         assert found[other].difference == pytest.approx(0, abs=0.05 * found[other].simulation)
+
+
+@pytest.mark.slow
+def test_delay_and_stiffness_are_found_where_a_controller_holds_its_targets():
+    servo = replace(ROBOT.servo, delay=DELAY + 0.015, gain_scale=0.8)
+    scenario = SCENARIO.replace(robot=replace(ROBOT, servo=servo), record_interval=0.005)
+    player = Player(phasmid.plan(scenario))
+    found = phasmid.compare(phasmid.drive(scenario, player, Command(), rate=50), SCENARIO)
+    assert found["latency"].robot == pytest.approx(DELAY + 0.015, rel=0.1)
+    assert found.servo.gain_scale == pytest.approx(0.8, rel=0.1)
 
 
 def test_held_targets_count_in_the_middle_of_their_hold():
