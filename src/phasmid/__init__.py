@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from phasmid.advice import advise as advise
+    from phasmid.comparison import compare as compare
     from phasmid.control import LocomotionEngine as LocomotionEngine
     from phasmid.errors import InfeasibleLoad as InfeasibleLoad
     from phasmid.errors import InfeasibleWalk as InfeasibleWalk
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "advice": "advise",
+    "comparison": "compare",
     "control": "LocomotionEngine",
     "errors": "InfeasibleLoad InfeasibleWalk InvalidGait "
     "InvalidInput InvalidRobot OutputError PhasmidError Unreachable",

@@ -21,6 +21,7 @@ COMMANDS = {
     "report": "make the result folder of a recording, or of the log of an interrupted run",
     "plot": "draw figures of one run, or compare several",
     "export": "write a recording as CSV, NetCDF or MCAP",
+    "compare": "compare a robot's log with the replay of its joint targets in simulation",
     "replay": "repeat a recorded walk and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
     "verify": "check the physics against closed forms and conservation laws",

@@ -101,6 +101,8 @@ class Servo:
         compliance_slope: Error beyond the margin at which the output is full [ticks]; as in the
             maker's servo the power of two below it counts, from 2 to 128.
         punch: Output at the margin, in 1/1023 of the full one.
+        gain_scale: Factor on the output per position error, by which a servo differs from its
+            maker's law; 1: not at all. `phasmid.compare` estimates it.
         p_gain: Of ``pid``, in the maker's units: 128 stands for 1/885 of full output per tick.
         d_gain: Of ``pid``, in the maker's units: 16 stands for 1/885 of full output per tick that
             the error changes in a control period.
@@ -140,6 +142,7 @@ class Servo:
     compliance_margin: Directions = (1.0, 1.0)
     compliance_slope: Directions = (32.0, 32.0)
     punch: Annotated[Number, Ge(0), Le(1023)] = 32.0
+    gain_scale: Positive = 1.0
     p_gain: NotNegative = 850.0
     d_gain: NotNegative = 0.0
     derivative_time: Annotated[Time, Gt(0)] = 0.01
@@ -243,9 +246,10 @@ class Servo:
 
     @property
     def effective_slope(self) -> Directions:
-        """Effective compliance slopes: powers of two, as in the servos."""
+        """Effective compliance slopes: powers of two, as in the servos, over `gain_scale`."""
         return tuple(  # type: ignore[return-value]
             2.0 ** math.floor(math.log2(min(max(slope, STEEPEST_SLOPE), FLATTEST_SLOPE)))
+            / self.gain_scale
             for slope in self.compliance_slope
         )
 

@@ -176,7 +176,7 @@ def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) ->
         "margin": servo.compliance_margin,
         "slope": servo.effective_slope,
         "most": servo.torque_limit,
-        "gain": servo.p_gain / 128 / FULL_PWM,
+        "gain": servo.gain_scale * servo.p_gain / 128 / FULL_PWM,
         "change_gain": servo.d_gain / 16 / FULL_PWM * servo.control_period,
         "smoothing": look / (look + servo.derivative_time),
         "punch": servo.punch / FULL_PUNCH,

@@ -68,7 +68,7 @@ def inverse_law(servo: Servo, voltage: float) -> InverseLaw:
     """
     motor, gain, lead, lag = servo.motor, 0.0, 0.0, 0.0
     if servo.law == "pid":
-        gain, lead = servo.p_gain / 128 / FULL_PWM, servo.derivative_time
+        gain, lead = servo.gain_scale * servo.p_gain / 128 / FULL_PWM, servo.derivative_time
         lag = lead + servo.d_gain / 16 / FULL_PWM * servo.control_period / gain
     low, high = servo.compliance_margin
     low_slope, high_slope = servo.effective_slope

@@ -1,0 +1,274 @@
+"""Log of a real robot: its joint targets, measured joints, and whatever else was measured.
+
+`read_log` reads a recording or a CSV file; `phasmid.comparison.compare` compares the result.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.errors import InvalidInput, located, nearest
+from phasmid.motion.trajectory import LARGEST_ANGLE, MOST_ROWS, joint_names
+from phasmid.motion.trajectory_file import LARGEST_FILE
+from phasmid.recording import Recording
+from phasmid.robot import Robot
+from phasmid.units import UNITS, split_unit
+
+QUANTITIES = {
+    "time": "time",
+    "roll": "angle",
+    "pitch": "angle",
+    "roll_rate": "angular velocity",
+    "pitch_rate": "angular velocity",
+    "voltage": "voltage",
+    "temperature": "temperature",
+    "distance": "length",
+}
+"""Columns of a CSV log beside those of the joints, and their dimensions."""
+
+POSITION_CHANNELS = ("joint_position_measured", "joint_position")
+ORIENTATION_CHANNELS = ("imu_orientation", "body_orientation")
+RATE_CHANNELS = ("imu_angular_velocity", "body_angular_velocity")
+"""Channels of a recording; the first that it holds is read."""
+
+SHORTEST = 1.5
+"""Shortest log [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class RobotLog:
+    """Log of a robot with L legs; quantities that it does not contain are absent.
+
+    Attributes:
+        name: Name of the log, for titles and messages.
+        time: Times from the log's beginning [s], increasing, shape (N,).
+        target: Joint targets [rad], shape (N, L, 3).
+        position: Measured joint angles [rad], shape (N, L, 3); NaN where a joint was not read.
+        measured: Further measurements by name, as in `QUANTITIES`, in SI, shape (N,) each.
+        is_read: Whether the positions are readings of sensors, not a simulation's true angles.
+
+    Raises:
+        InvalidInput: Shapes are wrong, times do not increase, a target is not finite, angles are
+            in degrees, or the log is too short.
+    """
+
+    name: str
+    time: Float[np.ndarray, " time"]
+    target: Float[np.ndarray, "time legs 3"]
+    position: Float[np.ndarray, "time legs 3"]
+    measured: Mapping[str, Float[np.ndarray, " time"]]
+    is_read: bool = True
+
+    def __post_init__(self) -> None:
+        time = self.time
+        if self.target.shape != self.position.shape or len(time) != len(self.target):
+            raise InvalidInput(
+                f"log has times of shape {time.shape}, targets of shape {self.target.shape} and "
+                f"positions of shape {self.position.shape}; they must be (N,) and twice (N, L, 3)."
+            )
+        if not np.isfinite(time).all():
+            row = int(np.argmin(np.isfinite(time)))
+            raise InvalidInput(f"log row {row + 1}: time is not a finite number.")
+        steps = np.diff(time)
+        if (steps <= 0).any():
+            row = int(np.argmax(steps <= 0)) + 1
+            raise InvalidInput(
+                f"log row {row + 1}: time {time[row]:g} s does not follow {time[row - 1]:g} s."
+            )
+        length = float(time[-1] - time[0]) if len(time) else 0.0
+        if length < SHORTEST:
+            raise InvalidInput(
+                f"log lasts {length:.3g} s; a comparison needs {SHORTEST:g} s or more."
+            )
+        if not np.isfinite(self.target).all():
+            row = int(np.argmin(np.isfinite(self.target).reshape(len(time), -1).all(axis=1)))
+            raise InvalidInput(f"log row {row + 1}: a joint target is not a finite number.")
+        for name, angles in (("targets", self.target), ("positions", self.position)):
+            finite = np.isfinite(angles)
+            if not finite.any(axis=0).all():
+                raise InvalidInput(f"log has a joint without {name}.")
+            largest = float(np.abs(angles[finite]).max())
+            if largest > LARGEST_ANGLE:
+                raise InvalidInput(
+                    f"log has joint {name} up to {largest:.3g} rad.",
+                    hint="columns in degrees that end in _deg",
+                )
+
+
+def log_of_recording(recording: Recording, name: str, robot: Robot) -> RobotLog:
+    """Return the log of a recording of phasmid, simulated or of a robot.
+
+    Raises:
+        InvalidInput: It has no joint targets or no joint angles, or another number of legs.
+    """
+    channels = {str(each): np.asarray(recording[each].values) for each in recording.data_vars}
+    return _from_channels(name, np.asarray(recording["time"].values), channels, robot)
+
+
+def read_csv_log(path: Path, robot: Robot) -> RobotLog:
+    """Read a CSV log; see docs/recordings.md for its columns.
+
+    Raises:
+        InvalidInput: The file is too large, not well formed, or lacks a column.
+    """
+    # Lazy import: pandas takes 0.3 s.
+    import pandas
+
+    size = path.stat().st_size
+    if size > LARGEST_FILE:
+        raise InvalidInput(f"{path} holds {size} bytes; a log holds at most {LARGEST_FILE}.")
+    with located(path.name):
+        try:
+            with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
+                frame = pandas.read_csv(
+                    path, index_col=False, encoding="utf-8-sig", low_memory=False
+                )
+        except pandas.errors.EmptyDataError:
+            frame = pandas.DataFrame()
+        except Exception as error:
+            # A damaged file can raise any exception.
+            reason = " ".join(str(error).split())[:120].rstrip(".")
+            raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
+        if len(frame) > MOST_ROWS:
+            raise InvalidInput(f"log has more than {MOST_ROWS} rows.")
+        frame.columns = [str(column).strip() for column in frame]
+        exported = "time [s]" in frame
+        return (_exported if exported else _own)(path.stem, frame, robot)
+
+
+def _numbers(frame: Any, column: str) -> Float[np.ndarray, " time"]:
+    """Return a column; empty cells are NaN.
+
+    Raises:
+        InvalidInput: A cell is no number.
+    """
+    import pandas
+
+    cells = frame[column]
+    values = pandas.to_numeric(cells, errors="coerce").to_numpy(dtype=float)
+    wrong = np.isnan(values) & cells.notna().to_numpy()
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise InvalidInput(f'log row {row + 1}, column {column}: "{cells[row]}" is not a number.')
+    return values
+
+
+def _own(name: str, frame: Any, robot: Robot) -> RobotLog:
+    """Return the log of a table with columns such as ``right_front.coxa.target_deg``."""
+    joints = joint_names(robot)
+    kinds = {f"{joint}.{kind}": "angle" for kind in ("target", "measured") for joint in joints}
+    known = {**QUANTITIES, **kinds}
+    found: dict[str, np.ndarray] = {}
+    for column in frame:
+        key, ending = split_unit(column)
+        if key not in known:
+            guess = nearest(key, known)
+            raise InvalidInput(
+                f'log has a column "{column}" that is not known.',
+                hint=f'"{guess}"' if guess else f"time, {joints[0]}.target, {joints[0]}.measured",
+            )
+        unit = UNITS[ending] if ending else None
+        if unit is not None and unit.dimension != known[key]:
+            raise InvalidInput(f'log has a column "{column}"; its unit is no {known[key]}.')
+        if key in found:
+            raise InvalidInput(f'log has the column "{key}" twice.')
+        values = _numbers(frame, column)
+        found[key] = values if unit is None else values / unit.per_si
+    missing = [key for key in ("time", *kinds) if key not in found]
+    if missing:
+        raise InvalidInput(
+            f"log lacks {len(missing)} columns: {', '.join(missing[:3])}"
+            f"{', …' if missing[3:] else ''}."
+        )
+    shape = (len(frame), len(robot.legs), 3)
+    target, position = (
+        np.stack([found[f"{joint}.{kind}"] for joint in joints], axis=-1).reshape(shape)
+        for kind in ("target", "measured")
+    )
+    measured = {
+        key: found[key]
+        for key in QUANTITIES
+        if key != "time" and np.isfinite(found.get(key, np.nan)).any()
+    }
+    time = found["time"]
+    return RobotLog(name, time - time[:1], target, position, measured)
+
+
+def _exported(name: str, frame: Any, robot: Robot) -> RobotLog:
+    """Return the log of a table that ``phasmid export`` wrote."""
+    parts: dict[str, dict[str, str]] = {}
+    for column in frame:
+        match = re.fullmatch(r"'?(\w+)\.(\S+) \[.*\]", column)
+        if match:
+            parts.setdefault(match[1], {})[match[2]] = column
+    orders = {
+        **dict.fromkeys(("joint_position_target", *POSITION_CHANNELS), joint_names(robot)),
+        **dict.fromkeys(ORIENTATION_CHANNELS, ("w", "x", "y", "z")),
+        **dict.fromkeys((*RATE_CHANNELS, "body_position"), ("x", "y", "z")),
+        "servo_temperature": joint_names(robot),
+    }
+    channels: dict[str, np.ndarray] = {}
+    for channel, order in orders.items():
+        columns = parts.get(channel, {})
+        if all(key in columns for key in order):
+            values = np.stack([_numbers(frame, columns[key]) for key in order], axis=-1)
+            is_joint = order == joint_names(robot)
+            channels[channel] = values.reshape(len(frame), -1, 3) if is_joint else values
+    return _from_channels(name, _numbers(frame, "time [s]"), channels, robot)
+
+
+def _from_channels(
+    name: str, time: np.ndarray, channels: Mapping[str, np.ndarray], robot: Robot
+) -> RobotLog:
+    """Return the log of a recording's channels."""
+
+    def first(names: tuple[str, ...]) -> np.ndarray | None:
+        return next((channels[each] for each in names if each in channels), None)
+
+    target, position = channels.get("joint_position_target"), first(POSITION_CHANNELS)
+    if target is None or position is None:
+        lacking = "joint targets" if target is None else "measured joint angles"
+        raise InvalidInput(
+            f"the log of {name} has no {lacking} of {robot.name}.",
+            hint="joint_position_target, and joint_position_measured or joint_position",
+        )
+    if target.shape[1] != len(robot.legs):
+        raise InvalidInput(
+            f"the log of {name} has {target.shape[1]} legs; {robot.name} has {len(robot.legs)}.",
+            hint="--robot with the robot of the log",
+        )
+    is_read = POSITION_CHANNELS[0] in channels
+    return RobotLog(name, time - time[:1], target, position, body_measurements(channels), is_read)
+
+
+def body_measurements(channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return what `QUANTITIES` names of a recording's channels; what they lack is absent.
+
+    The distance is that of the body from its first place, over ground.
+    """
+    found: dict[str, np.ndarray] = {}
+
+    def first(names: tuple[str, ...]) -> np.ndarray | None:
+        return next((channels[each] for each in names if each in channels), None)
+
+    orientation, rate = first(ORIENTATION_CHANNELS), first(RATE_CHANNELS)
+    if orientation is not None:
+        w, x, y, z = orientation.T
+        found["roll"] = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        found["pitch"] = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
+    elif rate is not None:
+        found["roll_rate"], found["pitch_rate"] = rate[:, 0], rate[:, 1]
+    if "servo_temperature" in channels:
+        found["temperature"] = channels["servo_temperature"].max(axis=(1, 2))
+    if "body_position" in channels:
+        place = channels["body_position"][:, :2]
+        found["distance"] = np.linalg.norm(place - place[0], axis=1)
+    return found
