@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from foxglove.messages import (
@@ -20,6 +20,7 @@ from foxglove.messages import (
     TriangleListPrimitive,
     Vector3,
 )
+from numpy.typing import ArrayLike
 
 from phasmid.recording.ros import BODY, WORLD
 from phasmid.reporting.drawing import FORCE_COLOUR, FORCE_LENGTH
@@ -92,7 +93,7 @@ class Scene:
             level = float(self._ground.height(*self._middle[:, None])[0])
             cubes.append(
                 CubePrimitive(
-                    pose=_pose(*self._middle, level - GROUND_THICKNESS / 2),
+                    pose=_pose(float(middle[0]), float(middle[1]), level - GROUND_THICKNESS / 2),
                     size=Vector3(x=2 * REACH, y=2 * REACH, z=GROUND_THICKNESS),
                     color=_colour(rgb(GROUND_COLOUR)),
                 )
@@ -158,9 +159,7 @@ def _frame(robot: Robot, link: Place) -> str:
     return f"{robot.leg_names[leg]}.{(*JOINTS, 'foot')[frame]}"
 
 
-def _triangles(
-    vertices: np.ndarray, faces: np.ndarray, colour: Sequence[float]
-) -> TriangleListPrimitive:
+def _triangles(vertices: np.ndarray, faces: np.ndarray, colour: ArrayLike) -> TriangleListPrimitive:
     return TriangleListPrimitive(
         pose=_pose(),
         points=[Point3(x=x, y=y, z=z) for x, y, z in vertices.tolist()],
@@ -182,8 +181,8 @@ def _pose(
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(w=w, x=i, y=j, z=k))
 
 
-def _colour(colour: Sequence[float]) -> Color:
-    r, g, b = map(float, colour)
+def _colour(colour: ArrayLike) -> Color:
+    r, g, b = np.asarray(colour).tolist()
     return Color(r=r, g=g, b=b, a=1.0)
 
 

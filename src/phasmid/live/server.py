@@ -116,7 +116,8 @@ class LiveServer:
     def show(self, times: np.ndarray, channels: Mapping[str, np.ndarray]) -> None:
         """Wait until the last sample is due, and publish it where a client wants it.
 
-        A slow client is not waited for: it loses the oldest messages. At most `RATE` samples a second are published.
+        A slow client is not waited for: it loses the oldest messages. At most `RATE` samples a
+        second are published.
 
         Args:
             times: Times of new samples [s], shape (N,).
@@ -179,6 +180,7 @@ class _Listener(ServerListener):
         self._topics: dict[tuple[int, int], str] = {}
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
+        del client
         if channel.topic == SCENE:
             self.has_new_viewer = True
 
