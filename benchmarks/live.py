@@ -1,27 +1,29 @@
-"""Cost of the live view in Foxglove, with a client that subscribes to every topic.
+"""Cost of the live view in Foxglove: processor time of a run alone and served, in turns.
 
     python benchmarks/live.py [SECONDS]
 
-Speed is simulated seconds per second at full speed, alone and served in turns; the newest state is
-sent 60 times a second of real time. In real time, serving adds the shown share of one core.
+Clients in another process subscribe to one topic, to those of `docs/foxglove-layout.json`, or to
+all. The cost is the added processor time of the simulating thread per update, times 60 a second:
+the share of its speed that a run loses. At full speed the run waits for nothing; in real time it
+sleeps between updates, and its data leave the processor's caches.
 """
 
 from __future__ import annotations
 
-import math
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable
-from contextlib import contextmanager
 
 from phasmid import load_scenario, plan
 from phasmid.control import Command
 from phasmid.live import serve
 from phasmid.simulation import Run, new_drive, new_run
 
-ROUNDS = 7
+ROUNDS = 3
+
+LAYOUT = ("/tf", "/links", "/scene", "/joint_states")
 
 CLIENT = """
 import json, sys
@@ -33,55 +35,55 @@ with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as co
         for message in connection:
             content = json.loads(message) if isinstance(message, str) else {}
             for channel in content.get("channels", ()):
+                if channel["topic"] not in sys.argv[3:] and sys.argv[2] != "all":
+                    continue
                 wanted = [{"id": channel["id"], "channelId": channel["id"]}]
                 connection.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
             if channels := content.get("channels"):
                 print(len(channels), flush=True)
-            count += message[:1] == bytes([1])
+            count += message[:1] == bytes([2])
     except ConnectionClosed:
         pass
 print(count, flush=True)
 """
 
 
-@contextmanager
-def watched(run: Run, pace: float):
-    """Serve a run to a client in another process, which prints how many messages it received."""
+def processor_time(run: Run) -> float:
+    """Processor time of a run in this thread [s]."""
+    begin = time.thread_time()
+    run.simulate()
+    return time.thread_time() - begin
+
+
+def served(run: Run, pace: float, topics: tuple[str, ...] | None) -> tuple[float, int]:
+    """Processor time [s] and updates of a run with a client; None: it subscribes to all topics."""
+    wanted = ["all"] if topics is None else ["some", *topics]
     with serve(run, port=0, pace=pace) as server:
-        command = [sys.executable, "-c", CLIENT, server.address]
+        command = [sys.executable, "-c", CLIENT, server.address, *wanted]
         client = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         client.stdout.readline()
-        yield client
-    client.communicate(timeout=20)
-
-
-def seconds(run: Run) -> tuple[float, float]:
-    """Real time and processor time of a run [s]."""
-    begin = time.perf_counter(), time.thread_time()
-    run.simulate()
-    return time.perf_counter() - begin[0], time.thread_time() - begin[1]
+        spent = processor_time(run)
+    return spent, int(client.communicate(timeout=20)[0].split()[-1])
 
 
 def compare(name: str, begin: Callable[[], Run], duration: float) -> None:
-    alone, served = [], []
+    clients = {"one topic": ("/tf",), "layout": LAYOUT, "all": None}
+    full: dict[str, list[float]] = {key: [] for key in clients}
+    real: dict[str, list[float]] = {key: [] for key in clients}
     for _ in range(ROUNDS):
-        alone.append(seconds(begin())[0])
-        run = begin()
-        with watched(run, math.inf):
-            served.append(seconds(run)[0])
-    lost = statistics.median(1 - a / b for a, b in zip(alone, served, strict=True))
-    run, processor = begin(), seconds(begin())[1]
-    with watched(run, 1.0):
-        added = (seconds(run)[1] - processor) / duration
-    speed, slower = (duration / statistics.median(each) for each in (alone, served))
-    print(
-        f"{name:16} alone {speed:5.1f} s/s, served {slower:5.1f} s/s, cost {lost:6.1%}; "
-        f"in real time {added:5.1%} of a core"
-    )
+        alone = processor_time(begin())
+        for key, topics in clients.items():
+            for costs, pace in (full, duration / alone), (real, 1.0):
+                spent, updates = served(begin(), pace, topics)
+                costs[key].append(60 * (spent - alone) / updates)
+    print(f"{name}, {duration / alone:.1f} times real time alone")
+    for title, costs in ("at full speed", full), ("in real time", real):
+        shares = (f"{key} {statistics.median(each):5.1%}" for key, each in costs.items())
+        print(f"  {title:14}", *shares, sep="  ")
 
 
 def main() -> None:
-    duration = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
+    duration = float(sys.argv[1]) if len(sys.argv) > 1 else 5.0
     scenario = load_scenario("paper").replace(duration=duration)
     walk, command = plan(scenario), Command(velocity=(0.05, 0.0, 0.1))
     compare("walk", lambda: new_run(scenario, walk), duration)

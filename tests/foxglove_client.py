@@ -84,3 +84,35 @@ class FoxgloveClient:
     def close(self):
         self._stack.close()
         self._thread.join(10.0)
+
+
+def fields(message):
+    """Return the fields of a protobuf message as lists by their numbers; absent ones are zero."""
+    found, at = {}, 0
+
+    def varint():
+        nonlocal at
+        value = shift = 0
+        while True:
+            byte = message[at]
+            value, shift, at = value | (byte & 127) << shift, shift + 7, at + 1
+            if byte < 128:
+                return value
+
+    while at < len(message):
+        number, wire = divmod(varint(), 8)
+        if wire == 0:
+            value = varint()
+        elif wire == 1:
+            (value,), at = struct.unpack_from("<d", message, at), at + 8
+        else:
+            length = varint()
+            value, at = message[at : at + length], at + length
+        found.setdefault(number, []).append(value)
+    return found
+
+
+def doubles(message, count):
+    """Return the first fields of a protobuf message of doubles."""
+    found = fields(message)
+    return [found.get(number, [0.0])[0] for number in range(1, count + 1)]

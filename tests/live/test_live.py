@@ -9,12 +9,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from phasmid import load_recording, load_scenario, plan, replay, simulate
 from phasmid.cli import main
 from phasmid.control.script import CommandScript
 from phasmid.errors import InvalidInput
+from phasmid.kinematics import leg_frames
 from phasmid.recording import save_mcap
+from phasmid.robot import load_robot
 from phasmid.simulation import new_drive, new_run
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.rerun import first_difference
@@ -23,9 +26,10 @@ pytest.importorskip("foxglove")
 pytest.importorskip("mcap_ros2")
 pytest.importorskip("websockets")
 
-from foxglove_client import FoxgloveClient
+from foxglove_client import FoxgloveClient, doubles, fields
 from phasmid.live import serve
 from phasmid.live import server as live_server
+from phasmid.live.scene import Scene
 
 PAPER = load_scenario("paper").replace(duration=1.0)
 TOPICS = ["/joint_states", "/tf", "/odom", "/feet/left_rear/force"]
@@ -114,6 +118,43 @@ def test_a_client_receives_the_messages_of_the_export_sixty_times_a_second(clock
     assert ns == pytest.approx(1e9, abs=1e9 / 60)
     row = recording.joint_position.sel(time=ns / 1e9, method="nearest")
     assert content.position == row.values.ravel().tolist()
+
+
+@pytest.mark.parametrize("robot", ["phantomx-paper", "quadruped"])
+def test_frames_and_arrows_are_those_of_the_robot(robot):
+    model = load_robot(robot)
+    random = np.random.default_rng(3)
+    q = random.uniform(-1, 1, (len(model.legs), 3))
+    sample = {"joint_position": q, "foot_position": random.uniform(-1, 1, (len(q), 3))}
+    sample["foot_force"] = random.uniform(-9, 9, (len(q), 3))
+    scene = Scene(model, PAPER.load_terrain())
+    X = {"base_link": np.eye(4)}
+    for message in fields(scene.links(sample, 2_000_000_003))[1]:
+        found = fields(message)
+        assert {n: v[0] for n, v in fields(found[1][0]).items()} == {1: 2, 2: 3}
+        X_parent_link = np.eye(4)
+        X_parent_link[:3, :3] = Rotation.from_quat(doubles(found[5][0], 4)).as_matrix()
+        X_parent_link[:3, 3] = doubles(found[4][0], 3)
+        X[found[3][0].decode()] = X[found[2][0].decode()] @ X_parent_link
+    for number, leg in enumerate(model.legs):
+        frames = leg.X_body_hip @ leg_frames(leg, q[number])
+        for frame, wanted in zip(("coxa", "femur", "tibia", "foot"), frames, strict=True):
+            # Products of four matrices of entries up to 1: some 1e-15.
+            assert np.abs(X[f"{leg.name}.{frame}"] - wanted).max() < 1e-14
+    (entity,) = fields(scene.forces(sample, 0))[2]
+    for foot, force, message in zip(
+        sample["foot_position"], sample["foot_force"], fields(entity)[7], strict=True
+    ):
+        arrow = fields(message)
+        position, orientation = (fields(arrow[1][0])[number][0] for number in (1, 2))
+        assert doubles(position, 3) == foot.tolist()
+        ahead = Rotation.from_quat(doubles(orientation, 4)).apply([1.0, 0.0, 0.0])
+        size = np.linalg.norm(force)
+        assert np.abs(ahead - force / size).max() < 1e-14
+        # The whole weight is 1.2 spans of the hips long.
+        span = np.ptp(model.arrays.p_body_hip[:, :2], axis=0).max()
+        length = arrow.get(2, [0.0])[0] + arrow[4][0]
+        assert length == pytest.approx(1.2 * span * size / (9.81 * model.mass), rel=1e-12)
 
 
 def test_a_watched_run_is_paced_and_equal_to_the_bit_whatever_its_clients_do():

@@ -56,8 +56,16 @@ class Scene:
     def __init__(self, robot: Robot, ground: Ground) -> None:
         self._robot, self._ground = robot, ground
         pieces = mesh_pieces(robot)
-        self._links = pieces.links
-        self._frames = [_frame(robot, link) for link in pieces.links]
+        legs = range(len(robot.legs))
+        # Poses at joint angles of 0 of coxa, femur, tibia and foot, each in the frame before it.
+        places = [(leg, frame) for leg in legs for frame in range(4)]
+        X = link_poses(robot, np.zeros((1, len(legs), 3)), places)[0].reshape(-1, 4, 4, 4)
+        X[:, 1:] = np.linalg.inv(X[:, :-1]) @ X[:, 1:]
+        self._frames = [_frame(robot, place) for place in places]
+        self._positions = [
+            Vector3(x=x, y=y, z=z) for x, y, z in X[..., :3, 3].reshape(-1, 3).tolist()
+        ]
+        self._orientation = quaternions(X[..., :3, :3])
         span = float(np.ptp(robot.arrays.p_body_hip[:, :2], axis=0).max())
         # Length of an arrow per force [m/N], and its thickness [m].
         self._scale = FORCE_LENGTH * span / (robot.mass * GRAVITY)
@@ -73,7 +81,7 @@ class Scene:
                     if at == link
                 ],
             )
-            for link, frame in [*enumerate(self._frames), (-1, BODY)]
+            for link, frame in [(-1, BODY), *enumerate(_frame(robot, p) for p in pieces.links)]
         ]
         self._draw(np.zeros(2))
 
@@ -105,24 +113,27 @@ class Scene:
         self.still: bytes = SceneUpdate(entities=[*self._robot_entities, ground]).encode()
 
     def links(self, sample: Mapping[str, np.ndarray], ns: int) -> bytes:
-        """Return the frames of all links in the body's frame, encoded."""
-        X = link_poses(self._robot, sample["joint_position"][None], self._links)[0]
-        stamp = _timestamp(ns)
-        transforms = [
-            FrameTransform(
-                timestamp=stamp,
-                parent_frame_id=BODY,
-                child_frame_id=frame,
-                translation=Vector3(x=x, y=y, z=z),
-                rotation=Quaternion(w=w, x=i, y=j, z=k),
+        """Return the pose of each link in the frame of the one before it, encoded."""
+        # Each joint turns its link about the link's z axis; the foot keeps its place.
+        half = np.zeros((len(self._orientation), 4))
+        half[:, :3] = sample["joint_position"] / 2
+        c, s, (w, x, y, z) = np.cos(half), np.sin(half), np.moveaxis(self._orientation, -1, 0)
+        turned = np.stack([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s], axis=-1)
+        stamp, before = _timestamp(ns), ""
+        transforms = []
+        for frame, place, (w, x, y, z) in zip(
+            self._frames, self._positions, turned.reshape(-1, 4).tolist(), strict=True
+        ):
+            transforms.append(
+                FrameTransform(
+                    timestamp=stamp,
+                    parent_frame_id=BODY if frame.endswith(JOINTS[0]) else before,
+                    child_frame_id=frame,
+                    translation=place,
+                    rotation=Quaternion(w=w, x=x, y=y, z=z),
+                )
             )
-            for frame, (x, y, z), (w, i, j, k) in zip(
-                self._frames,
-                X[:, :3, 3].tolist(),
-                quaternions(X[:, :3, :3]).tolist(),
-                strict=True,
-            )
-        ]
+            before = frame
         return FrameTransforms(transforms=transforms).encode()
 
     def forces(self, sample: Mapping[str, np.ndarray], ns: int) -> bytes:

@@ -222,7 +222,7 @@ def serve(
     """
     steered = isinstance(run, ClosedLoopRun)
     server = LiveServer(run.robot, run.ground, steered=steered, host=host, port=port, pace=pace)
-    run.watch(server.show, min(1.0, pace) / RATE)
+    run.watch(server.show, pace / RATE)
     # Advertise the topics before the run begins.
     server.show(np.array([run.step * run.dt]), sample_channels(run, run.first))
     if isinstance(run, ClosedLoopRun):

@@ -282,7 +282,7 @@ class Run:
             interval: Longest block, unless one step or update takes longer [s].
         """
         self._watcher = watcher
-        self.block_steps = max(1, min(int(interval / self.dt + 1e-9), self.block_steps))
+        self.block_steps = max(1, int(min(interval / self.dt + 1e-9, self.block_steps)))
 
     def advance(
         self,
