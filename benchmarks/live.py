@@ -2,10 +2,10 @@
 
     python benchmarks/live.py [SECONDS]
 
-Clients in another process subscribe to one topic, to those of `docs/foxglove-layout.json`, or to
-all. The cost is the added processor time of the simulating thread per update, times 60 a second:
-the share of its speed that a run loses. At full speed the run waits for nothing; in real time it
-sleeps between updates, and its data leave the processor's caches.
+A client in another process subscribes to the topics of `docs/foxglove-layout.json`, or to all. The
+cost is the added processor time of the simulating thread, in seconds per second at 60 updates a
+second: the share of its speed that a run loses. At full speed the run waits for nothing. In real
+time it sleeps between updates, and its data leave the processor's caches.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from phasmid.simulation import Run, new_drive, new_run
 
 ROUNDS = 3
 
-LAYOUT = ("/tf", "/links", "/scene", "/joint_states")
+CLIENTS = {"layout": ("/tf", "/links", "/scene", "/joint_states"), "all topics": None}
 
 CLIENT = """
 import json, sys
@@ -66,30 +66,26 @@ def served(run: Run, pace: float, topics: tuple[str, ...] | None) -> tuple[float
     return spent, int(client.communicate(timeout=20)[0].split()[-1])
 
 
-def compare(name: str, begin: Callable[[], Run], duration: float) -> None:
-    clients = {"one topic": ("/tf",), "layout": LAYOUT, "all": None}
-    full: dict[str, list[float]] = {key: [] for key in clients}
-    real: dict[str, list[float]] = {key: [] for key in clients}
-    for _ in range(ROUNDS):
-        alone = processor_time(begin())
-        for key, topics in clients.items():
-            for costs, pace in (full, duration / alone), (real, 1.0):
-                spent, updates = served(begin(), pace, topics)
+def compare(name: str, begin: Callable[[float], Run], seconds: float) -> None:
+    speed = seconds / processor_time(begin(seconds))
+    for title, pace in ("at full speed", speed), ("in real time", 1.0):
+        costs: dict[str, list[float]] = {key: [] for key in CLIENTS}
+        for _ in range(ROUNDS):
+            alone = processor_time(begin(seconds * pace))
+            for key, topics in CLIENTS.items():
+                spent, updates = served(begin(seconds * pace), pace, topics)
                 costs[key].append(60 * (spent - alone) / updates)
-    print(f"{name}, {duration / alone:.1f} times real time alone")
-    for title, costs in ("at full speed", full), ("in real time", real):
         shares = (f"{key} {statistics.median(each):5.1%}" for key, each in costs.items())
-        print(f"  {title:14}", *shares, sep="  ")
+        print(f"{name:10} {title:14} {pace:5.1f} s/s, cost:", *shares, flush=True)
 
 
 def main() -> None:
-    duration = float(sys.argv[1]) if len(sys.argv) > 1 else 5.0
-    scenario = load_scenario("paper").replace(duration=duration)
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 5.0
+    scenario = load_scenario("paper")
     walk, command = plan(scenario), Command(velocity=(0.05, 0.0, 0.1))
-    compare("walk", lambda: new_run(scenario, walk), duration)
-    for drive in ("ideal-servo", "servo"):
-        driven = scenario.replace(drive=drive)
-        compare(f"drive, {drive}", lambda s=driven: new_drive(s, None, command), duration)
+    compare("walk", lambda time: new_run(scenario.replace(duration=time), walk), seconds)
+    driven = scenario.replace(drive="ideal-servo")
+    compare("drive", lambda time: new_drive(driven.replace(duration=time), None, command), seconds)
 
 
 if __name__ == "__main__":
