@@ -141,15 +141,14 @@ class LiveServer:
         if len(self._channels) > 2 and not any(c.has_sinks() for c in self._channels.values()):
             return
         self._server.broadcast_time(ns)
-        for topic, kind, content in messages(sample, self._names, ns):
+        for topic, kind, content in messages(sample, self._names, ns, self._is_wanted):
             if topic not in self._channels:
                 schema = foxglove.Schema(
                     name=kind, encoding="ros2msg", data=definition(kind).encode()
                 )
                 self._channel(topic, schema, "cdr")
                 self._encoders[topic] = encoder(kind)
-            if self._channels[topic].has_sinks():
-                self._channels[topic].log(self._encoders[topic](content), log_time=ns)
+            self._channels[topic].log(self._encoders[topic](content), log_time=ns)
         if self._links.has_sinks():
             self._links.log(self._scene.links(sample, ns), log_time=ns)
         if self._shapes.has_sinks():
@@ -157,6 +156,10 @@ class LiveServer:
                 self._listener.has_new_viewer = False
                 self._shapes.log(self._scene.still, log_time=ns)
             self._shapes.log(self._scene.forces(sample, ns), log_time=ns)
+
+    def _is_wanted(self, topic: str) -> bool:
+        """Return whether a topic is subscribed, or not advertised yet."""
+        return topic not in self._channels or self._channels[topic].has_sinks()
 
     def _channel(self, topic: str, schema: foxglove.Schema, encoding: str) -> foxglove.Channel:
         channel = foxglove.Channel(

@@ -185,18 +185,26 @@ def encoder(kind: str) -> Callable[[dict[str, Any]], bytes]:
     return found
 
 
-def messages(sample: Mapping[str, np.ndarray], names: Sequence[str], ns: int) -> Iterator[Message]:
-    """Yield all messages of one sample.
+def messages(
+    sample: Mapping[str, np.ndarray],
+    names: Sequence[str],
+    ns: int,
+    wanted: Callable[[str], bool] = lambda topic: True,  # noqa: ARG005
+) -> Iterator[Message]:
+    """Yield the messages of one sample.
 
     Args:
         sample: Channels of a recording at one instant.
         names: Names of the legs, in order.
         ns: Time of the sample [ns].
+        wanted: Whether a topic's message is made.
     """
     stamp = {"sec": ns // 10**9, "nanosec": ns % 10**9}
     world, body = ({"stamp": stamp, "frame_id": frame} for frame in (WORLD, BODY))
     joints = [f"{leg}.{joint}" for leg in names for joint in JOINTS]
     for suffix in ("", "_target"):
+        if not wanted(f"/joint_states{suffix}"):
+            continue
         # Targets have no torque.
         fields = {"position": "position", "velocity": "velocity", "effort": "torque"}
         state = {
@@ -211,7 +219,7 @@ def messages(sample: Mapping[str, np.ndarray], names: Sequence[str], ns: int) ->
         transform = {"translation": _vector(position), "rotation": orientation}
         stamped = {"header": world, "child_frame_id": BODY, "transform": transform}
         yield "/tf", "tf2_msgs/msg/TFMessage", {"transforms": [stamped]}
-        if {"body_velocity", "body_angular_velocity"} <= sample.keys():
+        if {"body_velocity", "body_angular_velocity"} <= sample.keys() and wanted("/odom"):
             twist = {
                 "linear": _in_body(sample, "body_velocity"),
                 "angular": _in_body(sample, "body_angular_velocity"),
@@ -232,6 +240,8 @@ def messages(sample: Mapping[str, np.ndarray], names: Sequence[str], ns: int) ->
         unknown = {f"{name}_covariance": [0.0] * 9 for name in content if name != "header"}
         yield "/imu", "sensor_msgs/msg/Imu", content | unknown
     for name, force in zip(names, sample.get("foot_force", ()), strict=False):
+        if not wanted(f"/feet/{name}/force"):
+            continue
         wrench = {"force": _vector(force), "torque": _vector(np.zeros(3))}
         content = {"header": world, "wrench": wrench}
         yield f"/feet/{name}/force", "geometry_msgs/msg/WrenchStamped", content
