@@ -29,6 +29,7 @@ PACKAGES = (
     "phasmid.formats",
     "phasmid.reporting",
     "phasmid.video",
+    "phasmid.live",
     "phasmid.learning",
     "phasmid.studies",
     "phasmid.advice",

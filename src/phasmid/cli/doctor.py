@@ -19,6 +19,7 @@ PURPOSES = {
     "cad": "solids and STEP files",
     "derivation": "the equations in symbols",
     "learn": "learned policies and their training",
+    "live": "runs live in Foxglove",
     "ray": "studies on a Ray cluster",
     "ros": "recordings as ROS 2 messages",
     "search": "studies by an optimiser",

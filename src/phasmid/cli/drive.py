@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli import scenario_options, walk
+from phasmid.cli.live import add_live_options
 from phasmid.cli.options import Number, declare
 from phasmid.cli.progress import announce_compilation
 from phasmid.errors import InvalidInput
@@ -75,6 +76,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help='what fails, such as "right_middle.tibia dead at 5 s", "gyro off by 0,0,5 deg/s at '
         '2 s", "left_front foot stuck at 1 s"; may be given again',
     )
+    add_live_options(parser)
     scenario_options.add_field_options(parser)
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.live import add_live_options, check_live, served
 from phasmid.cli.options import whole_numbers
 from phasmid.cli.output import say
 from phasmid.cli.progress import progress_bar
@@ -93,9 +94,13 @@ def make_run(
     if options.mcap:
         check_mcap()
     check_film(options)
+    check_live(options)
     run = begin()
     try:
-        with progress_bar("walking", scenario.duration, quiet=options.quiet) as progress:
+        with (
+            served(run, options),
+            progress_bar("walking", scenario.duration, quiet=options.quiet) as progress,
+        ):
             trouble = run.record(log, progress=progress, force=options.force)
         if trouble and trouble.ending.name == "STOPPED":
             # The report can be made later from the log.
@@ -177,6 +182,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         default="rad",
         help="of its angles, if the file has none; default: rad",
     )
+    add_live_options(parser)
     add_field_options(parser)
 
 

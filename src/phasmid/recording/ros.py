@@ -1,9 +1,9 @@
-"""Recordings as ROS 2 messages in MCAP files, for Foxglove and ROS tools."""
+"""Recordings as ROS 2 messages, in MCAP files and live, for Foxglove and ROS tools."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -110,9 +110,9 @@ def save_mcap(
     for row in rows_at(time, rate).tolist():
         ns = round(1e9 * float(time[row]))
         sample = {name: values[row] for name, values in arrays.items()}
-        for topic, kind, content in _messages(sample, names, ns):
+        for topic, kind, content in messages(sample, names, ns):
             if kind not in schemas:
-                schemas[kind] = writer.register_msgdef(kind, _definition(kind))
+                schemas[kind] = writer.register_msgdef(kind, definition(kind))
             writer.write_message(topic, schemas[kind], content, log_time=ns, publish_time=ns)
     writer.finish()
     write_whole(path, file.getvalue())
@@ -162,7 +162,7 @@ def rows_at(time: np.ndarray, rate: float) -> np.ndarray:
     return rows
 
 
-def _definition(kind: str) -> str:
+def definition(kind: str) -> str:
     """Return the definition of a message with those of its parts."""
     text, found, pending = _MESSAGES[kind], [], [_MESSAGES[kind]]
     while pending:
@@ -176,12 +176,35 @@ def _definition(kind: str) -> str:
     return text
 
 
-def _messages(sample: dict[str, np.ndarray], names: Sequence[str], ns: int) -> Iterator[Message]:
-    """Yield all messages of one sample."""
+def encoder(kind: str) -> Callable[[dict[str, Any]], bytes]:
+    """Return the function that encodes contents of messages of a type (extra ``ros``)."""
+    # The package has no public encoder of messages that go elsewhere than into a file.
+    from mcap_ros2._dynamic import serialize_dynamic
+
+    found: Callable[[dict[str, Any]], bytes] = serialize_dynamic(kind, definition(kind))[kind]
+    return found
+
+
+def messages(
+    sample: Mapping[str, np.ndarray],
+    names: Sequence[str],
+    ns: int,
+    wanted: Callable[[str], bool] = lambda topic: True,  # noqa: ARG005
+) -> Iterator[Message]:
+    """Yield the messages of one sample.
+
+    Args:
+        sample: Channels of a recording at one instant.
+        names: Names of the legs, in order.
+        ns: Time of the sample [ns].
+        wanted: Whether a topic's message is made.
+    """
     stamp = {"sec": ns // 10**9, "nanosec": ns % 10**9}
     world, body = ({"stamp": stamp, "frame_id": frame} for frame in (WORLD, BODY))
     joints = [f"{leg}.{joint}" for leg in names for joint in JOINTS]
     for suffix in ("", "_target"):
+        if not wanted(f"/joint_states{suffix}"):
+            continue
         # Targets have no torque.
         fields = {"position": "position", "velocity": "velocity", "effort": "torque"}
         state = {
@@ -196,7 +219,7 @@ def _messages(sample: dict[str, np.ndarray], names: Sequence[str], ns: int) -> I
         transform = {"translation": _vector(position), "rotation": orientation}
         stamped = {"header": world, "child_frame_id": BODY, "transform": transform}
         yield "/tf", "tf2_msgs/msg/TFMessage", {"transforms": [stamped]}
-        if {"body_velocity", "body_angular_velocity"} <= sample.keys():
+        if {"body_velocity", "body_angular_velocity"} <= sample.keys() and wanted("/odom"):
             twist = {
                 "linear": _in_body(sample, "body_velocity"),
                 "angular": _in_body(sample, "body_angular_velocity"),
@@ -217,6 +240,8 @@ def _messages(sample: dict[str, np.ndarray], names: Sequence[str], ns: int) -> I
         unknown = {f"{name}_covariance": [0.0] * 9 for name in content if name != "header"}
         yield "/imu", "sensor_msgs/msg/Imu", content | unknown
     for name, force in zip(names, sample.get("foot_force", ()), strict=False):
+        if not wanted(f"/feet/{name}/force"):
+            continue
         wrench = {"force": _vector(force), "torque": _vector(np.zeros(3))}
         content = {"header": world, "wrench": wrench}
         yield f"/feet/{name}/force", "geometry_msgs/msg/WrenchStamped", content
@@ -230,7 +255,7 @@ def _quaternion(values: np.ndarray) -> dict[str, float]:
     return dict(zip("wxyz", values.tolist(), strict=True))
 
 
-def _in_body(sample: dict[str, np.ndarray], name: str) -> dict[str, float]:
+def _in_body(sample: Mapping[str, np.ndarray], name: str) -> dict[str, float]:
     """Return a world vector in the axes of the body."""
     # Lazy import: scipy takes 0.2 s.
     from scipy.spatial.transform import Rotation

@@ -141,12 +141,10 @@ def link_poses(
     robot: Robot, q: Float[np.ndarray, "frames legs 3"], links: Sequence[Place]
 ) -> Float[np.ndarray, "frames links 4 4"]:
     """Return ``X_body_link`` of each sample and link."""
-    frames = [
-        leg.X_body_hip @ kinematics.leg_frames(leg, q[:, number])
-        for number, leg in enumerate(robot.legs)
-    ]
-    poses = [frames[leg][:, frame] for leg, frame in links]
-    return np.stack(poses, axis=1) if poses else np.zeros((len(q), 0, 4, 4))
+    X_body_hip = np.stack([leg.X_body_hip for leg in robot.legs])
+    X_body_link = X_body_hip[:, None] @ kinematics.leg_frames(robot.arrays, q)
+    leg, frame = np.array(links, dtype=int).reshape(-1, 2).T
+    return X_body_link[:, leg, frame]
 
 
 def quaternions(R: Float[np.ndarray, "*batch 3 3"]) -> Float[np.ndarray, "*batch 4"]:

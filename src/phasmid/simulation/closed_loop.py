@@ -34,7 +34,7 @@ from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
-from phasmid.simulation.run import BLOCK_STEPS, Run
+from phasmid.simulation.run import BLOCK_STEPS, Run, Watcher
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
 Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
@@ -129,6 +129,7 @@ class ClosedLoopRun(Run):
         controller: The controller.
         period_steps: Time steps from one update to the next.
         now: Index of the next time step.
+        override: Returns a velocity that replaces that of the next command, or None.
         command_changes: Every command that differs from the one before it, with its time [s].
 
     Raises:
@@ -157,6 +158,8 @@ class ClosedLoopRun(Run):
         super().__init__(scenario, begin, endless=endless)
         self.controller, self.now = controller, self.step
         self._commands, self._attributes = commands, attributes or {}
+        self.override: Callable[[], tuple[float, float, float] | None] | None = None
+        self._overridden = False
         self._follower: WaypointFollower | None = None
         if isinstance(commands, CommandScript) and commands.waypoint:
             self._follower = WaypointFollower(commands)
@@ -220,6 +223,11 @@ class ClosedLoopRun(Run):
             force = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else 0.0
             self.data.xfrc_applied[self.data.body("trunk").id, :3] = force
 
+    def watch(self, watcher: Watcher, interval: float) -> None:
+        """Pass on what is recorded, in blocks of whole controller periods; see `Run.watch`."""
+        super().watch(watcher, interval)
+        self.block_steps = max(1, self.block_steps // self.period_steps) * self.period_steps
+
     # Updates -------------------------------------------------------------------------------------
 
     def _observe(self) -> Observation:
@@ -250,6 +258,9 @@ class ClosedLoopRun(Run):
         command = self._command(observation)
         if command is None:
             return None
+        velocity = self.override() if self.override else None
+        if velocity is not None:
+            command, self._overridden = replace(command, velocity=velocity), True
         if command is not self._newest:
             self._newest = command
             timeless = command if command.time is None else replace(command, time=None)
@@ -327,7 +338,7 @@ class ClosedLoopRun(Run):
             name: np.stack([row[name] for row in self._telemetry])[update]
             for name in self._telemetry[0]
         }
-        setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, self.block_steps, *self._shape)
+        setpoints = np.moveaxis(self._setpoints, 1, 0).reshape(3, -1, *self._shape)
         targets = dict(zip(TARGETS, setpoints[:, rows], strict=True))
         return {**telemetry, **targets, **sample_channels(self, samples)}
 
@@ -347,11 +358,11 @@ class ClosedLoopRun(Run):
         if len(all_events) > MOST_EVENTS:
             events.append([events[-1][0], f"{len(all_events) - MOST_EVENTS} more were not kept"])
         final = {"events": json.dumps(events, ensure_ascii=False)}
-        if not isinstance(self._commands, CommandScript):
+        if self._overridden or not isinstance(self._commands, CommandScript):
             # The run ended after the last update with a command, before the one without.
             end = (self.step - 0.5 * self.period_steps) * self.dt if self.ended else None
             final["commands"] = commands_to_text(self.command_changes, end)
-        elif self._follower:
+        if self._follower and isinstance(self._commands, CommandScript):
             places = self._commands.waypoint
             times = [*self._follower.reached, *[None] * len(places)]
             rows = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import math
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import cached_property
@@ -67,6 +67,9 @@ ENDLESS = 2**62
 Progress = Callable[[float], None]
 """Receives the simulated time [s] now and then."""
 
+Watcher = Callable[[np.ndarray, Mapping[str, np.ndarray]], None]
+"""Receives times [s] and channels of new samples, as `RecordingLog.append` does."""
+
 
 class Run:
     """A planned walk in MuJoCo.
@@ -117,6 +120,7 @@ class Run:
         self.done = self.step = 0
         self.failure: Failure | None = None
         self.ended = False
+        self._watcher: Watcher | None = None
         self.lies = scenario.simulation.can_lie
         self._warnings: list[str] = []
         self._step_error = ""
@@ -270,6 +274,16 @@ class Run:
 
     # Steps ---------------------------------------------------------------------------------------
 
+    def watch(self, watcher: Watcher, interval: float) -> None:
+        """Pass on the samples that are recorded, block by block.
+
+        Args:
+            watcher: Receives each block's samples; the run waits for it.
+            interval: Longest block, unless one step or update takes longer [s].
+        """
+        self._watcher = watcher
+        self.block_steps = max(1, int(min(interval / self.dt + 1e-9, self.block_steps)))
+
     def advance(
         self,
         progress: Progress | None = None,
@@ -317,7 +331,7 @@ class Run:
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, before step `end` at the latest; return their number."""
         del interrupted
-        stop = min(self.step + BLOCK_STEPS, end)
+        stop = min(self.step + self.block_steps, end)
         return self._advance(self.targets(self.step, stop), last=stop > self.steps)
 
     def _advance(
@@ -388,7 +402,7 @@ class Run:
         blocks: list[dict[str, np.ndarray]] = []
 
         def keep(rows: Samples) -> None:
-            blocks.append({name: values.copy() for name, values in self.channels(rows).items()})
+            blocks.append({name: a.copy() for name, a in self._watched(rows)[1].items()})
 
         with noticed_interrupts() if interrupted is None else nullcontext(interrupted) as seen:
             failure = self.advance(progress, keep=keep, interrupted=seen) or self.shortfall()
@@ -418,8 +432,7 @@ class Run:
         self._check_load()
 
         def keep(rows: Samples) -> None:
-            time = self.time[self.done : self.done + len(rows)]
-            log.append(time, self.channels(rows))
+            log.append(*self._watched(rows))
 
         cut = {"ending": Ending.CUT.name, "ending_reason": Ending.CUT.value}
         attributes = {**self.attributes(), **cut}
@@ -432,6 +445,13 @@ class Run:
             failure = failure or self.shortfall()
             log.finish(self._outcome(failure))
         return failure
+
+    def _watched(self, rows: Samples) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Return times and channels of the samples that are recorded next, and pass them on."""
+        time, channels = self.time[self.done : self.done + len(rows)], self.channels(rows)
+        if self._watcher:
+            self._watcher(time, channels)
+        return time, channels
 
     def make(self, *, progress: Progress | None, log: str | Path | None, force: bool) -> Recording:
         """Make the run, in memory or through a log; arguments as in `phasmid.simulate`."""

@@ -1,0 +1,73 @@
+"""Options of the live view in Foxglove, and the server of a run."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from phasmid.cli.options import Number, declare
+from phasmid.cli.output import say
+from phasmid.errors import plain
+
+if TYPE_CHECKING:
+    from phasmid.simulation import Run
+
+PORT = 8765
+"""Port on which Foxglove looks for a server."""
+
+_PORT = Number("", 0, 65535, is_whole=True, hint="8765")
+
+
+def add_live_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a live view."""
+    group = parser.add_argument_group("live view in Foxglove (extra live)")
+    group.add_argument(
+        "--live",
+        nargs="?",
+        const=PORT,
+        type=lambda text: _PORT.convert("--live", text),
+        metavar="PORT",
+        help=f"show the run in Foxglove while it goes on, in real time; default port: {PORT}",
+    )
+    declare(
+        group,
+        {
+            "--live-host NAME": (
+                "where it listens; default: 127.0.0.1, which only this machine reaches",
+                "127.0.0.1",
+            ),
+            "--live-pace N": Number(
+                "most simulated seconds per second; default: 1", 0.01, 1000, 1.0, hint="0.25"
+            ),
+        },
+    )
+
+
+def check_live(options: argparse.Namespace) -> None:
+    """Refuse a live view without its packages, before the run is prepared."""
+    if options.live is not None:
+        import phasmid.live  # noqa: F401
+
+
+@contextmanager
+def served(run: Run, options: argparse.Namespace) -> Iterator[None]:
+    """Serve the run while the body makes it, if the options ask for it."""
+    if options.live is None:
+        yield
+        return
+    from phasmid.live import serve
+
+    with serve(run, host=options.live_host, port=options.live, pace=options.live_pace) as server:
+        if not options.quiet:
+            say(
+                f"phasmid: live at {plain(server.address)}; in Foxglove choose Open connection, "
+                "Foxglove WebSocket.",
+                file=sys.stderr,
+            )
+            if options.live_host not in ("127.0.0.1", "localhost", "::1"):
+                note = "others on the network can watch the run and send velocity commands"
+                say(f"phasmid: note: {note}.", file=sys.stderr)
+        yield
