@@ -18,6 +18,7 @@ from phasmid.errors import OutputError, plain
 PURPOSES = {
     "cad": "solids and STEP files",
     "derivation": "the equations in symbols",
+    "hardware": "real servos on a serial bus",
     "learn": "learned policies and their training",
     "ray": "studies on a Ray cluster",
     "ros": "recordings as ROS 2 messages",
