@@ -15,7 +15,6 @@ from phasmid.errors import InvalidInput, nearest, plain
 
 if TYPE_CHECKING:
     from phasmid.hardware import Bus, Emulator, Model
-    from phasmid.hardware.plant import Plant
 
 ACTIONS = ("scan", "monitor", "emulate")
 
@@ -137,9 +136,7 @@ def _opened(options: argparse.Namespace, baud: int, protocol: int) -> Bus:
     from phasmid.hardware import Bus
 
     latency = options.latency_ms
-    return Bus(
-        options.port, baud, protocol, latency=None if latency is None else latency / 1000
-    )
+    return Bus(options.port, baud, protocol, latency=None if latency is None else latency / 1000)
 
 
 def _advice(bus: Bus, id_: int) -> str:
@@ -162,7 +159,8 @@ def _advice(bus: Bus, id_: int) -> str:
         f"{count} servos at {rate:.0f} Hz at most."
     )
     if latency >= MOST_LATENCY:
-        text += f"\nIts latency timer is too long for control; set it to 1 ms:\n  {latency_advice(bus.path)}"
+        remedy = latency_advice(bus.path)
+        text += f"\nIts latency timer is too long for control; set it to 1 ms:\n  {remedy}"
     return text
 
 

@@ -10,9 +10,9 @@ from types import TracebackType
 from typing import Any, NamedTuple
 
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.hardware.control_table import Model, Register, model_of_number, models
+from phasmid.hardware.control_table import Model, Register, model_of_number
 from phasmid.hardware.rates import FACTORY_LATENCY, exchange_time, wire_time
-from phasmid.hardware.status import NONE, StatusError, hardware_error, status_error
+from phasmid.hardware.status import StatusError, hardware_error, status_error
 
 BAUDS = 1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000
 """Baud rates that a scan tries, those of the factories first."""
@@ -201,9 +201,7 @@ class Bus:
         """Write the value of a register in its own unit."""
         data = list(register.to_bytes(value))
         self._await(11)
-        result, error = self._packets.writeTxRx(
-            self._port, id_, register.address, len(data), data
-        )
+        result, error = self._packets.writeTxRx(self._port, id_, register.address, len(data), data)
         self._count(result)
         self._checked(id_, b"", result, error, f"writing {value} to {register.name}")
 
@@ -249,9 +247,7 @@ class Bus:
         for id_, value in values.items():
             register = registers[id_]
             content += [id_, *register.to_bytes(register.from_si(value))]
-        self._packets.syncWriteTxOnly(
-            self._port, first.address, first.size, content, len(content)
-        )
+        self._packets.syncWriteTxOnly(self._port, first.address, first.size, content, len(content))
 
     def read_all(
         self, ids: Sequence[int], names: Sequence[str] = MONITORED
@@ -280,7 +276,7 @@ class Bus:
     def _sync_read(self, ids: Sequence[int], address: int, size: int) -> dict[int, Any]:
         self._await(14 + len(ids) + len(ids) * (11 + size), answers=len(ids))
         self._packets.syncReadTx(self._port, address, size, list(ids), len(ids), False)
-        return self._group_answers({id_: size for id_ in ids})
+        return self._group_answers(dict.fromkeys(ids, size))
 
     def _bulk_read(self, blocks: Mapping[int, tuple[int, int]]) -> dict[int, Any]:
         content = [n for id_, (address, size) in blocks.items() for n in (size, id_, address)]
@@ -354,9 +350,7 @@ class Bus:
             else:
                 self._packets.ping(self._port, id_)
             times.append(time.perf_counter() - begin)
-        known = exchange_time(
-            request, [answer], baud=self.baud, return_delay=delay, latency=0.0
-        )
+        known = exchange_time(request, [answer], baud=self.baud, return_delay=delay, latency=0.0)
         return max(sorted(times)[count // 2] - known, 0.0)
 
 

@@ -7,8 +7,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-import numpy as np
-
 from phasmid.hardware.control_table import Model, Register
 from phasmid.hardware.packets import BROADCAST, Instruction, Packet
 from phasmid.hardware.status import (
@@ -34,6 +32,9 @@ PROTECTION_PERIOD = 0.01
 
 STILL = 0.03
 """Distance from the goal within which a servo no longer moves [rad]."""
+
+GOALS = "goal_position", "goal_velocity", "goal_current", "goal_pwm"
+"""Registers that cannot be written after the watchdog has stopped the servo."""
 
 HARDWARE_ERRORS = StatusError.VOLTAGE | StatusError.OVERHEATING | StatusError.OVERLOAD
 """Errors of the servo itself, which may shut it down."""
@@ -345,7 +346,8 @@ class EmulatedServo:
                 case Instruction.PING:
                     level, data = 0, self._ping_data()
                 case Instruction.READ:
-                    level, data = 1, self._read(packet.parameters)
+                    level = 1
+                    data = self._read(packet.parameters)
                 case Instruction.WRITE:
                     self._write(packet.parameters)
                 case Instruction.REG_WRITE:
@@ -415,9 +417,7 @@ class EmulatedServo:
         width = self.protocol
         if len(parameters) != 2 * width:
             raise Refusal(StatusError.RANGE if self.protocol == 1 else StatusError.LENGTH)
-        address, length = (
-            int.from_bytes(parameters[k : k + width], "little") for k in (0, width)
-        )
+        address, length = (int.from_bytes(parameters[k : k + width], "little") for k in (0, width))
         return self._bytes(address, length)
 
     def _bytes(self, address: int, length: int) -> bytes:
@@ -451,7 +451,7 @@ class EmulatedServo:
     def _check_write(self, address: int, content: bytes) -> None:
         """Refuse a write that the manual forbids."""
         is_first = self.protocol == 1
-        for register, value in self._written(address, content):
+        for register, value in list(self._written(address, content)):
             is_rom = register.address < self.model.ram
             locked = self["lock"] if is_first else self["torque_enable"]
             if not register.writable or (is_rom and locked):
@@ -464,12 +464,12 @@ class EmulatedServo:
                     raise Refusal(StatusError.ANGLE_LIMIT)
             if not register.low <= value <= register.high:
                 raise Refusal(StatusError.RANGE)
-            if not is_first:
-                if register.name.startswith("goal_") and register.name != "goal_speed":
-                    if self["bus_watchdog"] == STOPPED:
-                        raise Refusal(StatusError.RANGE)
-                if not self._is_within_limits(register, value):
-                    raise Refusal(StatusError.LIMIT)
+            if is_first:
+                continue
+            if register.name in GOALS and self["bus_watchdog"] == STOPPED:
+                raise Refusal(StatusError.RANGE)
+            if not self._is_within_limits(register, value):
+                raise Refusal(StatusError.LIMIT)
 
     def _is_within_limits(self, register: Register, value: int) -> bool:
         """Return whether a value is within the limits that other registers set."""
@@ -508,8 +508,3 @@ class EmulatedServo:
         if parameters[0] == ALL and is_broadcast:
             return
         self._reset(parameters[0])
-
-
-def phantom(data: bytes, generator: np.random.Generator) -> bytes:
-    """Return random bytes in place of data, as a servo with a broken cable reports now and then."""
-    return generator.bytes(len(data))

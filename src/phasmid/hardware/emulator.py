@@ -20,24 +20,14 @@ import numpy as np
 
 from phasmid.errors import InvalidInput
 from phasmid.hardware.control_table import model
-from phasmid.hardware.emulated_servo import Answer, EmulatedServo, phantom
-from phasmid.hardware.faults import Fault, parse_fault
-from phasmid.hardware.packets import (
-    BROADCAST,
-    STATUS,
-    Instruction,
-    Packet,
-    crc16,
-    decode,
-    status_packet,
-)
+from phasmid.hardware.emulated_servo import EmulatedServo
+from phasmid.hardware.faults import Fault, FaultSource
+from phasmid.hardware.line import Line
+from phasmid.hardware.packets import Packet, decode
 from phasmid.hardware.plant import Bench, Plant
 from phasmid.hardware.rates import BLOCK, wire_time
 from phasmid.hardware.status import StatusError
 from phasmid.robot import Servo, load_servo
-
-MOST_SERVOS = 253
-"""Most servos on a bus: all ids."""
 
 TICK = 2e-3
 """Longest time between two advances of the motion [s]."""
@@ -48,12 +38,6 @@ by about 0.1 ms."""
 
 SILENCE = 0.02
 """Silence after which an incomplete packet is dropped [s]."""
-
-LINE_TOLERANCE = 0.03
-"""Difference of baud rates that a line bears."""
-
-PHANTOMS = 0.2
-"""Share of answers with random data of a servo with phantom values."""
 
 OVERHEAT = 5.0
 """Temperature of a hot servo above its limit [°C]."""
@@ -90,6 +74,7 @@ class Emulator:
 
     Attributes:
         servos: The servos.
+        faults: Faults, with the random generator.
         port: Path of the port; empty before the start.
 
     Raises:
@@ -107,18 +92,18 @@ class Emulator:
         seed: int = 0,
     ) -> None:
         self.servos = list(servos)
-        _check(self.servos)
-        self.protocol = self.servos[0].protocol
+        self.faults = FaultSource(faults, seed)
+        self._line = Line(servos, self.faults)
+        self.protocol = self._line.protocol
         self.plant: Plant = plant or Bench([one.servo for one in self.servos])
         self.latency = latency
         self.port = ""
-        self._faults = [self._checked(parse_fault(text)) for text in faults]
         self._struck: set[Fault] = set()
-        self._random = np.random.default_rng(seed)
         self._supply = self.plant.reading(0).voltage
         self._brown_out = False
         self._lock, self._closing = threading.Lock(), threading.Event()
-        self._stream, self._events = bytearray(), list[tuple[float, int, Callable[..., None], Any]]()
+        self._stream = bytearray()
+        self._events: list[tuple[float, int, Callable[..., None], Any]] = []
         self._order = count()
         self._wire_free = self._last_byte = self._simulated = self._began = 0.0
         self._thread: threading.Thread | None = None
@@ -186,21 +171,12 @@ class Emulator:
         Raises:
             InvalidInput: It is not understood.
         """
-        fault = self._checked(parse_fault(text))
         with self._lock:
-            begin = fault.at + self.time
-            self._faults.append(Fault(**{**vars(fault), "at": begin}))
+            self.faults.add(text, self.time)
 
     def servo(self, id_: int) -> EmulatedServo:
         """Return the servo of an id."""
         return next(one for one in self.servos if one.id == id_)
-
-    def _checked(self, fault: Fault) -> Fault:
-        """Refuse a fault of a servo that is not there."""
-        ids = [one.id for one in self.servos]
-        if fault.id >= 0 and fault.id not in ids:
-            raise InvalidInput(f"there is no servo {fault.id}; there are {_ranges(ids)}.")
-        return fault
 
     # Thread --------------------------------------------------------------------------------------
 
@@ -252,149 +228,27 @@ class Emulator:
     def _handle(self, due: float, received: tuple[Packet, int]) -> None:
         """Let the servos handle a packet, and send their answers."""
         packet, baud = received
-        if self._happens("lost") or self._brown_out:
+        self.faults.time = due - self._began
+        if self.faults.happens("lost") or self._brown_out:
             return
-        if self._happens("garbled"):
+        if self.faults.happens("garbled"):
             packet = Packet(packet.id, packet.instruction, packet.parameters, intact=False)
         self._advance(due)
-        listening = [one for one in self.servos if self._listens(one, baud)]
-        answers = self._answers(packet, {one.id: one for one in listening}, due)
-        self._send(due, answers, baud)
-
-    def _listens(self, servo: EmulatedServo, baud: int) -> bool:
-        """Return whether a servo understands the line's baud rate, and lives."""
-        is_heard = not baud or abs(servo.baud - baud) <= LINE_TOLERANCE * baud
-        return is_heard and not self._is("dead", servo.id)
-
-    def _answers(
-        self, packet: Packet, servos: dict[int, EmulatedServo], now: float
-    ) -> list[tuple[EmulatedServo, bytes]]:
-        """Execute an instruction; return status packets in their order, and who sends them."""
-        kind, several = packet.instruction, packet.id == BROADCAST
-        if several and packet.intact:
-            if kind == Instruction.SYNC_WRITE or (
-                kind == Instruction.BULK_WRITE and self.protocol == 2
-            ):
-                for id_, address, content in self._write_parts(packet):
-                    if id_ in servos:
-                        servos[id_].write(address, content, now)
-                return []
-            if kind in self._group_reads():
-                return self._group_answers(packet, servos, now)
-        answers = []
-        for servo in sorted(servos.values(), key=lambda one: one.id):
-            if several or packet.id == servo.id:
-                id_, answer = servo.id, servo.handle(packet, now)
-                if answer is not None:
-                    answers.append((servo, self._status(id_, servo, answer)))
-        return answers
-
-    def _group_reads(self) -> tuple[Instruction, ...]:
-        if self.protocol == 2:
-            return Instruction.SYNC_READ, Instruction.BULK_READ, Instruction.FAST_SYNC_READ
-        return (Instruction.BULK_READ,)
-
-    def _group_answers(
-        self, packet: Packet, servos: dict[int, EmulatedServo], now: float
-    ) -> list[tuple[EmulatedServo, bytes]]:
-        """Return the answers to a sync or bulk read.
-
-        Each servo waits for the answer of the one before it; behind a silent one all are silent.
-        """
-        answers: list[tuple[EmulatedServo, Answer]] = []
-        for id_, address, length in self._read_parts(packet):
-            servo = servos.get(id_)
-            if servo is None or servo.model.reads == "single":
-                break
-            answer = servo.read_answer(address, length, now)
-            if answer is None:
-                break
-            answers.append((servo, answer))
-        if packet.instruction == Instruction.FAST_SYNC_READ:
-            return self._fast_answer(answers)
-        return [(servo, self._status(servo.id, servo, answer)) for servo, answer in answers]
-
-    def _fast_answer(
-        self, answers: Sequence[tuple[EmulatedServo, Answer]]
-    ) -> list[tuple[EmulatedServo, bytes]]:
-        """Return the one packet of a fast sync read: error, id, data and CRC of each servo."""
-        if not answers:
-            return []
-        size = 1 + sum(4 + len(answer.data) for _, answer in answers)
-        header = b"\xff\xff\xfd\x00" + bytes([BROADCAST]) + size.to_bytes(2, "little")
-        content = header + bytes([STATUS])
-        for servo, answer in answers:
-            content += bytes([answer.error, self._own_id(servo)]) + answer.data
-            content += crc16(content).to_bytes(2, "little")
-        return [(answers[0][0], content)]
-
-    def _write_parts(self, packet: Packet) -> list[tuple[int, int, bytes]]:
-        """Return id, address and content of each part of a sync or bulk write."""
-        data, parts = packet.parameters, []
-        if packet.instruction == Instruction.BULK_WRITE:
-            while len(data) >= 5:
-                address, length = (int.from_bytes(data[k : k + 2], "little") for k in (1, 3))
-                if len(data) < 5 + length:
-                    break
-                parts.append((data[0], address, data[5 : 5 + length]))
-                data = data[5 + length :]
-            return parts
-        width = self.protocol
-        if len(data) < 2 * width:
-            return []
-        address, length = (int.from_bytes(data[k : k + width], "little") for k in (0, width))
-        rows = data[2 * width :]
-        for k in range(0, len(rows) - length, length + 1):
-            parts.append((rows[k], address, rows[k + 1 : k + 1 + length]))
-        return parts
-
-    def _read_parts(self, packet: Packet) -> list[tuple[int, int, int]]:
-        """Return id, address and length of each part of a sync or bulk read."""
-        data, parts = packet.parameters, []
-        if self.protocol == 1:
-            # The first parameter is 0; an id counts once.
-            parts = [(data[k + 1], data[k + 2], data[k]) for k in range(1, len(data) - 2, 3)]
-            return list({part[0]: part for part in reversed(parts)}.values())[::-1]
-        if packet.instruction == Instruction.BULK_READ:
-            for k in range(0, len(data) - 4, 5):
-                address, length = (
-                    int.from_bytes(data[j : j + 2], "little") for j in (k + 1, k + 3)
-                )
-                parts.append((data[k], address, length))
-            return parts
-        if len(data) < 4:
-            return []
-        address, length = (int.from_bytes(data[k : k + 2], "little") for k in (0, 2))
-        return [(id_, address, length) for id_ in data[4:]]
+        self._send(due, self._line.execute(packet, due, baud), baud)
 
     # Answers -------------------------------------------------------------------------------------
 
-    def _own_id(self, servo: EmulatedServo) -> int:
-        """Return the id with which a servo answers."""
-        other = next((f for f in self._active() if f.kind == "answers" and f.id == servo.id), None)
-        return servo.id if other is None else int(other.amount)
-
-    def _status(self, id_: int, servo: EmulatedServo, answer: Answer) -> bytes:
-        """Return a servo's status packet, with the faults of the servo."""
-        data = answer.data
-        if data and self._is("phantom", servo.id) and self._random.random() < PHANTOMS:
-            data = phantom(data, self._random)
-        id_ = self._own_id(servo) if self._faults else id_
-        return status_packet(self.protocol, id_, answer.error, data)
-
-    def _send(
-        self, due: float, answers: Sequence[tuple[EmulatedServo, bytes]], baud: int
-    ) -> None:
+    def _send(self, due: float, answers: Sequence[tuple[EmulatedServo, bytes]], baud: int) -> None:
         """Send status packets: wire time, return delays, and blocks of the USB adapter."""
         now, waiting = max(due, self._wire_free), bytearray()
         extra = 0.0
         for servo, packet in answers:
             now += servo.return_delay
-            if self._happens("lost"):
+            if self.faults.happens("lost"):
                 continue
-            if self._happens("garbled"):
-                packet = self._garbled(packet)
-            if late := self._happens("late"):
+            if self.faults.happens("garbled"):
+                packet = self.faults.garbled(packet)
+            if late := self.faults.happens("late"):
                 extra = late.amount
             for byte in packet:
                 now += wire_time(1, baud or servo.baud)
@@ -411,34 +265,9 @@ class Emulator:
         with suppress(OSError):
             os.write(self._master, data)
 
-    def _garbled(self, packet: bytes) -> bytes:
-        """Return a packet with one bit turned."""
-        damaged = bytearray(packet)
-        damaged[self._random.integers(len(packet))] ^= 1 << self._random.integers(8)
-        return bytes(damaged)
-
-    # Faults --------------------------------------------------------------------------------------
-
-    def _active(self) -> list[Fault]:
-        if not self._faults:
-            return []
-        now = self.time
-        return [fault for fault in self._faults if fault.is_active(now)]
-
-    def _happens(self, kind: str) -> Fault | None:
-        """Return the fault of packets that happens to the present one, or None."""
-        for fault in self._active():
-            if fault.kind == kind and self._random.random() < fault.rate:
-                return fault
-        return None
-
-    def _is(self, kind: str, id_: int) -> bool:
-        """Return whether a servo has a fault."""
-        return any(fault.kind == kind and fault.id == id_ for fault in self._active())
-
     def _strike(self) -> None:
         """Apply faults that change the servos."""
-        active = self._active()
+        active = self.faults.active()
         brown_out = next((fault for fault in active if fault.kind == "brown-out"), None)
         if bool(brown_out) != self._brown_out:
             self._brown_out = brown_out is not None
@@ -464,7 +293,8 @@ class Emulator:
         steps = int((now - self._simulated) / self.plant.dt)
         if steps < 1:
             return
-        if self._faults:
+        if self.faults:
+            self.faults.time = now - self._began
             self._strike()
         dt = steps * self.plant.dt
         self._simulated += dt
@@ -475,24 +305,7 @@ class Emulator:
                 voltage = self.plant.reading(index).voltage
                 self.plant.set_law(index, servo.law(), voltage)
             goals[index] = servo.advance_goal(dt)
-            enabled[index] = servo.enabled and not (self._faults and self._is("dead", servo.id))
+            enabled[index] = servo.enabled and not self.faults.strikes("dead", servo.id)
         self.plant.advance(steps, goals, enabled)
         for index, servo in enumerate(self.servos):
             servo.update(self.plant.reading(index), now)
-
-
-def _check(servos: Sequence[EmulatedServo]) -> None:
-    """Refuse servos that do not fit on one bus."""
-    if not servos or len(servos) > MOST_SERVOS:
-        raise InvalidInput(f"a bus has 1 to {MOST_SERVOS} servos; there are {len(servos)}.")
-    ids = [one.id for one in servos]
-    twice = next((id_ for id_ in ids if ids.count(id_) > 1), None)
-    if twice is not None:
-        raise InvalidInput(f"two servos have the id {twice}; ids must differ.")
-    if len({one.protocol for one in servos}) > 1:
-        raise InvalidInput("the servos speak protocol 1.0 and 2.0; a bus needs one of them.")
-
-
-def _ranges(ids: Sequence[int]) -> str:
-    """Return ids as text."""
-    return ", ".join(map(str, ids))

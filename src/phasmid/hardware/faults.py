@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from phasmid.errors import InvalidInput, nearest
 
@@ -11,6 +14,9 @@ PACKET_FAULTS = {"lost": "0.01", "garbled": "0.01", "late": "0.01 by 50 ms"}
 """Faults of packets, with an example of their amounts."""
 
 SERVO_FAULTS = ("dead", "hot", "overload", "phantom", "answers")
+
+PHANTOMS = 0.2
+"""Share of answers with random data of a servo with phantom values."""
 
 NUMBER = r"\d+(?:\.\d+)?"
 TIMES = rf"(?: at (?P<at>{NUMBER}) ?s)?(?: for (?P<duration>{NUMBER}) ?s)?"
@@ -89,3 +95,75 @@ def parse_fault(text: str) -> Fault:
         rate=rate,
         amount=amounts.get(kind, 0.0),
     )
+
+
+class FaultSource:
+    """The faults of an emulated bus, and their random numbers.
+
+    Args:
+        texts: Sentences, see `parse_fault`; times count from the start.
+        seed: Of the random numbers.
+
+    Attributes:
+        time: Time since the start [s], which decides what is active.
+    """
+
+    def __init__(self, texts: Sequence[str] = (), seed: int = 0) -> None:
+        self.time = 0.0
+        self._faults = [parse_fault(text) for text in texts]
+        self._random = np.random.default_rng(seed)
+        self._ids: Sequence[int] = ()
+
+    def __bool__(self) -> bool:
+        """Return whether there are any."""
+        return bool(self._faults)
+
+    def check(self, ids: Sequence[int]) -> None:
+        """Refuse faults of servos that are not there, also of faults that are added.
+
+        Raises:
+            InvalidInput: A fault names another id.
+        """
+        self._ids = ids
+        for fault in self._faults:
+            if fault.id >= 0 and fault.id not in ids:
+                known = ", ".join(map(str, ids))
+                raise InvalidInput(f"there is no servo {fault.id}; there are {known}.")
+
+    def add(self, text: str, now: float) -> None:
+        """Add a fault, whose time counts from a time [s]."""
+        fault = parse_fault(text)
+        self._faults.append(replace(fault, at=fault.at + now))
+        self.check(self._ids)
+
+    def active(self) -> list[Fault]:
+        """Return the active faults."""
+        return [fault for fault in self._faults if fault.is_active(self.time)]
+
+    def happens(self, kind: str) -> Fault | None:
+        """Return the fault of packets that happens to the present one, or None."""
+        for fault in self.active():
+            if fault.kind == kind and self._random.random() < fault.rate:
+                return fault
+        return None
+
+    def strikes(self, kind: str, id_: int) -> bool:
+        """Return whether a servo has a fault."""
+        return any(fault.kind == kind and fault.id == id_ for fault in self.active())
+
+    def own_id(self, id_: int) -> int:
+        """Return the id with which a servo answers."""
+        other = next((f for f in self.active() if f.kind == "answers" and f.id == id_), None)
+        return id_ if other is None else int(other.amount)
+
+    def phantom(self, id_: int, data: bytes) -> bytes:
+        """Return data of a servo, or random bytes."""
+        if data and self.strikes("phantom", id_) and self._random.random() < PHANTOMS:
+            return self._random.bytes(len(data))
+        return data
+
+    def garbled(self, packet: bytes) -> bytes:
+        """Return a packet with one bit turned."""
+        damaged = bytearray(packet)
+        damaged[self._random.integers(len(packet))] ^= 1 << int(self._random.integers(8))
+        return bytes(damaged)

@@ -116,7 +116,8 @@ def decode(protocol: int, stream: bytearray) -> Packet | None:
         start = stream.find(header)
         if start < 0:
             # The header may have begun.
-            keep = next((n for n in range(len(header) - 1, 0, -1) if stream.endswith(header[:n])), 0)
+            parts = (header[:n] for n in range(len(header) - 1, 0, -1))
+            keep = next((len(part) for part in parts if stream.endswith(part)), 0)
             del stream[: len(stream) - keep]
             return None
         del stream[:start]
@@ -149,13 +150,14 @@ def _decode_2(stream: bytearray) -> tuple[Packet | None, int]:
     id_, length = stream[4], int.from_bytes(stream[5:7], "little")
     if id_ in (0xFD, 0xFF) or not 3 <= length <= LONGEST:
         return None, 1
-    # Byte stuffing keeps headers out of packets: another header means that this one was cut off.
-    again = stream.find(HEADERS[2], 7, 5 + length)
-    if again > 0:
-        return None, again
     if len(stream) < 7 + length:
         return None, 0
     content = bytes(stream[: 5 + length])
     intact = crc16(content) == int.from_bytes(stream[5 + length : 7 + length], "little")
     body = content[7:].replace(STUFFED, UNSTUFFED)
-    return Packet(id_, body[0], body[1:], intact), 7 + length
+    end = 7 + length
+    if not intact:
+        # Byte stuffing keeps headers out of packets: another one means that this was cut off.
+        again = stream.find(HEADERS[2], 7, end + 3)
+        end = end if again < 0 else again
+    return Packet(id_, body[0], body[1:], intact), end

@@ -15,7 +15,7 @@ READ_TIMEOUT = 1e-3
 """Longest time that a read waits for its bytes [s]."""
 
 
-class Port(PortHandler):
+class Port(PortHandler):  # type: ignore[misc]
     """A serial port that this process alone has open.
 
     Args:
@@ -26,32 +26,32 @@ class Port(PortHandler):
         patience: Time for which an answer is awaited [s].
     """
 
+    is_open: bool
+
     def __init__(self, path: str, baud: int) -> None:
         super().__init__(path)
         self.baudrate, self.patience = baud, 0.05
         self._deadline = 0.0
         self.setupPort(baud)
 
-    def setupPort(self, cflag_baud: int) -> bool:  # noqa: N802
+    def setupPort(self, cflag_baud: int) -> bool:
         """Open the port; the library calls it too."""
         if self.is_open:
             self.closePort()
-        self.ser = serial.Serial(
-            self.port_name, cflag_baud, timeout=READ_TIMEOUT, exclusive=True
-        )
+        self.ser = serial.Serial(self.port_name, cflag_baud, timeout=READ_TIMEOUT, exclusive=True)
         self.is_open = True
         self.ser.reset_input_buffer()
         return True
 
-    def setPacketTimeout(self, packet_length: int) -> None:  # noqa: ARG002, N802
+    def setPacketTimeout(self, packet_length: int) -> None:  # noqa: ARG002
         """Begin to wait for an answer: as long as `patience`, whatever the library thinks."""
         self._deadline = time.monotonic() + self.patience
 
-    def setPacketTimeoutMillis(self, msec: float) -> None:  # noqa: N802
+    def setPacketTimeoutMillis(self, msec: float) -> None:
         """Begin to wait for an answer for a time [ms]."""
         self._deadline = time.monotonic() + msec / 1000
 
-    def isPacketTimeout(self) -> bool:  # noqa: N802
+    def isPacketTimeout(self) -> bool:
         """Return whether the time for an answer is over."""
         return time.monotonic() > self._deadline
 
