@@ -36,6 +36,9 @@ SPIN = 1.5e-4
 """Time before a deadline during which the thread does not sleep [s]; sleeping ends later than asked
 by about 0.1 ms."""
 
+HANDOVERS = 15
+"""Bytes that are passed through the pseudo-terminal to measure how long the system takes."""
+
 SILENCE = 0.02
 """Silence after which an incomplete packet is dropped [s]."""
 
@@ -63,7 +66,8 @@ class Emulator:
     """Servos on an emulated bus.
 
     Requests take their time on the wire, one after the other. Answers begin after the return delay
-    and reach the client when the USB adapter passes them on. Answers never collide.
+    and reach the client when the USB adapter passes them on. Answers never collide. The time that
+    the system itself takes to pass bytes on is measured at the start and subtracted.
 
     Args:
         servos: The servos, all of one protocol, with different ids.
@@ -106,6 +110,7 @@ class Emulator:
         self._events: list[tuple[float, int, Callable[..., None], Any]] = []
         self._order = count()
         self._wire_free = self._last_byte = self._simulated = self._began = 0.0
+        self._handover = 0.0, 0.0
         self._thread: threading.Thread | None = None
         self._speeds: dict[int, int] = {}
         # Compiles, and sets the registers before anybody reads them.
@@ -137,6 +142,8 @@ class Emulator:
             if name.startswith("B") and name[1:].isdigit()
         }
         self.port = os.ttyname(self._slave)
+        ends = self._slave, self._master
+        self._handover = _handover(*ends), _handover(*ends[::-1])
         self._began = self._simulated = time.monotonic()
         self._thread = threading.Thread(target=self._run, name="servo bus", daemon=True)
         self._thread.start()
@@ -196,7 +203,8 @@ class Emulator:
                         pass
                     _, _, action, argument = heapq.heappop(self._events)
                     action(due, argument)
-                self._advance(time.monotonic())
+                if time.monotonic() - self._simulated > TICK / 2:
+                    self._advance(time.monotonic())
 
     def _later(self, due: float, action: Callable[[float, Any], None], argument: Any) -> None:
         """Call an action with an argument at a time [s]."""
@@ -211,7 +219,7 @@ class Emulator:
                 self._stream.clear()
             self._last_byte = now
             rate = baud or self.servos[0].baud
-            begin = max(now, self._wire_free)
+            begin = max(now - self._handover[0], self._wire_free)
             self._wire_free = begin + wire_time(len(data), rate)
             self._stream += data
             while (packet := decode(self.protocol, self._stream)) is not None:
@@ -254,10 +262,11 @@ class Emulator:
                 now += wire_time(1, baud or servo.baud)
                 waiting.append(byte)
                 if len(waiting) == BLOCK:
-                    self._later(now + extra, self._deliver, bytes(waiting))
+                    self._later(now + extra - self._handover[1], self._deliver, bytes(waiting))
                     waiting.clear()
         if waiting:
-            self._later(now + self.latency + extra, self._deliver, bytes(waiting))
+            due = now + self.latency + extra - self._handover[1]
+            self._later(due, self._deliver, bytes(waiting))
         if answers:
             self._wire_free = now
 
@@ -309,3 +318,17 @@ class Emulator:
         self.plant.advance(steps, goals, enabled)
         for index, servo in enumerate(self.servos):
             servo.update(self.plant.reading(index), now)
+
+
+def _handover(sender: int, receiver: int) -> float:
+    """Return the median time that bytes take through the pseudo-terminal [s]."""
+    times = []
+    for _ in range(HANDOVERS):
+        begin = time.monotonic()
+        os.write(sender, b"\0")
+        select.select([receiver], [], [], 1.0)
+        os.read(receiver, 1)
+        times.append(time.monotonic() - begin)
+        # As between two packets: a processor that rests takes longer to begin.
+        time.sleep(TICK)
+    return sorted(times)[HANDOVERS // 2]
