@@ -7,6 +7,7 @@ import math
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
@@ -155,8 +156,8 @@ def _advice(bus: Bus, id_: int) -> str:
         read_size=table.register("present_position").size,
     )
     text = (
-        f"The adapter adds {1000 * latency:.1f} ms to an answer: goals and positions of "
-        f"{count} servos at {rate:.0f} Hz at most."
+        f"The adapter adds {1000 * latency:.1f} ms to an answer.\n"
+        f"Goals and positions of {count} servos can be exchanged at {rate:.0f} Hz."
     )
     if latency >= MOST_LATENCY:
         remedy = latency_advice(bus.path)
@@ -226,15 +227,13 @@ def _states(bus: Bus) -> list[list[str]]:
 def _emulate(options: argparse.Namespace) -> int:
     """Emulate servos until Ctrl-C."""
     emulator, rows = _emulator(options)
-    with emulator:
+    with suppress(KeyboardInterrupt), emulator:
         say(f"The port is {emulator.port}\nCtrl-C ends it.")
         if rows:
             print_table(rows, right=(0, 2, 3))
-        try:
-            while True:
-                time.sleep(1)
-        except KeyboardInterrupt:
-            say("phasmid: the bus is closed.")
+        while True:
+            time.sleep(1)
+    say("phasmid: the bus is closed.")
     return 0
 
 
