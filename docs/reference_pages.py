@@ -32,6 +32,7 @@ PACKAGES = (
     "phasmid.learning",
     "phasmid.studies",
     "phasmid.advice",
+    "phasmid.hardware",
     "phasmid.cad",
     "phasmid.derivation",
     "phasmid.verification",

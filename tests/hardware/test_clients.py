@@ -179,10 +179,10 @@ def test_a_moving_speed_limits_the_motion(pair):
 def test_a_late_answer_is_not_taken_for_the_next(pair):
     emulator, bus = pair
     bus.scan([1, 2])
-    emulator.add_fault("late 1 by 30 ms for 0.1 s")
+    emulator.add_fault("late 1 by 30 ms for 0.4 s")
     with pytest.raises(BusError, match="servo 1, reading return_delay_time: "):
         bus.read(1, "return_delay_time")
-    time.sleep(0.2)
+    time.sleep(0.5)
     assert bus.read(1, "id") == 1.0
     assert bus.read(2, "id") == 2.0
     assert bus.traffic.lost >= 1

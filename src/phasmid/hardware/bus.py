@@ -20,11 +20,15 @@ BAUDS = 1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000
 ANSWER_MARGIN = 10e-3
 """Time for which an answer is awaited beyond the computed one [s]: the system may be busy."""
 
+TRIES = 3
+"""How often one register is read or written until an intact answer comes."""
+
 PING_MARGIN = 20e-3
 """The same for a ping of a scan, after which a servo counts as absent [s]."""
 
-SILENCE = 3e-3
-"""Silence after a lost answer before the next request [s]."""
+SILENCE, LONG_SILENCE = 3e-3, 50e-3
+"""Silence after a lost answer before the next request [s], while controlling and otherwise. A late
+answer would be taken for that of the next request to the same servo, if it has the same size."""
 
 MOST_LATENCY = 8e-3
 """Latency above which the adapter's timer is not set for control [s]."""
@@ -132,11 +136,13 @@ class Bus:
         """Ping ids; return the models of those that answer, or the number of an unknown model.
 
         Args:
-            ids: Ids; None: all.
+            ids: Ids, of which silent ones are pinged twice; None: all.
         """
         found: dict[int, Model | int] = {}
         for id_ in range(253) if ids is None else ids:
             number = self._ping(id_)
+            if number is None and ids is not None:
+                number = self._ping(id_)
             if number is not None:
                 found[id_] = model_of_number(number) or number
         self.models |= {id_: m for id_, m in found.items() if isinstance(m, Model)}
@@ -183,10 +189,13 @@ class Bus:
 
     def read_raw(self, id_: int, register: Register) -> int:
         """Return the value of a register in its own unit."""
-        data = self._checked(
-            id_, *self._read_block(id_, register.address, register.size), f"reading {register.name}"
-        )
-        return register.from_bytes(data)
+        work = f"reading {register.name}"
+        block = register.address, register.size
+        for tries in range(TRIES, 0, -1):
+            data, result, error = self._read_block(id_, *block, silence=LONG_SILENCE)
+            if result == self._sdk.COMM_SUCCESS or tries == 1:
+                break
+        return register.from_bytes(self._checked(id_, data, result, error, work))
 
     def write(self, id_: int, name: str, value: float) -> None:
         """Write the value of a register in SI units.
@@ -200,16 +209,23 @@ class Bus:
     def write_raw(self, id_: int, register: Register, value: int) -> None:
         """Write the value of a register in its own unit."""
         data = list(register.to_bytes(value))
-        self._await(11)
-        result, error = self._packets.writeTxRx(self._port, id_, register.address, len(data), data)
-        self._count(result)
+        for tries in range(TRIES, 0, -1):
+            self._await(11)
+            result, error = self._packets.writeTxRx(
+                self._port, id_, register.address, len(data), data
+            )
+            self._count(result, LONG_SILENCE)
+            if result == self._sdk.COMM_SUCCESS or tries == 1:
+                break
         self._checked(id_, b"", result, error, f"writing {value} to {register.name}")
 
-    def _read_block(self, id_: int, address: int, size: int) -> tuple[bytes, int, int]:
+    def _read_block(
+        self, id_: int, address: int, size: int, silence: float = SILENCE
+    ) -> tuple[bytes, int, int]:
         """Return a part of a servo's table, the library's result and the error byte."""
         self._await(14 + 11 + size)
         data, result, error = self._packets.readTxRx(self._port, id_, address, size)
-        self._count(result)
+        self._count(result, silence)
         return bytes(data), result, error
 
     def _checked(self, id_: int, data: bytes, result: int, error: int, work: str) -> bytes:
@@ -223,13 +239,22 @@ class Bus:
         return data
 
     def errors(self, id_: int) -> StatusError:
-        """Return the errors of a servo itself, such as an overload."""
+        """Return the errors of a servo itself, such as an overload.
+
+        Raises:
+            BusError: It does not answer.
+        """
         model = self.model(id_)
         if self.protocol == 2:
             return hardware_error(self.read_raw(id_, model.register("hardware_error_status")))
-        _, result, error = self._packets.ping(self._port, id_)
-        self._count(result)
-        return status_error(1, error)
+        number = model.register("model_number")
+        for _ in range(TRIES):
+            _data, result, error = self._read_block(
+                id_, number.address, number.size, silence=LONG_SILENCE
+            )
+            if result == self._sdk.COMM_SUCCESS:
+                return status_error(1, error)
+        raise BusError(f"servo {id_} does not answer.")
 
     # Several servos ------------------------------------------------------------------------------
 
@@ -323,32 +348,26 @@ class Bus:
         self._port.patience = wire_time(size, self.baud) + answers * delay + self.latency
         self._port.patience += margin
 
-    def _count(self, result: int) -> None:
+    def _count(self, result: int, silence: float = SILENCE) -> None:
         """Count an answer; after a lost one let what may still come pass."""
         if result == self._sdk.COMM_SUCCESS:
             self.traffic.answers += 1
         elif result == self._sdk.COMM_RX_CORRUPT:
             self.traffic.damaged += 1
-            self._port.drain(SILENCE)
+            self._port.drain(silence)
         else:
             self.traffic.lost += 1
-            # A late answer would be taken for that of the next request.
-            self._port.drain(SILENCE)
+            self._port.drain(silence)
 
     def measure_latency(self, id_: int, count: int = 20) -> float:
-        """Return the USB adapter's latency [s]: the median time of pings less that on the wire."""
+        """Return the USB adapter's latency [s]: the median time of a read less that on the wire."""
         table = self.model(id_)
         delay = self.read(id_, "return_delay_time")
-        request, answer = (6, 6) if self.protocol == 1 else (10, 14)
-        if table.protocol == 1:
-            request, answer = 8, 8
         register, times = table.register("model_number"), []
+        request, answer = (8, 8) if self.protocol == 1 else (14, 13)
         for _ in range(count):
             begin = time.perf_counter()
-            if self.protocol == 1:
-                self.read_raw(id_, register)
-            else:
-                self._packets.ping(self._port, id_)
+            self.read_raw(id_, register)
             times.append(time.perf_counter() - begin)
         known = exchange_time(request, [answer], baud=self.baud, return_delay=delay, latency=0.0)
         return max(sorted(times)[count // 2] - known, 0.0)

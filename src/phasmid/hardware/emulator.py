@@ -32,6 +32,9 @@ from phasmid.robot import Servo, load_servo
 TICK = 2e-3
 """Longest time between two advances of the motion [s]."""
 
+LONGEST_ADVANCE = 0.05
+"""Longest time by which the motion advances at once [s]."""
+
 SPIN = 1.5e-4
 """Time before a deadline during which the thread does not sleep [s]; sleeping ends later than asked
 by about 0.1 ms."""
@@ -299,6 +302,8 @@ class Emulator:
 
     def _advance(self, now: float) -> None:
         """Advance the motion to a time [s], and update the registers."""
+        # A plant that is slower than the time falls behind, and the bus goes on.
+        self._simulated = max(self._simulated, now - LONGEST_ADVANCE)
         steps = int((now - self._simulated) / self.plant.dt)
         if steps < 1:
             return
