@@ -326,14 +326,21 @@ class Emulator:
 
 
 def _handover(sender: int, receiver: int) -> float:
-    """Return the median time that bytes take through the pseudo-terminal [s]."""
-    times = []
+    """Return the median time that bytes take through the pseudo-terminal to a thread [s]."""
+    sent, received = [], []
+
+    def receive() -> None:
+        for _ in range(HANDOVERS):
+            select.select([receiver], [], [], 1.0)
+            received.append(time.monotonic())
+            os.read(receiver, 1)
+
+    thread = threading.Thread(target=receive)
+    thread.start()
     for _ in range(HANDOVERS):
-        begin = time.monotonic()
-        os.write(sender, b"\0")
-        select.select([receiver], [], [], 1.0)
-        os.read(receiver, 1)
-        times.append(time.monotonic() - begin)
         # As between two packets: a processor that rests takes longer to begin.
         time.sleep(TICK)
-    return sorted(times)[HANDOVERS // 2]
+        sent.append(time.monotonic())
+        os.write(sender, b"\0")
+    thread.join()
+    return sorted(b - a for a, b in zip(sent, received, strict=True))[HANDOVERS // 2]

@@ -14,6 +14,9 @@ from dynamixel_sdk import PortHandler
 READ_TIMEOUT = 1e-3
 """Longest time that a read waits for its bytes [s]."""
 
+LONGEST_DRAIN = 0.5
+"""Time after which a line that is never silent is used again [s]."""
+
 
 class Port(PortHandler):  # type: ignore[misc]
     """A serial port that this process alone has open.
@@ -57,8 +60,8 @@ class Port(PortHandler):  # type: ignore[misc]
 
     def drain(self, silence: float) -> None:
         """Drop what arrives, until there has been silence for a time [s]."""
-        last = time.monotonic()
-        while time.monotonic() - last < silence:
+        begin = last = time.monotonic()
+        while time.monotonic() - last < silence and last - begin < LONGEST_DRAIN:
             if self.ser.read(256):
                 last = time.monotonic()
         self.ser.reset_input_buffer()
