@@ -34,6 +34,7 @@ PACKAGES = (
     "phasmid.studies",
     "phasmid.advice",
     "phasmid.comparison",
+    "phasmid.hardware",
     "phasmid.cad",
     "phasmid.derivation",
     "phasmid.verification",

@@ -18,6 +18,7 @@ from phasmid.errors import OutputError, plain
 PURPOSES = {
     "cad": "solids and STEP files",
     "derivation": "the equations in symbols",
+    "hardware": "real servos on a serial bus",
     "learn": "learned policies and their training",
     "live": "runs live in Foxglove",
     "ray": "studies on a Ray cluster",

@@ -1,0 +1,272 @@
+"""``phasmid bus``: list and watch servos on a serial port, or emulate such a port."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+from phasmid.cli.options import Number
+from phasmid.cli.output import print_table, say
+from phasmid.errors import InvalidInput, nearest, plain
+
+if TYPE_CHECKING:
+    from phasmid.hardware import Bus, Emulator, Model
+
+ACTIONS = ("scan", "monitor", "emulate")
+
+OPTIONS = {
+    "ACTION": "scan: list the servos on a port; monitor: show their state; emulate: make a port "
+    "with emulated servos",
+    "[PORT]": "the port, such as /dev/ttyUSB0 (scan, monitor)",
+    "--baud N": Number(
+        "baud rate; default: scan tries the usual ones, the others take 1000000",
+        1_000,
+        10_000_000,
+        is_whole=True,
+        hint="1000000",
+    ),
+    "--protocol N": Number("1 or 2; default: scan tries both, monitor 1", 1, 2, is_whole=True),
+    "--ids IDS": "ids, such as 1-18 or 1,2,5; default: all that answer; emulate: 1-18",
+    "--once": "show the state once (monitor)",
+    "--robot ROBOT": "a robot whose servos move it in the simulation (emulate)",
+    "--model MODEL": "model of emulated servos, each with a pendulum; default: AX-12A, or that of "
+    "the robot",
+    "--latency-ms MS": Number(
+        "latency timer of the USB adapter; emulate: default 1", 0, 255, hint="16"
+    ),
+    "--return-delay-us US": Number(
+        "return delay of emulated servos; default: 500, the maker's setting", 0, 508, 500
+    ),
+    "--seed N": Number("of random faults; default: 0", 0, 2**32, 0, is_whole=True),
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the option that may be repeated."""
+    parser.add_argument(
+        "--fault",
+        action="append",
+        metavar="FAULT",
+        default=[],
+        help='a fault of emulated servos: "lost 0.01", "garbled 0.01", "late 0.01 by 50 ms", '
+        '"5 dead at 3 s", "5 hot", "5 overload", "5 phantom", "5 answers as 6", '
+        '"brown-out at 3 s for 0.5 s"; may be repeated',
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do what the action says, and return the exit status."""
+    action, actions = options.action, {"scan": _scan, "monitor": _monitor, "emulate": _emulate}
+    if action not in actions:
+        guess = nearest(action, actions)
+        raise InvalidInput(
+            f'"{plain(action)}" is no action of phasmid bus.',
+            hint=f"phasmid bus {guess or ' or '.join(ACTIONS)}",
+        )
+    if action == "emulate" and options.port:
+        raise InvalidInput("phasmid bus emulate makes its own port.", hint="phasmid bus emulate")
+    if action != "emulate" and not options.port:
+        raise InvalidInput(
+            f"phasmid bus {action} needs a port.", hint=f"phasmid bus {action} /dev/ttyUSB0"
+        )
+    return actions[action](options)
+
+
+def _ids(text: str | None) -> list[int] | None:
+    """Return the ids of an option, such as 1-18 or 1,2,5."""
+    if not text:
+        return None
+    ids: list[int] = []
+    for part in text.split(","):
+        low, dash, high = part.strip().partition("-")
+        ends = (low, high) if dash else (low, low)
+        if not all(end.isdecimal() and end.isascii() and int(end) <= 252 for end in ends):
+            raise InvalidInput(
+                f'--ids is "{plain(text)}"; it must be ids from 0 to 252, such as 1-18 or 1,2,5.',
+                hint="--ids 1-18",
+            )
+        ids += range(int(ends[0]), int(ends[1]) + 1)
+    return list(dict.fromkeys(ids))
+
+
+# Scan ---------------------------------------------------------------------------------------------
+
+
+def _scan(options: argparse.Namespace) -> int:
+    """List the servos of a port; status 1 where there are none."""
+    from phasmid.hardware.bus import BAUDS
+
+    bauds = (options.baud,) if options.baud else BAUDS
+    protocols = (options.protocol,) if options.protocol else (1, 2)
+    rows, ids = [["id", "model", "baud", "protocol", "return delay"]], _ids(options.ids)
+    advice = ""
+    for baud in bauds:
+        for protocol in protocols:
+            with _opened(options, baud, protocol) as bus:
+                for id_, found in bus.scan(ids).items():
+                    rows.append([str(id_), *_described(bus, id_, found, baud, protocol)])
+                if not advice and bus.models:
+                    advice = _advice(bus, next(iter(bus.models)))
+        if len(rows) > 1:
+            break
+    if len(rows) == 1:
+        tried = ", ".join(map(str, bauds))
+        say(f"No servo answers on {plain(options.port)} (tried {tried} baud).")
+        return 1
+    print_table(rows, right=(0, 2, 3, 4))
+    if advice:
+        say(advice)
+    return 0
+
+
+def _described(bus: Bus, id_: int, found: Model | int, baud: int, protocol: int) -> list[str]:
+    """Return model, baud rate, protocol and return delay of a servo as text."""
+    if isinstance(found, int):
+        return [f"unknown model {found}", str(baud), f"{protocol}.0", ""]
+    delay = bus.read(id_, "return_delay_time")
+    return [found.name, str(baud), f"{protocol}.0", f"{1e6 * delay:.0f} us"]
+
+
+def _opened(options: argparse.Namespace, baud: int, protocol: int) -> Bus:
+    """Open the port of the options."""
+    from phasmid.hardware import Bus
+
+    latency = options.latency_ms
+    return Bus(options.port, baud, protocol, latency=None if latency is None else latency / 1000)
+
+
+def _advice(bus: Bus, id_: int) -> str:
+    """Return the measured latency and the rate that it allows, and a remedy where it is long."""
+    from phasmid.hardware.bus import MOST_LATENCY, latency_advice
+    from phasmid.hardware.rates import achievable_rate
+
+    latency, count = bus.measure_latency(id_), len(bus.models)
+    table = bus.models[id_]
+    rate = achievable_rate(
+        table,
+        count,
+        baud=bus.baud,
+        return_delay=bus.read(id_, "return_delay_time"),
+        latency=latency,
+        read_size=table.register("present_position").size,
+    )
+    text = (
+        f"The adapter adds {1000 * latency:.1f} ms to an answer.\n"
+        f"Goals and positions of {count} servos can be exchanged at {rate:.0f} Hz."
+    )
+    if latency >= MOST_LATENCY:
+        remedy = latency_advice(bus.path)
+        text += f"\nIts latency timer is too long for control; set it to 1 ms:\n  {remedy}"
+    return text
+
+
+# Monitor ------------------------------------------------------------------------------------------
+
+
+def _monitor(options: argparse.Namespace) -> int:
+    """Show the state of the servos until Ctrl-C; status 1 where there are none."""
+    with _opened(options, options.baud or 1_000_000, options.protocol or 1) as bus:
+        bus.scan(_ids(options.ids))
+        if not bus.models:
+            say(f"No servo answers on {plain(options.port)}.")
+            return 1
+        first = next(iter(bus.models))
+        advice = _advice(bus, first)
+        while True:
+            began = time.perf_counter()
+            rows = _states(bus)
+            if not options.once and sys.stdout.isatty():
+                # Home, and clear what is below.
+                print("\x1b[H\x1b[J", end="")
+            print_table(rows, right=(0, 1, 2, 3, 4))
+            traffic, took = bus.traffic, time.perf_counter() - began
+            say(
+                f"{traffic.answers} answers, {traffic.lost} lost, {traffic.damaged} damaged; "
+                f"all read in {1000 * took:.0f} ms."
+            )
+            say(advice)
+            if options.once:
+                return 0
+            time.sleep(max(0.2 - took, 0.0))
+
+
+def _states(bus: Bus) -> list[list[str]]:
+    """Return the state of all servos as rows of text."""
+    rows = [["id", "position", "load", "supply", "temperature", "errors"]]
+    for id_, reading in bus.read_all(list(bus.models)).items():
+        if reading is None or not reading.values:
+            rows.append([str(id_), "", "", "", "", "no answer" if reading is None else "refuses"])
+            continue
+        error = reading.error
+        if error.ALERT in error:
+            error = bus.errors(id_)
+        position, load, voltage, temperature = reading.values.values()
+        unit = "A" if "current_limit" in bus.models[id_].registers else "%"
+        amount = f"{load:.2f} A" if unit == "A" else f"{100 * load:.0f} %"
+        rows.append(
+            [
+                str(id_),
+                f"{math.degrees(position):.1f}°",
+                amount,
+                f"{voltage:.1f} V",
+                f"{temperature:.0f} °C",
+                ", ".join(error.names) or "none",
+            ]
+        )
+    return rows
+
+
+# Emulate ------------------------------------------------------------------------------------------
+
+
+def _emulate(options: argparse.Namespace) -> int:
+    """Emulate servos until Ctrl-C."""
+    emulator, rows = _emulator(options)
+    with suppress(KeyboardInterrupt), emulator:
+        say(f"The port is {emulator.port}\nCtrl-C ends it.")
+        if rows:
+            print_table(rows, right=(0, 2, 3))
+        while True:
+            time.sleep(1)
+    say("phasmid: the bus is closed.")
+    return 0
+
+
+def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[str]]]:
+    """Return the emulator of the options, and a table of a robot's servos."""
+    from phasmid.hardware import Emulator, default_calibration, make_servos, model
+
+    ids, rows, servo, plant = _ids(options.ids), [], None, None
+    name, baud = options.model or "AX-12A", options.baud or 1_000_000
+    if options.robot:
+        from phasmid.hardware.plant import SimulatedRobot
+        from phasmid.scenario import load_scenario
+
+        scenario = load_scenario("paper").replace(robot=options.robot)
+        robot = scenario.load_robot()
+        servo, name = robot.servo, options.model or robot.servo.name
+        count = 3 * len(robot.legs)
+        if ids is not None and len(ids) != count:
+            raise InvalidInput(f"{robot.name} has {count} servos; --ids names {len(ids)}.")
+        calibration = default_calibration(robot, model(name), ids)
+        ids = [row.id for row in calibration]
+        plant = SimulatedRobot(scenario, calibration)
+        rows = [["id", "joint", "offset", "range"]]
+        rows += [
+            [str(r.id), r.joint, str(r.homing_offset), f"{r.range_min} to {r.range_max}"]
+            for r in calibration
+        ]
+    servos = make_servos(name, ids or range(1, 19), baud=baud, servo=servo)
+    delay = servos[0].model.register("return_delay_time")
+    for one in servos:
+        one["return_delay_time"] = delay.from_si(options.return_delay_us * 1e-6)
+    latency = 1.0 if options.latency_ms is None else options.latency_ms
+    emulator = Emulator(
+        servos, plant, latency=latency / 1000, faults=options.fault, seed=options.seed
+    )
+    return emulator, rows

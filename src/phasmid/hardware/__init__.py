@@ -1,0 +1,36 @@
+"""Real servos: the bus, control tables, calibration, and an emulator; needs the extra `hardware`.
+
+The emulator itself needs no extra.
+"""
+
+from phasmid.hardware.bus import Bus, BusError, ServoReading, Traffic, usb_latency
+from phasmid.hardware.calibration import ServoCalibration, default_calibration
+from phasmid.hardware.control_table import Model, Register, model, models
+from phasmid.hardware.emulator import Emulator, make_servos
+from phasmid.hardware.plant import Bench, Plant, SimulatedRobot
+from phasmid.hardware.rates import achievable_rate, exchange_time, read_time, write_time
+from phasmid.hardware.status import StatusError
+
+__all__ = [
+    "Bench",
+    "Bus",
+    "BusError",
+    "Emulator",
+    "Model",
+    "Plant",
+    "Register",
+    "ServoCalibration",
+    "ServoReading",
+    "SimulatedRobot",
+    "StatusError",
+    "Traffic",
+    "achievable_rate",
+    "default_calibration",
+    "exchange_time",
+    "make_servos",
+    "model",
+    "models",
+    "read_time",
+    "usb_latency",
+    "write_time",
+]

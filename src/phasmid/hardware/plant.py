@@ -1,0 +1,258 @@
+"""What emulated servos move: pendulums on a bench, or a simulated robot.
+
+The emulator advances a plant in real time and reads the servos' state from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from phasmid.compiled import compiled
+from phasmid.hardware.calibration import ServoCalibration
+from phasmid.hardware.emulated_servo import Reading
+from phasmid.robot import Servo
+from phasmid.scenario import Scenario
+from phasmid.simulation.run import Run
+from phasmid.simulation.servo import (
+    OVERLOADED,
+    RUNNING,
+    SERVO_STATE,
+    servo_parameters,
+    servo_step,
+)
+from phasmid.simulation.start import standing
+
+STEP = 1e-3
+"""Time step of a bench [s]."""
+
+INERTIA, GRAVITY_TORQUE = 1e-3, 0.1
+"""Pendulum of a bench: 100 g at 0.1 m [kg·m², N·m]."""
+
+OFF = 4.0
+"""Shutdown of a servo whose torque is off, after those of `phasmid.simulation.servo`."""
+
+AMBIENT = 25.0
+"""Temperature of the air [°C]."""
+
+
+class Plant(Protocol):
+    """Motion of S servos, whose angles count from their middle.
+
+    Attributes:
+        dt: Time step [s].
+    """
+
+    dt: float
+
+    def set_law(self, index: int, servo: Servo, voltage: float) -> None:
+        """Set law and supply [V] of a servo."""
+
+    def advance(
+        self, steps: int, goal: Float[np.ndarray, " servos"], enabled: Bool[np.ndarray, " servos"]
+    ) -> None:
+        """Advance by time steps towards the goals [rad]; servos that are not enabled are limp."""
+
+    def reading(self, index: int) -> Reading:
+        """Return the state of a servo."""
+
+    def heat(self, index: int, temperature: float) -> None:
+        """Set the temperature of a servo [°C]."""
+
+
+@compiled
+def _step(
+    goal: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    parameters: np.ndarray,
+    servos: np.ndarray,
+    delayed: np.ndarray,
+    delays: np.ndarray,
+    torque: np.ndarray,
+) -> None:
+    """Advance each servo by one step with its own parameters; compiled."""
+    limits = np.array([[-1e3], [1e3]])
+    for j in range(len(goal)):
+        servo_step(
+            goal[j : j + 1],
+            position[j : j + 1],
+            velocity[j : j + 1],
+            limits,
+            parameters[j : j + 1],
+            servos[j : j + 1],
+            delayed[j : j + 1, : delays[j]],
+            torque[j : j + 1],
+        )
+
+
+class ServoBank:
+    """The law, motor and gears of S servos, each with its own settings.
+
+    Args:
+        servos: The servos.
+        dt: Time step [s].
+        position: Angles at the start [rad], shape (S,).
+        voltage: Supply [V].
+    """
+
+    def __init__(
+        self,
+        servos: Sequence[Servo],
+        dt: float,
+        position: Float[np.ndarray, " servos"],
+        voltage: float,
+    ) -> None:
+        self.dt, count = dt, len(servos)
+        self.state = np.zeros(count, SERVO_STATE)
+        self.state["angle"], self.state["temperature"] = position, AMBIENT
+        self.torque = np.zeros(count)
+        self.voltage = np.full(count, voltage)
+        self._delays = np.array([round(servo.delay / dt) for servo in servos])
+        self._delayed = np.repeat(position[:, None], self._delays.max(), axis=1)
+        self._parameters = np.concatenate(
+            [servo_parameters(_rotor(servo), dt, voltage, AMBIENT) for servo in servos]
+        )
+
+    def set_law(self, index: int, servo: Servo, voltage: float) -> None:
+        """Set the settings and the supply [V] of a servo."""
+        self._parameters[index] = servo_parameters(_rotor(servo), self.dt, voltage, AMBIENT)[0]
+        self.voltage[index] = voltage
+
+    def step(
+        self,
+        goal: Float[np.ndarray, " servos"],
+        enabled: Bool[np.ndarray, " servos"],
+        position: Float[np.ndarray, " servos"],
+        velocity: Float[np.ndarray, " servos"],
+    ) -> None:
+        """Advance all servos by one step, and set `torque`."""
+        code = self.state["shutdown"]
+        # A shutdown of the law itself ends with the torque.
+        code[~enabled] = OFF
+        code[enabled & (code == OFF)] = RUNNING
+        _step(
+            goal,
+            position,
+            velocity,
+            self._parameters,
+            self.state,
+            self._delayed,
+            self._delays,
+            self.torque,
+        )
+
+    def reading(self, index: int, position: float, velocity: float) -> Reading:
+        """Return the state of a servo at an angle [rad] and speed [rad/s] of its output."""
+        row = self.state[index]
+        return Reading(
+            position=position,
+            velocity=velocity,
+            load=float(row["duty"]),
+            current=float(row["current"]),
+            temperature=float(row["temperature"]),
+            voltage=float(self.voltage[index]),
+            overloaded=bool(row["shutdown"] == OVERLOADED),
+        )
+
+    def heat(self, index: int, temperature: float) -> None:
+        """Set the temperature of a servo [°C]."""
+        self.state["temperature"][index] = temperature
+
+
+class Bench:
+    """Servos on a bench, each with a pendulum that hangs down at the servo's middle.
+
+    Args:
+        servos: The servos.
+        voltage: Supply [V].
+        inertia: Inertia of a pendulum [kg·m²].
+        gravity_torque: Torque of a horizontal pendulum [N·m].
+    """
+
+    def __init__(
+        self,
+        servos: Sequence[Servo],
+        *,
+        voltage: float = 12.0,
+        inertia: float = INERTIA,
+        gravity_torque: float = GRAVITY_TORQUE,
+    ) -> None:
+        self.dt = STEP
+        self._inertia, self._gravity = inertia, gravity_torque
+        self.position, self.velocity = np.zeros(len(servos)), np.zeros(len(servos))
+        self._bank = ServoBank(servos, STEP, self.position, voltage)
+        self.set_law, self.heat = self._bank.set_law, self._bank.heat
+
+    def advance(
+        self, steps: int, goal: Float[np.ndarray, " servos"], enabled: Bool[np.ndarray, " servos"]
+    ) -> None:
+        """Advance by time steps towards the goals [rad]."""
+        for _ in range(steps):
+            self._bank.step(goal, enabled, self.position, self.velocity)
+            torque = self._bank.torque - self._gravity * np.sin(self.position)
+            self.velocity += self.dt / self._inertia * torque
+            self.position += self.dt * self.velocity
+
+    def reading(self, index: int) -> Reading:
+        """Return the state of a servo."""
+        return self._bank.reading(index, float(self.position[index]), float(self.velocity[index]))
+
+
+class SimulatedRobot:
+    """A robot in MuJoCo that stands on the ground of a scenario; its joints are driven by servos.
+
+    Args:
+        scenario: Robot, ground and simulation.
+        calibration: The servos, leg by leg.
+    """
+
+    def __init__(self, scenario: Scenario, calibration: Sequence[ServoCalibration]) -> None:
+        scenario = scenario.replace(drive="servo")
+        robot = scenario.load_robot()
+        self.run = Run(scenario, standing(scenario, robot), endless=True)
+        self.dt, data = self.run.dt, self.run.data
+        self._q, self._qd, self._applied = data.qpos[7:], data.qvel[6:], data.qfrc_applied[6:]
+        self._sign = np.array([c.direction for c in calibration], dtype=float)
+        self._zero = np.array([c.zero for c in calibration])
+        self._bank = ServoBank(
+            [robot.servo] * len(calibration),
+            self.dt,
+            self.position,
+            scenario.servo.supply(robot.servo),
+        )
+        self.set_law, self.heat = self._bank.set_law, self._bank.heat
+
+    @property
+    def position(self) -> Float[np.ndarray, " servos"]:
+        """Angles of the servos from their middle [rad]."""
+        return self._zero + self._sign * self._q
+
+    def advance(
+        self, steps: int, goal: Float[np.ndarray, " servos"], enabled: Bool[np.ndarray, " servos"]
+    ) -> None:
+        """Advance by time steps towards the goals [rad]."""
+        import mujoco
+
+        run = self.run
+        for _ in range(steps):
+            self._bank.step(goal, enabled, self.position, self._sign * self._qd)
+            self._applied[:] = self._sign * self._bank.torque
+            if run.foot_ground.varies:
+                run.foot_ground.update()
+            mujoco.mj_step(run.model, run.data)
+
+    def reading(self, index: int) -> Reading:
+        """Return the state of a servo."""
+        return self._bank.reading(
+            index, float(self.position[index]), float(self._sign[index] * self._qd[index])
+        )
+
+
+def _rotor(servo: Servo) -> Servo:
+    """Return a servo with a rotor, see `Servo.rotor_inertia`."""
+    return replace(servo, armature=servo.rotor_inertia)

@@ -1,0 +1,101 @@
+"""``phasmid bus``: its tables, advice and refusals, on emulated servos."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from phasmid.cli import main
+from phasmid.hardware import Emulator, make_servos
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+@pytest.fixture
+def servos():
+    pytest.importorskip("dynamixel_sdk")
+    return make_servos("AX-12A", [3, 5], baud=1_000_000)
+
+
+@posix
+def test_scan_lists_servos_and_the_rate_that_the_port_allows(servos, capsys):
+    with Emulator(servos) as emulator:
+        assert main(["bus", "scan", emulator.port, "--ids", "1-6"]) == 0
+    head, third, fifth, *advice = capsys.readouterr().out.splitlines()
+    assert head.split() == ["id", "model", "baud", "protocol", "return", "delay"]
+    assert third.split() == ["3", "AX-12A", "1000000", "1.0", "500", "us"]
+    assert fifth.split()[0] == "5"
+    assert advice[0].startswith("The adapter adds ")
+    assert advice[1].startswith("Goals and positions of 2 servos can be exchanged at ")
+    assert len(advice) == 2
+
+
+@posix
+def test_a_long_latency_timer_is_named_with_its_remedy(servos, capsys):
+    with Emulator(servos, latency=16e-3) as emulator:
+        assert main(["bus", "scan", emulator.port, "--ids", "3", "--baud", "1000000"]) == 0
+    out = capsys.readouterr().out
+    assert "Its latency timer is too long for control; set it to 1 ms:" in out
+    assert "echo 1 | sudo tee /sys/bus/usb-serial/devices/" in out
+
+
+@posix
+def test_monitor_shows_states_and_errors(servos, capsys):
+    with Emulator(servos, faults=["5 hot"]) as emulator:
+        assert main(["bus", "monitor", emulator.port, "--ids", "3,5", "--once"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    assert lines[1].split() == ["3", "0.0°", "0", "%", "12.0", "V", "25", "°C", "none"]
+    assert lines[2].split()[6:] == ["75", "°C", "overheating"]
+
+
+@posix
+def test_a_port_without_servos_has_status_1(servos, capsys):
+    with Emulator(servos, faults=["3 dead", "5 dead"]) as emulator:
+        options = ["--ids", "3,5", "--baud", "1000000"]
+        assert main(["bus", "scan", emulator.port, *options]) == 1
+    assert "No servo answers on" in capsys.readouterr().out
+
+
+@posix
+def test_emulate_names_its_port_and_ends_by_ctrl_c():
+    command = [sys.executable, "-m", "phasmid", "bus", "emulate", "--ids", "1,2"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        port = process.stdout.readline().removeprefix("The port is ").strip()
+        assert os.path.exists(port)  # noqa: PTH110
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+        assert "the bus is closed" in process.stdout.read()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["scn", "x"], '"scn" is no action'),
+        (["scan"], "needs a port"),
+        (["emulate", "x"], "makes its own port"),
+        (["emulate", "--ids", "1-x"], "it must be ids from 0 to 252"),
+        (["emulate", "--fault", "5 daed"], "is no fault of a bus"),
+        (["emulate", "--fault", "99 dead"], "there is no servo 99"),
+        (["emulate", "--model", "AX-12"], 'no control table of a servo called "AX-12"'),
+        (["emulate", "--robot", "markwtech"], 'no control table of a servo called "MG996R"'),
+        (["emulate", "--ids", "1,2", "--robot", "phantomx-ax"], "has 18 servos; --ids names 2"),
+    ],
+)
+def test_bad_input_is_refused_in_one_sentence(arguments, words, capsys):
+    assert main(["bus", *arguments]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_port_that_is_not_there(capsys):
+    pytest.importorskip("dynamixel_sdk")
+    assert main(["bus", "scan", "/dev/no-such-port"]) == 2
+    assert "there is no port /dev/no-such-port" in capsys.readouterr().err
+
+
+def test_without_the_extra_one_sentence(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "dynamixel_sdk", None)
+    assert main(["bus", "scan", "/dev/null"]) == 2
+    assert 'pip install "phasmid[hardware]"' in capsys.readouterr().err
