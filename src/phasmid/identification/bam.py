@@ -11,7 +11,7 @@ from typing import Any
 
 from phasmid.errors import InvalidInput, nearest
 from phasmid.recording.file import write_whole
-from phasmid.robot import Friction, Motor
+from phasmid.robot import Friction
 from phasmid.toml import LARGEST_FILE, read_text
 
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")
@@ -55,15 +55,20 @@ class BamParameters:
     Attributes:
         model: Friction model, ``m1`` to ``m6``.
         actuator: BAM's name of the servo, which selects its law there.
-        motor: Motor and friction.
+        constant: Torque per current at the output [N·m/A].
+        resistance: Of the winding [Ω]; None: the file has none, as for some current-controlled
+            servos.
         armature: Inertia of the rotor at the output [kg·m²].
+        friction: Friction of motor and gears.
         others: Further numbers of the file, such as ``q_offset``.
     """
 
     model: str
     actuator: str
-    motor: Motor
+    constant: float
+    resistance: float | None
     armature: float
+    friction: Friction
     others: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -80,23 +85,22 @@ def load_bam(path: str | Path) -> BamParameters:
         raise InvalidInput(f"{path} is not JSON.") from None
     if not isinstance(raw, dict) or raw.get("model") not in KEYS:
         known = ", ".join(MODELS)
-        raise InvalidInput(
-            f"{path} has no friction model of BAM.", hint=f'"model": one of {known}'
-        )
+        raise InvalidInput(f"{path} has no friction model of BAM.", hint=f'"model": one of {known}')
     model, actuator = raw.pop("model"), raw.pop("actuator", "")
     if not isinstance(actuator, str):
         raise InvalidInput(f"{path}: actuator must be text.")
     values = {key: _number(path, key, value) for key, value in raw.items()}
     keys = KEYS[model]
-    for key in (*keys, "kt", "R", "armature"):
+    for key in (*keys, "kt", "armature"):
         if key not in values:
             guess = nearest(key, values)
             raise InvalidInput(f"{path} lacks {key}.", hint=f"not {guess}" if guess else "")
     fields = {name: values.pop(key) for key, name in keys.items()}
     if model in ("m3", "m4"):
         fields |= {tied: fields[name] for name, tied in _TIED.items() if name in fields}
-    motor = Motor(values.pop("R"), values.pop("kt"), Friction(**fields))
-    return BamParameters(model, actuator, motor, values.pop("armature"), values)
+    constant, resistance = values.pop("kt"), values.pop("R", None)
+    armature, friction = values.pop("armature"), Friction(**fields)
+    return BamParameters(model, actuator, constant, resistance, armature, friction, values)
 
 
 def save_bam(parameters: BamParameters, path: str | Path) -> None:
@@ -105,13 +109,13 @@ def save_bam(parameters: BamParameters, path: str | Path) -> None:
     Raises:
         OutputError: The file cannot be written.
     """
-    motor = parameters.motor
+    resistance, friction = parameters.resistance, parameters.friction
     content: dict[str, Any] = {
-        "kt": motor.constant,
-        "R": motor.resistance,
+        "kt": parameters.constant,
+        **({} if resistance is None else {"R": resistance}),
         "armature": parameters.armature,
         **parameters.others,
-        **{key: getattr(motor.friction, name) for key, name in KEYS[parameters.model].items()},
+        **{key: getattr(friction, name) for key, name in KEYS[parameters.model].items()},
         "model": parameters.model,
         "actuator": parameters.actuator,
     }

@@ -84,28 +84,15 @@ def bench_steps(log: BenchLog) -> int:
     return math.ceil((log.time[-1] - log.time[0]) / STEP) + 1
 
 
-def delayed_goals(log: BenchLog, delay: float) -> Float[np.ndarray, " steps"]:
-    """Return the mean goal of each time step, after a delay [rad].
-
-    The mean over a step, unlike the goal at its beginning, changes smoothly with the delay.
-    """
-    time = log.time - log.time[0]
-    edges = np.arange(bench_steps(log) + 1) * STEP - delay
-    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * log.target[:-1])])
-    before = np.minimum(edges, 0.0) * log.target[0]
-    after = np.maximum(edges - time[-1], 0.0) * log.target[-1]
-    return np.diff(np.interp(edges, time, integral) + before + after) / STEP
-
-
-def powered_steps(log: BenchLog) -> Bool[np.ndarray, " steps"]:
-    """Return whether the torque is on in each time step."""
+def bench_inputs(log: BenchLog) -> tuple[np.ndarray, np.ndarray]:
+    """Return the goal [rad] and whether the torque is on in each time step of a log."""
     times = log.time[0] + np.arange(bench_steps(log)) * STEP
-    rows = np.searchsorted(log.time, times + 1e-9, side="right") - 1
-    powered: np.ndarray = log.powered[rows]
-    return powered
+    # Times of a log in decimals may be a round-off late.
+    rows = np.searchsorted(log.time, times + 1e-6, side="right") - 1
+    return log.target[rows], log.powered[rows]
 
 
-def measured_states(log: BenchLog, period: float) -> Float[np.ndarray, "steps 2"]:
+def measured_states(log: BenchLog, delay: float, period: float) -> Float[np.ndarray, "steps 2"]:
     """Return angle [rad] and speed [rad/s] by the log at regular steps, NaN at the others.
 
     A parabola through the readings around each of them gives both; at the beginning the servo is
@@ -113,11 +100,12 @@ def measured_states(log: BenchLog, period: float) -> Float[np.ndarray, "steps 2"
 
     Args:
         log: The log.
+        delay: Of the log's angles after the steps [s].
         period: Time between two of these steps [s]; infinite: only the first has a state.
     """
     states = np.full((bench_steps(log), 2), np.nan)
     states[0] = log.position[0], 0.0
-    time = log.time - log.time[0]
+    time = log.time - log.time[0] - delay
     for instant in np.arange(period, time[-1], period) if math.isfinite(period) else ():
         near = np.abs(time - instant) <= AROUND
         if near.sum() > 3:
@@ -139,22 +127,25 @@ def simulate_bench(
 ) -> list[Float[np.ndarray, " n"]]:
     """Simulate the servo of each log, and return its angles at the times of the log [rad].
 
+    A servo that answers each command late moves as one without delay does, but later. Delayed
+    angles, unlike delayed goals, change smoothly with the delay.
+
     Args:
         logs: The logs; the simulation starts at the first angle, at rest.
         parameters: One record of `servo_parameters` per log.
-        delay: Of the goals [s].
+        delay: Of the servo's answer to goals and switching [s].
         hanging: Angle that the servo reports where the pendulum hangs straight down [rad].
         period: Time after which the simulation restarts from measured states [s].
     """
-    goals = [delayed_goals(log, delay) for log in logs]
+    goals, powered = zip(*map(bench_inputs, logs), strict=True)
     ends = np.cumsum([len(one) for one in goals])
     loads = np.array([[log.pendulum.inertia, log.pendulum.largest_load] for log in logs])
     angles = np.empty(ends[-1])
     _simulate(
         np.concatenate(goals),
-        np.concatenate([powered_steps(log) for log in logs]),
+        np.concatenate(powered),
         np.concatenate([[0], ends]),
-        np.concatenate([measured_states(log, period) for log in logs]),
+        np.concatenate([measured_states(log, delay, period) for log in logs]),
         loads,
         hanging,
         parameters,
@@ -163,7 +154,7 @@ def simulate_bench(
     )
     split = np.split(angles, ends[:-1])
     return [
-        np.interp(log.time - log.time[0], STEP * np.arange(len(one)), one)
+        np.interp(log.time - log.time[0] - delay, STEP * np.arange(len(one)), one)
         for log, one in zip(logs, split, strict=True)
     ]
 
@@ -193,9 +184,7 @@ def _simulate(
                 servo[0].angle, servo[0].speed = states[k]
             angles[k] = angle[0]
             servo[0].shutdown = RUNNING if powered[k] else FAILED
-            servo_step(
-                goals[k : k + 1], angle, speed, limits, own, servo, delayed, torque
-            )
+            servo_step(goals[k : k + 1], angle, speed, limits, own, servo, delayed, torque)
             pull = torque[0] - load * math.sin(angle[0] - hanging)
             speed[0] += dt / inertia * pull
             angle[0] += dt * speed[0]

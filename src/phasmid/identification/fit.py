@@ -11,18 +11,21 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.control.feed_forward.servo_goal import FULL_PUNCH
 from phasmid.errors import InvalidInput
+from phasmid.identification.bam import BamParameters
 from phasmid.identification.bench import BenchLog, simulate_bench
 from phasmid.identification.parameters import (
     PARAMETERS,
     Model,
     bench_parameters,
     check_names,
+    identified_motor,
     identified_servo,
     parameter_names,
     start_values,
 )
-from phasmid.robot import Servo
+from phasmid.robot import Motor, Servo
 
 SETTLING = 0.3
 """Time at the beginning of a log that is not compared: speed and rotor are unknown there [s]."""
@@ -155,15 +158,38 @@ class Identification:
     @property
     def residuals(self) -> tuple[Float[np.ndarray, " m"], ...]:
         """Measured less simulated angles of each log [rad]."""
-        return tuple(
-            log.position - one for log, one in zip(self.logs, self.simulated, strict=True)
-        )
+        return tuple(log.position - one for log, one in zip(self.logs, self.simulated, strict=True))
 
     @property
     def rms_error(self) -> float:
         """Root mean square of the residuals after the settling time [rad]."""
         kept = [r[_compared(log)] for r, log in zip(self.residuals, self.logs, strict=True)]
         return float(np.sqrt(np.mean(np.concatenate(kept) ** 2)))
+
+    @property
+    def motor(self) -> Motor:
+        """The identified motor and friction."""
+        return identified_motor(self.model, self.all_values)
+
+    @property
+    def bam(self) -> BamParameters:
+        """The identified values for BAM.
+
+        Raises:
+            InvalidInput: The model is phasmid's own.
+        """
+        if self.model == "own":
+            raise InvalidInput("BAM has no model of phasmid's own friction.")
+        values = self.all_values
+        return BamParameters(
+            self.model,
+            self.servo.name.lower(),
+            values["motor_constant"],
+            values["resistance"],
+            values["armature"],
+            self.motor.friction,
+            {"q_offset": -values["hanging"]},
+        )
 
     @property
     def identified(self) -> Servo:
@@ -211,9 +237,7 @@ def identify(
     for problem.period in (RESTART, math.inf):
         problem.solve()
     margin = problem.round_margin()
-    # The rough derivative over a larger change leads on where the smooth one ends.
-    problem.has_smooth_derivative = False
-    problem.solve()
+    scatter = problem.polish()
     return Identification(
         servo,
         model,
@@ -222,7 +246,7 @@ def identify(
         problem.kept,
         margin,
         problem.values,
-        problem.covariance(problem.x) * np.outer(problem.scale, problem.scale),
+        (problem.covariance(problem.x) + scatter) * np.outer(problem.scale, problem.scale),
         tuple(problem.simulate(problem.x)),
         problem.evaluations,
     )
@@ -230,6 +254,9 @@ def identify(
 
 INSIDE = 0.3
 """Distance of the start from bounds, as a share of the size."""
+
+STARTS, SPREAD = 4, 0.01
+"""Starts of the last solution, and their distance, as a share of the size."""
 
 MOST_ITERATIONS = 60
 """Most iterations of a fit."""
@@ -247,8 +274,18 @@ def _compared(log: BenchLog) -> Bool[np.ndarray, " n"]:
     return compared
 
 
-FINE_FIELDS = {"tick": -1, "margin": 1, "slope": 1, "gain": -1, "change_gain": -1}
-"""Fields of `servo_parameters` by the power of the sensor's fineness that they carry."""
+def make_finer(parameters: np.ndarray) -> None:
+    """Give records of `servo_parameters` a sensor with finer steps and the same mean output.
+
+    With the servo's own steps, the compliance law has its first output half a step beyond the
+    margin, and from there the mean output of the next steps.
+    """
+    punch, slope = parameters["punch"].copy(), parameters["slope"].copy()
+    parameters["punch"] += 0.5 * (1 - punch) / slope.mean(axis=1)
+    parameters["slope"] *= ((1 - parameters["punch"]) / (1 - punch))[:, None]
+    parameters["margin"] += 0.5
+    for name, power in {"tick": -1, "margin": 1, "slope": 1, "gain": -1, "change_gain": -1}.items():
+        parameters[name] *= float(FINER) ** power
 
 
 class _Problem:
@@ -333,17 +370,50 @@ class _Problem:
             return None
         i = self.names.index("compliance_margin")
         width = QUANTILE * math.sqrt(self.covariance(self.x)[i, i]) * self.scale[i]
-        near = round(self.values[i])
+        fitted = self.values[i]
         self.names = tuple(name for name in self.names if name != "compliance_margin")
         for key in ("x", "scale", "_low", "_high", "_start"):
             setattr(self, key, np.delete(getattr(self, key), i))
         found, first = [], self.x
-        for margin in {max(near + change, 0) for change in (-1, 0, 1)}:
-            self.kept["compliance_margin"], self.x = float(margin), first
+        for margin in {max(round(fitted) + change, 0) for change in (-1, 0, 1)}:
+            self.kept["compliance_margin"], self.x = float(margin), first.copy()
+            self._shift_punch(margin - fitted)
+            self.has_smooth_derivative = True
+            self.solve()
+            # The rough derivative over a larger change leads on where the smooth one ends.
+            self.has_smooth_derivative = False
             found.append((self.solve(), margin, self.x))
         _, margin, self.x = min(found, key=lambda one: one[0])
         self.kept["compliance_margin"] = float(margin)
         return width
+
+    def _shift_punch(self, ticks: float) -> None:
+        """Change a free punch so that the output stays while the margin changes by some ticks."""
+        if "punch" in self.names:
+            i, values = self.names.index("punch"), dict(zip(self.names, self.values, strict=True))
+            slope = values.get("compliance_slope", self.kept.get("compliance_slope", 1.0))
+            shifted = self.x[i] + ticks * (FULL_PUNCH - values["punch"]) / slope / self.scale[i]
+            self.x[i] = np.clip(shifted, self._low[i] + 0.01, self._high[i] - 0.01)
+
+    def polish(self) -> Float[np.ndarray, "p p"]:
+        """Solve from several starts near the solution, and keep the best of the solutions.
+
+        With the servo's own sensor the errors are rough: each start may end elsewhere.
+
+        Returns:
+            Mean square of the other solutions' distances from the best, shape (P, P).
+        """
+        self.has_smooth_derivative = False
+        rng, first, found = np.random.default_rng(0), self.x, []
+        for k in range(STARTS):
+            moved = first + min(k, 1) * SPREAD * rng.normal(size=len(first))
+            self.x = np.clip(moved, self._low + 1e-6, self._high - 1e-6)
+            found.append((self.solve(), k, self.x))
+        found.sort()
+        self.x = found[0][2]
+        apart = np.array([x - self.x for _, _, x in found[1:]])
+        scatter: np.ndarray = apart.T @ apart / len(apart)
+        return scatter
 
     def simulate(self, x: Float[np.ndarray, " p"]) -> list[Float[np.ndarray, " m"]]:
         """Return the simulated angles of each log [rad]."""
@@ -352,9 +422,10 @@ class _Problem:
         voltages = [log.voltage for log in self._logs]
         parameters = bench_parameters(self._servo, self._model, values, voltages)
         if self.is_smooth:
-            for name, power in FINE_FIELDS.items():
-                parameters[name] *= float(FINER) ** power
-        return simulate_bench(self._logs, parameters, values["delay"], values["hanging"], self.period)
+            make_finer(parameters)
+        return simulate_bench(
+            self._logs, parameters, values["delay"], values["hanging"], self.period
+        )
 
     def errors(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " n"]:
         """Return residuals in standard deviations of a sensor's step, then those of the prior."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from phasmid.control.feed_forward.servo_goal import FULL_PUNCH, FULL_PWM
 from phasmid.errors import InvalidInput, nearest
 from phasmid.identification.bench import STEP
 from phasmid.robot import Friction, Motor, Servo
+from phasmid.robot.servo import FLATTEST_SLOPE, STEEPEST_SLOPE
 from phasmid.simulation.servo import servo_parameters
 
 Model: TypeAlias = Literal["own", "m1", "m2", "m3", "m4", "m5", "m6"]
@@ -225,14 +226,11 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
     """
     motor, voltage = identified_motor(model, values), servo.rated_voltage
     friction = motor.friction
-    law: dict[str, float] = {}
-    if servo.law == "pid":
-        law["p_gain"] = values["p_gain"]
-    else:
-        slope = 2.0 ** round(math.log2(values["compliance_slope"]))
-        law["compliance_slope"] = min(max(slope, 2.0), 128.0)
-        law |= {key: values[key] for key in ("compliance_margin", "punch")}
-    pairs = {key: (law.pop(key),) * 2 for key in list(law) if key.startswith("compliance")}
+    law: dict[str, Any] = {"p_gain": values.get("p_gain", servo.p_gain)}
+    if servo.law == "compliance":
+        law["compliance_slope"] = (table_slope(values["compliance_slope"]),) * 2
+        law["compliance_margin"] = (values["compliance_margin"],) * 2
+        law["punch"] = values["punch"]
     return replace(
         servo,
         name=f"{servo.name} identified",
@@ -253,5 +251,9 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
         backlash=values["backlash"],
         delay=values["delay"],
         **law,
-        **pairs,
     )
+
+
+def table_slope(slope: float) -> float:
+    """Return the power of two nearest to a compliance slope, as servo tables have it."""
+    return min(max(2.0 ** round(math.log2(slope)), STEEPEST_SLOPE), FLATTEST_SLOPE)

@@ -9,9 +9,7 @@ from phasmid.compiled import compiled
 
 
 @compiled
-def dry_friction(
-    friction: Any, motor_torque: float, external_torque: float, speed: float
-) -> float:
+def dry_friction(friction: Any, motor_torque: float, external_torque: float, speed: float) -> float:
     """Return the largest friction torque of gears, without its viscous part [N·m]; compiled.
 
     Model M6 of Duclusaud, Passault, Padois and Ly, "Extended Friction Models for the Physics
