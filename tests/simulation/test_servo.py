@@ -92,6 +92,50 @@ def test_a_servo_lifts_what_is_below_its_stall_torque_and_nothing_above(name, su
     assert moved == [1.0, -1.0]
 
 
+EXTENDED = replace(
+    AX,
+    **NEVER,
+    external_loss=0.05,
+    stribeck_friction=0.03,
+    stribeck_load_loss=0.08,
+    stribeck_external_loss=0.06,
+    quadratic_external_loss=0.02,
+    stribeck_speed=1.5,
+    stribeck_exponent=1.2,
+)
+"""An AX-12A with the friction model M6."""
+
+
+def test_a_servo_with_all_terms_of_friction_meets_its_data_sheet():
+    # From rest it lifts half a per cent less than the stall torque of the sheet and no half more;
+    # without load it turns at the sheet's speed, where the friction that fades is nearly gone.
+    moved = []
+    for share in (0.995, 1.005):
+        load = share * EXTENDED.stall_torque
+        bench = Bench(EXTENDED, load=load)
+        bench["angle"] = EXTENDED.backlash / 2 + load / EXTENDED.gear_stiffness
+        bench.run(1.0, 10.0)
+        moved.append(np.sign(bench.angle[0]))
+    assert moved == [1.0, -1.0]
+    bench = Bench(replace(EXTENDED, backlash=0.0))
+    bench.run(1.0, 100.0)
+    assert bench["speed"] == pytest.approx(EXTENDED.no_load_speed, rel=1e-6)
+
+
+def test_stribeck_friction_holds_at_rest_and_lets_go_in_motion():
+    # A load between the friction in motion and that at rest does not start a servo that has shut
+    # down, and stops one that turns against it; it keeps one turning that it drives.
+    servo = replace(AX, **NEVER, backlash=0.0, stribeck_friction=0.1, stribeck_speed=0.5)
+    motor = servo.motor
+    load = -(motor.coulomb + 0.05)
+    for speed, moves in ((0.0, False), (-3.0, False), (3.0, True)):
+        bench = Bench(servo, load=load)
+        bench["angle"], bench["shutdown"] = load / servo.gear_stiffness, 3.0
+        bench["speed"] = bench.speed[0] = speed
+        bench.run(0.5, 0.0)
+        assert (bench.angle[0] > 1.0) == moves
+
+
 @pytest.mark.parametrize("supply", [1.0, 0.75])
 @pytest.mark.parametrize("name", KNOWN)
 def test_an_unloaded_servo_turns_at_its_no_load_speed(name, supply):

@@ -102,7 +102,7 @@ class _Sums:
         if motor is None:
             return
         current = channels["servo_current"]
-        unaided = (torque + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
+        unaided = motor.lifting_current(torque)
         both = np.stack([current, np.maximum(np.abs(current), unaided)])
         self.square_current = self.square_current + np.sum(both**2, axis=1)
         # The bridge chops the supply: it draws the duty's share of the winding's current.

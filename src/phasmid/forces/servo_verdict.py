@@ -259,7 +259,7 @@ def servo_verdict(
         rms = math.sqrt(_lasting(gait, load**2))
         holding = Holding.HOLDS if rms <= continuous else Holding.LIMITED
         if motor is not None:
-            current = (load + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
+            current = motor.lifting_current(load)
             heat, until = _warming(servo, motor.resistance * _lasting(gait, current**2), ambient)
             if math.isfinite(until[1]):
                 holding = Holding.LIMITED

@@ -476,7 +476,7 @@ def servos(run: Run) -> dict[str, Any]:
     if torque is not None:
         above = np.abs(torque) > run.continuous_torque
         found["above_continuous"] = mean(above).tolist()
-        unaided = (np.abs(torque) + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
+        unaided = motor.lifting_current(np.abs(torque))
         most = warming * mean(np.maximum(np.abs(current), unaided) ** 2)
     steady, final, peak = ambient + rise, warmth[-1], warmth.max(axis=0) - ambient
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -2,6 +2,7 @@
 
 from phasmid.robot.appearance import Appearance, Part
 from phasmid.robot.file import load_robot, load_servo, preset_names, robot_to_toml, servo_names
+from phasmid.robot.friction import Friction
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link
 from phasmid.robot.motor import Motor
@@ -19,6 +20,7 @@ __all__ = [
     "JOINTS",
     "Appearance",
     "Body",
+    "Friction",
     "Leg",
     "LegArrays",
     "Link",

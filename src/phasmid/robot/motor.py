@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from phasmid.robot.friction import Friction
+
+Array = TypeVar("Array", float, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -10,21 +18,31 @@ class Motor:
     """Motor and gears, with all quantities at the output.
 
     At voltage u and speed w the current is ``i = (u - k w) / R`` and the motor's torque ``k i``.
-    Friction of the gears opposes the motion with ``c1 |k i| + c0 + b w``.
 
     Attributes:
         resistance: R, of winding and leads [Ω].
         constant: k, torque per current and voltage per speed [N·m/A].
-        load_loss: c1, share of the motor's torque that the gears lose.
-        coulomb: c0, friction without load [N·m].
-        viscous: b, friction per speed [N·m·s/rad].
+        friction: Friction of motor and gears.
     """
 
     resistance: float
     constant: float
-    load_loss: float
-    coulomb: float
-    viscous: float
+    friction: Friction
+
+    @property
+    def load_loss(self) -> float:
+        """Share of the motor's torque that the gears lose in motion."""
+        return self.friction.load_loss
+
+    @property
+    def coulomb(self) -> float:
+        """Friction in motion without load [N·m]."""
+        return self.friction.coulomb
+
+    @property
+    def viscous(self) -> float:
+        """Friction per speed [N·m·s/rad]."""
+        return self.friction.viscous
 
     def stall_torque(self, voltage: float) -> float:
         """Return the stall torque at the output [N·m] when it lifts a load.
@@ -32,8 +50,28 @@ class Motor:
         Args:
             voltage: At the winding [V].
         """
-        given = (1 - self.load_loss) * self.constant * voltage / self.resistance
-        return max(given - self.coulomb, 0.0)
+        f = self.friction
+        still = f.stribeck_share(0.0)
+        kept = 1 - f.load_loss - still * f.stribeck_load_loss
+        given = kept * self.constant * voltage / self.resistance - f.coulomb - still * f.stribeck
+        if given <= 0:
+            return 0.0
+        part = 1 + f.external_loss + still * f.stribeck_external_loss
+        root = math.sqrt(part**2 + 4 * still * f.quadratic_external_loss * given)
+        return 2 * given / (part + root)
+
+    def lifting_current(self, torque: Array) -> Array:
+        """Return the current that starts to lift a load; friction does not help [A].
+
+        Args:
+            torque: Of the load, 0 or more [N·m].
+        """
+        f = self.friction
+        still = f.stribeck_share(0.0)
+        part = 1 + f.external_loss + still * f.stribeck_external_loss
+        needed = part * torque + still * f.quadratic_external_loss * torque**2 + f.coulomb
+        kept = 1 - f.load_loss - still * f.stribeck_load_loss
+        return (needed + still * f.stribeck) / (self.constant * kept)
 
     def no_load_current(self, voltage: float) -> float:
         """Current that turns the unloaded output [A].
@@ -41,9 +79,7 @@ class Motor:
         Args:
             voltage: At the winding [V].
         """
-        kept = (1 - self.load_loss) * self.constant
-        drag = self.viscous / self.constant
-        return (self.coulomb + drag * voltage) / (kept + drag * self.resistance)
+        return self._no_load(voltage)[0]
 
     def no_load_speed(self, voltage: float) -> float:
         """Return the no-load speed of the output [rad/s].
@@ -51,4 +87,27 @@ class Motor:
         Args:
             voltage: At the winding [V].
         """
-        return max((voltage - self.resistance * self.no_load_current(voltage)) / self.constant, 0.0)
+        return self._no_load(voltage)[1]
+
+    def _no_load(self, voltage: float) -> tuple[float, float]:
+        """Return current and speed without load.
+
+        The Stribeck effect falls with the speed: iterating from none of it, the speed falls to the
+        highest that is steady.
+        """
+        f, drag = self.friction, self.friction.viscous / self.constant
+        share, speed = 0.0, math.inf
+        for _ in range(MOST_ITERATIONS):
+            kept = (1 - f.load_loss - share * f.stribeck_load_loss) * self.constant
+            still = f.coulomb + share * f.stribeck
+            current = (still + drag * voltage) / (kept + drag * self.resistance)
+            before = speed
+            speed = max((voltage - self.resistance * current) / self.constant, 0.0)
+            share = f.stribeck_share(speed)
+            if abs(speed - before) <= 1e-15 * speed:
+                break
+        return current, speed
+
+
+MOST_ITERATIONS = 200
+"""Most iterations of the no-load speed; each step shrinks the error several times."""

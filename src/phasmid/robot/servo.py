@@ -6,13 +6,15 @@ import math
 from dataclasses import MISSING, dataclass, fields
 from typing import Annotated, Any, Literal, get_type_hints
 
-from annotated_types import Ge, Gt, Le
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator, create_model
 
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
+from phasmid.robot.friction import Friction
 from phasmid.robot.motor import Motor
 from phasmid.tables import (
     Angle,
+    AngularVelocity,
     Mass,
     Number,
     Rate,
@@ -62,6 +64,9 @@ STANDBY_CURRENT = 0.05
 """Current of a servo's electronics [A], assumed where none is published: that of the RX-28 by its
 maker's e-manual; the MX-28's is 0.1."""
 
+ROUND_OFF = 1e-9
+"""Efficiency above 1 that is round-off of gears without load-dependent losses."""
+
 LONGEST_DELAY = 0.2
 """Longest delay of a servo [s]; the slowest published one is 50 ms."""
 
@@ -88,6 +93,14 @@ class Servo:
         continuous_torque: Torque that the servo holds without an end [N·m]; None: a fifth of the
             stall torque, which the maker of the AX series advises for any of its servos.
         viscous_friction: Friction per speed of motor and gears, at the output [N·m·s/rad].
+        external_loss: Share of the external torque that the gears lose, see `Friction`.
+        stribeck_friction: Friction beside `friction` at rest, which fades with the speed [N·m].
+        stribeck_load_loss: Share of the motor's torque that is lost at rest, likewise.
+        stribeck_external_loss: Share of the external torque that is lost at rest, likewise.
+        quadratic_load_loss: Loss at rest per square of the motor's torque [1/(N·m)].
+        quadratic_external_loss: Loss at rest per square of the external torque [1/(N·m)].
+        stribeck_speed: Speed over which the losses at rest fade [rad/s]; 0: there are none.
+        stribeck_exponent: Of that fading.
         backlash: Angle by which the output is free of the gears [rad].
         gear_stiffness: Torque per twist of the gears, seen at the output [N·m/rad].
         gear_damping_time: Damping of that twist over its stiffness [s].
@@ -132,6 +145,14 @@ class Servo:
     maximum_voltage: Annotated[Voltage, Gt(0)] | None = None
     continuous_torque: Positive | None = None
     viscous_friction: NotNegative = 0.0033
+    external_loss: NotNegative = 0.0
+    stribeck_friction: NotNegative = 0.0
+    stribeck_load_loss: Annotated[Number, Ge(0), Lt(1)] = 0.0
+    stribeck_external_loss: NotNegative = 0.0
+    quadratic_load_loss: NotNegative = 0.0
+    quadratic_external_loss: NotNegative = 0.0
+    stribeck_speed: Annotated[AngularVelocity, Ge(0)] = 0.0
+    stribeck_exponent: Positive = 1.0
     backlash: Annotated[Angle, Ge(0)] = BACKLASH
     gear_stiffness: Positive = 60.0
     gear_damping_time: Annotated[Time, Ge(0)] = 1e-3
@@ -167,9 +188,10 @@ class Servo:
     def motor(self) -> Motor:
         """The motor and its gears, so that stall and no-load point are both met.
 
-        At stall k i (1 - c1) - c0 is the torque with i = V/R. Without load the current i0 obeys
-        k i0 (1 - c1) = c0 + b w0 and R i0 + k w0 = V. These are two linear equations in turn: the
-        ratio i0 / i is (c0 + b w0) / (torque + c0), and k = (V - R i0) / w0.
+        At stall k i (1 - c1 - s1) = A, the torque that the gears take for the stall torque, with
+        i = V/R. Without load the current i0 obeys k i0 (1 - c1 - s1 e) = D, the drag at the no-load
+        speed w0, with R i0 + k w0 = V and the Stribeck effect e of w0. Eliminating c1 gives
+        (A + s k) (1 - k w0/V) = D with s = s1 (1 - e) i, an equation in k alone.
 
         Ideal servos do without, and may have numbers that fit no motor.
 
@@ -184,24 +206,48 @@ class Servo:
                 f"servo {self.name} has no stall_current; its own law needs one.",
                 hint='drive = "ideal-servo", or stall_current = 1.5 (A) in [servo]',
             )
-        drag = self.friction + self.viscous_friction * speed
-        idle = drag / (self.stall_torque + self.friction)
+        lossless = self._friction(0.0)
+        still, fast = lossless.stribeck_share(0.0), lossless.stribeck_share(speed)
+        drag = self.friction + fast * self.stribeck_friction + self.viscous_friction * speed
+        part = 1 + self.external_loss + still * self.stribeck_external_loss
+        taken = part * self.stall_torque + self.friction + still * self.stribeck_friction
+        taken += still * self.quadratic_external_loss * self.stall_torque**2
+        idle = drag / taken
         if idle >= 1:
             raise InvalidRobot(
                 f"servo {self.name}: friction at the no-load speed is {drag:.3g} N·m; the stall "
                 f"torque of {self.stall_torque:.3g} N·m cannot overcome it."
             )
         constant = voltage * (1 - idle) / speed
-        efficiency = (self.stall_torque + self.friction) / (constant * current)
-        if efficiency > 1:
+        lost_at_rest = (still - fast) * self.stribeck_load_loss * current
+        if lost_at_rest > 0:
+            slope = taken * speed / voltage - lost_at_rest
+            root = math.sqrt(slope**2 + 4 * lost_at_rest * speed / voltage * (taken - drag))
+            constant = 2 * (taken - drag) / (slope + root)
+        efficiency = taken / (constant * current) + still * self.stribeck_load_loss
+        if efficiency > 1 + ROUND_OFF:
             raise InvalidRobot(
                 f"servo {self.name}: stall_torque and no_load_speed give "
                 f"{self.stall_torque * speed:.3g} W per {voltage * current:.3g} W of supply; gears "
                 "cannot create power.",
                 hint="check stall_current and rated_voltage",
             )
-        return Motor(
-            voltage / current, constant, 1 - efficiency, self.friction, self.viscous_friction
+        return Motor(voltage / current, constant, self._friction(max(1 - efficiency, 0.0)))
+
+    def _friction(self, load_loss: float) -> Friction:
+        """Return the friction with a share of the motor's torque that the gears lose in motion."""
+        return Friction(
+            self.friction,
+            self.viscous_friction,
+            load_loss,
+            self.external_loss,
+            self.stribeck_friction,
+            self.stribeck_load_loss,
+            self.stribeck_external_loss,
+            self.quadratic_load_loss,
+            self.quadratic_external_loss,
+            self.stribeck_speed,
+            self.stribeck_exponent,
         )
 
     @property

@@ -19,6 +19,7 @@ from phasmid.control.feed_forward.servo_goal import (
 )
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
+from phasmid.robot.friction_kernels import dry_friction
 from phasmid.scenario import Scenario
 from phasmid.simulation.drives import Drive, Setpoints
 
@@ -128,8 +129,8 @@ def servo_step(
             torque = p.limit if torque > 0.0 else -p.limit
 
         push = p.constant * current
+        hold = p.dt / p.inertia * dry_friction(p, push, -torque, speed)
         speed += p.dt / p.inertia * (push - p.viscous * speed - torque)
-        hold = p.dt / p.inertia * (p.coulomb + p.load_loss * abs(push))
         if speed > hold:
             speed -= hold
         elif speed < -hold:
@@ -183,9 +184,7 @@ def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) ->
         "voltage": voltage,
         "resistance": motor.resistance,
         "constant": motor.constant,
-        "load_loss": motor.load_loss,
-        "coulomb": motor.coulomb,
-        "viscous": motor.viscous,
+        **vars(motor.friction),
         "inertia": servo.armature,
         "play": servo.backlash / 2,
         "stiffness": servo.gear_stiffness,

@@ -110,7 +110,7 @@ def _motor(scenario: Scenario, recording: Recording) -> Limits:
     law = running * (duty * table.supply(servo) - motor.constant * before) / motor.resistance
     push = motor.constant * current
     friction = push - motor.viscous * before - servo.rotor_inertia * change - torque
-    most = motor.coulomb + motor.load_loss * np.abs(push)
+    most = motor.friction.limit(push, -torque, before) - motor.viscous * np.abs(before)
     stall = servo.stall_at(table.supply(servo))
     beyond = np.abs(torque) - stall
     supply = np.abs(duty) - servo.torque_limit

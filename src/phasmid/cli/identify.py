@@ -1,0 +1,233 @@
+"""``phasmid identify``: fit a servo's parameters to logs of a pendulum bench."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from phasmid.cli.options import Number
+from phasmid.cli.output import print_table, say
+from phasmid.cli.plot import check_figure_path, write_figure
+from phasmid.errors import InvalidInput, nearest, plain
+
+if TYPE_CHECKING:
+    from phasmid.identification import BenchLog, Identification
+
+OPTIONS = {
+    "--servo NAME": ("the servo, one of the catalogue; default: AX-12A", "AX-12A"),
+    "--model MODEL": ("friction model: own, or m1 to m6 of BAM; default: own", "own"),
+    "--mass-g G": "mass of the weight; several with commas between, one for each log",
+    "--length-mm MM": "from the axis to the weight's centre; one or one for each log",
+    "--arm-mass-g G": ("mass of the arm, a rod of that length; default: 0", "0"),
+    "--voltage V": "supply; one or one for each log; default: the servo's rated voltage",
+    "--hanging-deg DEG": Number(
+        "angle that the servo reports where the pendulum hangs down, roughly; default: 0",
+        -360,
+        360,
+        0,
+    ),
+    "--fix NAMES": "parameters that keep the servo's values, with commas between",
+    "--joint LEG.JOINT": ("joint of recordings; not for CSV", ""),
+    "--out FILE": "write the servo as a table for robot files, .toml",
+    "--bam FILE": "write the parameters for BAM, .json (m1 to m6)",
+    "--figure FILE": "draw measured and simulated angles: svg, png or pdf",
+    "--force": "replace older files",
+}
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.usage = (
+        "phasmid identify LOG... --mass-g G --length-mm MM [--servo NAME] [--model MODEL]"
+    )
+    parser.add_argument(
+        "logs",
+        nargs="+",
+        metavar="LOG",
+        help="CSV with the columns time [s], target [deg], position [deg], powered; or a recording",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Identify a servo, print it and return the exit status: 1 where nothing is determined."""
+    from phasmid.identification import MODELS, Determined, identify
+    from phasmid.recording.file import check_new_file
+    from phasmid.robot import load_servo
+
+    if options.model not in MODELS:
+        guess = nearest(options.model, MODELS)
+        raise InvalidInput(
+            f'no model "{plain(options.model)}".', hint=guess or f"one of {', '.join(MODELS)}"
+        )
+    if options.bam is not None and options.model == "own":
+        raise InvalidInput("BAM has no model of phasmid's own friction.", hint="--model m1 to m6")
+    if options.figure is not None:
+        check_figure_path("--figure", Path(options.figure), force=options.force)
+    for flag, ending in (("out", ".toml"), ("bam", ".json")):
+        name = vars(options)[flag]
+        if name is not None:
+            if Path(name).suffix != ending:
+                raise InvalidInput(f'--{flag} is "{plain(name)}"; it must end in {ending}.')
+            check_new_file(Path(name), option=f"--{flag} FILE", force=options.force)
+    servo = load_servo(options.servo)
+    found = identify(
+        _logs(options, servo.rated_voltage),
+        servo,
+        model=options.model,
+        fixed=options.fix.split(",") if options.fix else (),
+        hanging=math.radians(options.hanging_deg),
+    )
+    _print(found)
+    _write(found, options)
+    return 0 if any(one is not Determined.NO for one in found.determined) else 1
+
+
+def _logs(options: argparse.Namespace, voltage: float) -> list[BenchLog]:
+    """Read the logs, each with its load and supply."""
+    from phasmid.identification import Pendulum
+    from phasmid.identification.log_file import load_bench_log
+
+    paths = options.logs
+    for flag in ("mass_g", "length_mm"):
+        if vars(options)[flag] is None:
+            name = f"--{flag.replace('_', '-')}"
+            raise InvalidInput(f"{name} is missing: the load of the servo.", hint=f"{name} 150")
+    supply = options.voltage or str(voltage)
+    columns = [
+        _numbers(flag, text, len(paths))
+        for flag, text in (
+            ("--mass-g", options.mass_g),
+            ("--length-mm", options.length_mm),
+            ("--arm-mass-g", options.arm_mass_g),
+            ("--voltage", supply),
+        )
+    ]
+    return [
+        load_bench_log(
+            path, Pendulum(grams / 1000, mm / 1000, arm / 1000), volts, joint=options.joint
+        )
+        for path, grams, mm, arm, volts in zip(paths, *columns, strict=True)
+    ]
+
+
+LARGEST = 1e6
+"""Largest number of a list."""
+
+
+def _numbers(flag: str, text: str, count: int) -> list[float]:
+    """Return one number for each log, from one or from a list of so many."""
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = [-1.0]
+    least = 0 if flag == "--arm-mass-g" else 1e-9
+    if not all(least <= value <= LARGEST for value in values):
+        raise InvalidInput(
+            f'{flag} is "{plain(text)}"; it must be a positive number, or several with commas '
+            "between.",
+            hint=f"{flag} 150",
+        )
+    if len(values) not in (1, count):
+        raise InvalidInput(f"{flag} has {len(values)} numbers for {count} logs; one for each.")
+    return values * count if len(values) == 1 else values
+
+
+def _print(found: Identification) -> None:
+    """Print values, intervals, trade-offs and the error."""
+    from phasmid.identification.parameters import PARAMETERS
+
+    logs = found.logs
+    seconds = sum(float(log.time[-1] - log.time[0]) for log in logs)
+    say(
+        f"{plain(found.servo.name)}, model {found.model}, {len(logs)} "
+        f"{'log' if len(logs) == 1 else 'logs'}, {seconds:.3g} s, {found.evaluations} simulations\n"
+    )
+    rows = [["parameter", "value", "95 % interval", "unit", "determined"]]
+    for name, value, half, how in zip(
+        found.names, found.values, found.half_widths, found.determined, strict=True
+    ):
+        one = PARAMETERS[name]
+        low, high = (max(value - half, one.low), min(value + half, one.high))
+        digits = max(0, 2 - math.floor(math.log10(max(half * one.per_si, 1e-9))) - 1)
+        texts = [f"{x * one.per_si:.{min(digits, 6)}f}" for x in (value, low, high)]
+        interval = f"{texts[1]} to {texts[2]}"
+        rows.append([name, texts[0], interval, one.unit, str(how)])
+    for name, value in found.fixed.items():
+        one = PARAMETERS[name]
+        remark = "fixed"
+        if name == "compliance_margin" and found.margin is not None:
+            remark = "yes, a whole number" if found.margin < 0.5 else "no"
+        rows.append([name, f"{value * one.per_si:.4g}", "", one.unit, remark])
+    print_table(rows, right=(1, 2))
+    _print_trade_offs(found)
+    angle, step = (math.degrees(x) for x in (found.rms_error, found.servo.resolution))
+    say(f"\nrms error {angle:.3f}°; the sensor's step is {step:.3f}°")
+    if found.rms_error > LARGE_ERROR * found.servo.resolution:
+        say(
+            "That is too much for this model: intervals and values may be wrong. Check load, "
+            "supply, units and --hanging-deg, or try another --model."
+        )
+    motor = found.motor
+    volts = found.servo.rated_voltage
+    say(
+        f"at {volts:g} V: stall torque {motor.stall_torque(volts):.3f} N·m, no-load speed "
+        f"{motor.no_load_speed(volts):.2f} rad/s"
+    )
+
+
+LARGE_ERROR = 1.0
+"""Error in steps of the sensor above which a model is doubted; a step alone gives 0.29."""
+
+
+SLOPE_ERROR = 0.05
+"""Share by which the slope of a table may differ from the fitted one without a remark."""
+
+
+MOST_NAMES = 4
+"""Most parameters that are named in a trade-off; they come by size."""
+
+
+def _print_trade_offs(found: Identification) -> None:
+    """Print which parameters cannot be told apart."""
+    if not found.trade_offs:
+        say("\nAll parameters can be told apart by these logs.")
+        return
+    say("\nThese logs cannot tell apart:")
+    for one in found.trade_offs:
+        parts = [f"{name} {change:+.0%}" for name, change in one.changes.items()][:MOST_NAMES]
+        if len(parts) == 1:
+            say(f"  {next(iter(one.changes))}: unknown by {one.deviation:.0%}")
+        else:
+            say(f"  {', '.join(parts)} (together, unknown by {one.deviation:.0%})")
+    say("More loads, faster motion, a part with the torque off, or --fix would help.")
+
+
+def _write(found: Identification, options: argparse.Namespace) -> None:
+    """Write the files of the options."""
+    from phasmid.recording.file import write_whole
+
+    if options.out is not None:
+        from phasmid.identification.parameters import table_slope
+        from phasmid.robot.file import servo_table
+
+        slope = found.all_values.get("compliance_slope")
+        if slope is not None and abs(table_slope(slope) / slope - 1) > SLOPE_ERROR:
+            say(
+                f"The servo's compliance slope is a power of two: {table_slope(slope):g} instead "
+                f"of {slope:.3g} in the table. Read it from the servo, and fit with --fix."
+            )
+
+        write_whole(Path(options.out), ("\n".join(servo_table(found.identified)) + "\n").encode())
+        say(f"Written to {plain(options.out)}: a table for a robot file")
+    if options.bam is not None:
+        from phasmid.identification.bam import save_bam
+
+        save_bam(found.bam, options.bam)
+        say(f"Written to {plain(options.bam)}")
+    if options.figure is not None:
+        from phasmid.identification.figure import identification_figure
+
+        write_figure(identification_figure(found), [Path(options.figure)])
+        say(f"Written to {plain(options.figure)}")

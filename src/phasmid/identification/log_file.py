@@ -1,0 +1,152 @@
+"""Files of bench logs: CSV with units in the heading, and recordings."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from phasmid.errors import InvalidInput, located, nearest
+from phasmid.identification.bench import BenchLog, Pendulum
+from phasmid.recording import load_recording
+from phasmid.toml import is_file
+from phasmid.units import UNITS
+
+MOST_ROWS = 1_000_000
+"""Most rows of a log."""
+
+LARGEST_FILE = 200_000_000
+"""Files above this many bytes are refused before they are read."""
+
+COLUMNS = {"time": "time", "target": "angle", "position": "angle", "powered": ""}
+"""Columns of a log and their dimensions; the last one may be absent."""
+
+POSITIONS = ("joint_position_measured", "joint_position")
+"""Channels of a recording; the first that it holds is read."""
+
+
+def load_bench_log(
+    path: str | Path, pendulum: Pendulum, voltage: float, *, joint: str = ""
+) -> BenchLog:
+    """Read a log of a servo on a bench.
+
+    Args:
+        path: A ``.csv`` file with the columns ``time [s]``, ``target [deg]``, ``position [deg]``
+            and maybe ``powered`` (1 or 0), in other units of time and angle too; or a recording.
+        pendulum: Load of the servo.
+        voltage: Its supply [V].
+        joint: Of a recording, such as ``right_front.femur``.
+
+    Raises:
+        InvalidInput: The file is absent or not well formed, or its times do not increase.
+    """
+    path = Path(path)
+    if not is_file(path):
+        raise InvalidInput(f"log {path} does not exist or is not a file.")
+    size = path.stat().st_size
+    if size > LARGEST_FILE:
+        raise InvalidInput(f"{path} holds {size} bytes; a log holds at most {LARGEST_FILE}.")
+    with located(path.name):
+        if path.suffix == ".csv":
+            columns = _read_csv(path)
+        elif path.suffix in (".nc", ".mcap"):
+            columns = _read_recording(path, joint)
+        else:
+            raise InvalidInput(f"{path} is no log that can be read.", hint="a .csv or .nc file")
+        time = columns["time"]
+        if not 2 <= len(time) <= MOST_ROWS:
+            raise InvalidInput(f"the log has {len(time)} rows; it must have 2 to {MOST_ROWS}.")
+        for name, values in columns.items():
+            bad = np.flatnonzero(~np.isfinite(values))
+            if len(bad):
+                raise InvalidInput(f"{name} in row {bad[0] + 1} of the log is no number.")
+        late = np.flatnonzero(np.diff(time) <= 0)
+        if len(late):
+            raise InvalidInput(
+                f"time in row {late[0] + 2} of the log is {time[late[0] + 1]:g} s; it must be "
+                f"later than {time[late[0]]:g} s."
+            )
+        if time[-1] - time[0] > LONGEST:
+            raise InvalidInput(
+                f"the log lasts {time[-1] - time[0]:g} s; at most {LONGEST:g} s are read.",
+                hint="the unit of the column time",
+            )
+    powered = columns["powered"] > 0.5
+    return BenchLog(
+        path.stem, time, columns["target"], columns["position"], powered, pendulum, voltage
+    )
+
+
+LONGEST = 3600.0
+"""Longest log [s]."""
+
+
+def _read_csv(path: Path) -> dict[str, np.ndarray]:
+    # Lazy import: pandas takes 0.3 s.
+    import pandas
+
+    try:
+        # As many columns as the heading: otherwise pandas takes longer rows for an index.
+        with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
+            frame = pandas.read_csv(path, index_col=False, encoding="utf-8-sig", low_memory=False)
+    except pandas.errors.EmptyDataError:
+        frame = pandas.DataFrame()
+    except Exception as error:
+        # A damaged file can raise any exception.
+        reason = " ".join(str(error).split())[:120].rstrip(".")
+        raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
+    found = {}
+    for index, heading in enumerate(frame):
+        name, _, unit = re.fullmatch(r"\s*(.*?)\s*(\[(.*)\])?\s*", str(heading)).groups()  # type: ignore[union-attr]
+        if name in COLUMNS:
+            column = pandas.to_numeric(frame.iloc[:, index], errors="coerce")
+            found[name] = column.to_numpy(dtype=float) / _per_si(name, unit or "")
+    for name in ("time", "target", "position"):
+        if name not in found:
+            guess = nearest(name, [str(heading) for heading in frame])
+            raise InvalidInput(
+                f'the log has no column "{name}".',
+                hint=f'"{guess}"' if guess else "time [s],target [deg],position [deg]",
+            )
+    found.setdefault("powered", np.ones(len(frame)))
+    return found
+
+
+def _per_si(name: str, unit: str) -> float:
+    """Return how many of a column's unit make the SI unit."""
+    dimension = COLUMNS[name]
+    if not dimension:
+        return 1.0
+    known = {key: one for key, one in UNITS.items() if one.dimension == dimension}
+    for key, one in known.items():
+        if unit in (key, one.symbol):
+            return one.per_si
+    raise InvalidInput(
+        f'column "{name}" has the unit "{unit}"; it must be one of {", ".join(known)}.',
+        hint=f"{name} [{'s' if dimension == 'time' else 'deg'}]",
+    )
+
+
+def _read_recording(path: Path, joint: str) -> dict[str, np.ndarray]:
+    """Return the columns of one joint of a recording."""
+    recording = load_recording(path)
+    positions = [name for name in POSITIONS if name in recording.data_vars]
+    if "joint_position_target" not in recording.data_vars or not positions:
+        raise InvalidInput("the recording has no joint angles with their targets.")
+    target, position = recording["joint_position_target"], recording[positions[0]]
+    leg, _, name = joint.partition(".")
+    legs, joints = (list(map(str, target[axis].values)) for axis in ("leg_name", "joint"))
+    if leg not in legs or name not in joints:
+        raise InvalidInput(
+            f'the recording has no joint "{joint}".', hint=f"--joint {legs[0]}.{joints[1]}"
+        )
+    column = legs.index(leg), joints.index(name)
+    time = np.asarray(recording["time"].values, dtype=float)
+    return {
+        "time": time,
+        "target": np.asarray(target.values[:, *column], dtype=float),
+        "position": np.asarray(position.values[:, *column], dtype=float),
+        "powered": np.ones(len(time)),
+    }

@@ -1,0 +1,58 @@
+"""Logs of a simulated bench: a servo with known parameters, a coarse sensor and its noise."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from phasmid.identification import BenchLog, Pendulum, simulate_bench
+from phasmid.identification.parameters import bench_parameters, start_values
+
+NOISE = math.radians(0.1)
+RATE = 100.0
+
+
+def motions(time):
+    """Name, goal [rad] and whether the torque is on, of each motion of the bench recipe."""
+    on = np.ones(len(time), dtype=bool)
+    yield "sweep", 0.9 * np.sin(0.9 * time**2), on
+    yield "lift-and-drop", -math.pi / 2 * np.clip(time / 1.5, 0, 1), time < 2.2
+    yield "slow", np.interp(time, [0, 3, 6], [0, 1.5, 1.2]), on
+    yield "two-tones", 1.5 * np.sin(time) + 0.5 * np.sin(5 * time) * np.sin(2 * time), on
+    steps = np.array([0, 0.75, 1.55, 0.75, -0.75, 0])
+    yield "steps", steps[np.minimum(time.astype(int), 5)], on
+
+
+def held_out(servo, model, rng):
+    """Values that differ from the servo's table by up to a quarter."""
+    values = start_values(servo, model, 0.0)
+    for name in values:
+        values[name] *= rng.uniform(0.75, 1.25)
+    values |= {"hanging": math.radians(rng.uniform(-2, 2)), "delay": rng.uniform(0.008, 0.02)}
+    values |= {"friction": rng.uniform(0.03, 0.07), "backlash": math.radians(rng.uniform(0.3, 0.8))}
+    if "compliance_margin" in values:
+        values["compliance_margin"] = float(rng.integers(0, 3))
+    if "load_loss" in values:
+        values["load_loss"] = rng.uniform(0.15, 0.4)
+    if "stribeck_friction" in values:
+        values |= {"stribeck_friction": 0.04, "stribeck_speed": 0.6, "stribeck_exponent": 1.2}
+    return values
+
+
+def synthetic_logs(servo, model, values, rng, names=(), mass=0.3):
+    """Logs of 6 s in steps of the servo's sensor, of the named motions or of all."""
+    time = np.arange(0.0, 6.0, 1 / RATE)
+    start = np.full(len(time), values["hanging"])
+    load = Pendulum(mass, 0.15, 0.02)
+    logs = [
+        BenchLog(name, time, goal, start, on, load, 12.0)
+        for name, goal, on in motions(time)
+        if not names or name in names
+    ]
+    parameters = bench_parameters(servo, model, values, [12.0] * len(logs))
+    angles = simulate_bench(logs, parameters, values["delay"], values["hanging"])
+    step = servo.resolution
+    return [
+        replace(log, position=np.round((one + rng.normal(0, NOISE, len(one))) / step) * step)
+        for log, one in zip(logs, angles, strict=True)
+    ]
