@@ -35,6 +35,7 @@ PACKAGES = (
     "phasmid.advice",
     "phasmid.comparison",
     "phasmid.hardware",
+    "phasmid.identification",
     "phasmid.cad",
     "phasmid.derivation",
     "phasmid.verification",
