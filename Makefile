@@ -109,7 +109,7 @@ learn-setup: $(DEVELOP) ## install PyTorch and Stable-Baselines3, with which pol
 		$(PIP) --quiet $(TRAINERS); \
 	fi
 
-learn: learn-setup ## train the policy of level ground: about 15 minutes on two cores (ARGS)
+learn: learn-setup ## train the policy of level ground: 15 to 20 minutes on two cores (ARGS)
 	@"$(BIN)/python" examples/learning/train.py $(ARGS)
 
 shapes: $(DEVELOP) ## run the tests with array shapes and types checked at run time
