@@ -1,6 +1,8 @@
 """Repeat the identification of servos from synthetic logs, and count how often intervals hold.
 
-    python benchmarks/identify.py [SERVO] [MODEL] [REPETITIONS]
+    python benchmarks/identify.py [SERVO] [MODEL] [REPETITIONS] [FIXED]
+
+FIXED names parameters that are known, with commas between.
 
 Each repetition draws a servo whose parameters differ from its table by up to a quarter, simulates
 the bench's five motions with it, reads them in the sensor's steps with a noise of 0.1 deg, and fits
@@ -15,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from phasmid.identification import identify
+from phasmid.identification.parameters import start_values
 from phasmid.robot import load_servo
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
@@ -23,12 +26,19 @@ from identification.synthetic_bench import held_out, synthetic_logs
 
 
 def main() -> None:
-    name, model, count = [*sys.argv[1:], *("AX-12A", "own", "100")[len(sys.argv) - 1 :]]
+    name, model, count, names = [
+        *sys.argv[1:],
+        *("AX-12A", "own", "100", "")[len(sys.argv) - 1 :],
+    ]
+    fixed = names.split(",") if names else []
     servo, rows, margins, started = load_servo(name), [], 0, time.process_time()
     for seed in range(int(count)):
         rng = np.random.default_rng(seed)
         values = held_out(servo, model, rng)
-        found = identify(synthetic_logs(servo, model, values, rng), servo, model=model)
+        known = start_values(servo, model, 0.0)
+        values |= {key: known[key] for key in fixed}
+        logs = synthetic_logs(servo, model, values, rng)
+        found = identify(logs, servo, model=model, fixed=fixed)
         error = found.values - np.array([values[key] for key in found.names])
         sure = [how == "yes" for how in found.determined]
         rows.append((np.abs(error) <= found.half_widths, sure, np.abs(error) / found.sizes))

@@ -401,7 +401,8 @@ class _Problem:
         With the servo's own sensor the errors are rough: each start may end elsewhere.
 
         Returns:
-            Mean square of the other solutions' distances from the best, shape (P, P).
+            Sum of squares of the other solutions' distances from the best, shape (P, P): a few
+                starts show less than the whole scatter.
         """
         self.has_smooth_derivative = False
         rng, first, found = np.random.default_rng(0), self.x, []
@@ -412,7 +413,7 @@ class _Problem:
         found.sort()
         self.x = found[0][2]
         apart = np.array([x - self.x for _, _, x in found[1:]])
-        scatter: np.ndarray = apart.T @ apart / len(apart)
+        scatter: np.ndarray = apart.T @ apart
         return scatter
 
     def simulate(self, x: Float[np.ndarray, " p"]) -> list[Float[np.ndarray, " m"]]:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass, fields
-from typing import Literal, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
-
-FrictionModel: TypeAlias = Literal["m1", "m2", "m3", "m4", "m5", "m6"]
 
 
 @dataclass(frozen=True)
