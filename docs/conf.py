@@ -47,6 +47,8 @@ napoleon_attr_annotations = False
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 nb_execution_mode = "cache"
+# Notebooks that are not executed, as in the tests, name no language.
+suppress_warnings = ["myst-nb.lexer"]
 nb_merge_streams = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120

@@ -388,11 +388,14 @@ def test_what_cannot_be_is_said_and_the_nearest_pose_stays(page):
     slid(window, "Foot x", 280)
     told = window.get_by_role("status").filter(has_text="mm from the femur axis")
     told.wait_for()
-    assert "foot target (280.0, 0.0, -100.0) mm" in told.text_content()
+    # The foot is hypot(228, 100) = 249.0 mm from the femur axis. The tibia bends by 23° at least:
+    # the leg of 82 and 140 mm reaches 217.9 mm.
+    reach = math.sqrt(82**2 + 140**2 + 2 * 82 * 140 * math.cos(math.radians(23)))
+    assert f"{math.hypot(228, 100) - reach:.1f} mm too far" in told.text_content()
     # The slider keeps what is asked for; the table says where the foot is.
     reads(window, "Foot x in mm", "280.0")
-    # On the line to the femur axis, 52 mm out, where the leg of 222 mm ends.
-    nearest = 52 + 222 * 228 / math.hypot(228, 100)
+    # On the line to the femur axis, 52 mm out, where the leg's reach ends.
+    nearest = 52 + reach * 228 / math.hypot(228, 100)
     assert cell(window, "Foot", 0, 0).text_content() == f"{nearest:.1f}"
     window.get_by_role("button", name="Neutral foot").click()
     reads(window, "Foot x in mm", "150.0")
