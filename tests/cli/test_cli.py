@@ -93,7 +93,7 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
         ),
         pytest.param(
             ["walk", "--dt", "0.5"],
-            "--dt 0.5 s cannot resolve this contact (needs <= 0.0023 s).\n  try  --dt 0.001",
+            "--dt 0.5 s cannot resolve this contact (needs <= 0.00231 s).\n  try  --dt 0.001",
             id="C4",
         ),
         pytest.param(["walk", "--legs", "1,9"], "there is no leg 9; legs are 1 to 6.", id="C8"),

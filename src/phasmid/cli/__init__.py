@@ -139,7 +139,7 @@ def _run(arguments: list[str]) -> int:
     command = next((a for a in arguments if not a.startswith("-")), None)
     if command is not None and arguments[0] == command and command not in COMMANDS:
         guess = nearest(command, COMMANDS)
-        hint = f"phasmid {guess}" if guess else f"phasmid {' or phasmid '.join(COMMANDS)}"
+        hint = f"phasmid {guess}" if guess else "phasmid --help"
         raise InvalidInput(f'no command "{command}".', hint=hint)
     parser = build_parser(command)
     if command in ("walk", "drive", "studio", "explain", "export-firmware"):

@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     page = folder / "report.html"
     if status == 0:
         say(f"\nThe page is {plain(str(page))}; it works offline.")
-        say("Next: phasmid walk --gait wave, phasmid studio, phasmid walk --help")
+        say("Next: phasmid walk --gait wave, or phasmid --help for all commands.")
         if not options.no_open and has_display():
             webbrowser.open(page.absolute().as_uri())
     return status

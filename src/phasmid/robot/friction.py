@@ -17,10 +17,10 @@ class Friction:
 
         b |w| + c0 + |c1 m - c2 e| + (s0 + |s1 m - s2 e| + Q) exp(-|w / ws|^a)
 
-    where Q is q2 e² if m drives against e (opposite signs, ``|m| > |e|``), q1 m² if e drives against m,
-    else 0. At rest it holds the output within that torque. The smaller models have zeros: M1 has
-    c0 and b; M2 adds s0, M3 c1 = c2; M4 has both and s1 = s2; M5 all but Q. phasmid's own law has
-    c0, b and c1.
+    where Q is q2 e² if m drives against e (opposite signs, ``|m| > |e|``), q1 m² if e drives
+    against m, else 0. At rest it holds the output within that torque. The smaller models have
+    zeros: M1 has c0 and b; M2 adds s0, M3 c1 = c2; M4 has both and s1 = s2; M5 all but Q.
+    phasmid's own law has c0, b and c1.
 
     Source: Duclusaud, Passault, Padois and Ly, "Extended Friction Models for the Physics Simulation
     of Servo Actuators" (2024).

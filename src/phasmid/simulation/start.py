@@ -45,7 +45,7 @@ def check_time_step(scenario: Scenario, walk: Motion) -> None:
             longest, what = gears, f"the gears of the servo {servo.name}"
     if scenario.simulation.dt > longest:
         raise InvalidInput(
-            f"--dt {scenario.simulation.dt:g} s cannot resolve {what} (needs <= {longest:.2g} s).",
+            f"--dt {scenario.simulation.dt:g} s cannot resolve {what} (needs <= {longest:.3g} s).",
             hint=f"--dt {longest / 2:.1g}",
         )
 
