@@ -47,8 +47,8 @@ def run(options: argparse.Namespace) -> int:
     feet = neutral_feet(robot)[:, :2]
     com = centre_of_mass(robot, joint_angles(robot.arrays, robot.arrays.neutral_foot))[:2]
     gaits = [load_gait(name, count, names) for name in options.gaits]
-    heads = ["gait", "duty", "lifts at", "sway", "feet down", "margin"]
-    rows = [[*heads, "shift ahead, left" if lost else "largest speed"]]
+    heads = ["gait", "duty", "lifts at", "sway", "feet", "margin"]
+    rows = [[*heads, "shift ahead, left" if lost else "fastest"]]
     legs = [leg for leg in range(1, count + 1) if leg not in lost]
     shown = []
     for gait in gaits or gaits_of(count).values():
