@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +14,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.csv_table import check_size, check_times, read_csv_table
 from phasmid.errors import InvalidInput, located, nearest
-from phasmid.motion.trajectory import LARGEST_ANGLE, MOST_ROWS, joint_names
-from phasmid.motion.trajectory_file import LARGEST_FILE
+from phasmid.motion.trajectory import LARGEST_ANGLE, joint_names
 from phasmid.recording import Recording
 from phasmid.robot import Robot
 from phasmid.units import UNITS, split_unit
@@ -74,15 +73,7 @@ class RobotLog:
                 f"log has times of shape {time.shape}, targets of shape {self.target.shape} and "
                 f"positions of shape {self.position.shape}; they must be (N,) and twice (N, L, 3)."
             )
-        if not np.isfinite(time).all():
-            row = int(np.argmin(np.isfinite(time)))
-            raise InvalidInput(f"log row {row + 1}: time is not a finite number.")
-        steps = np.diff(time)
-        if (steps <= 0).any():
-            row = int(np.argmax(steps <= 0)) + 1
-            raise InvalidInput(
-                f"log row {row + 1}: time {time[row]:g} s does not follow {time[row - 1]:g} s."
-            )
+        check_times(time)
         length = float(time[-1] - time[0]) if len(time) else 0.0
         if length < SHORTEST:
             raise InvalidInput(
@@ -119,27 +110,9 @@ def read_csv_log(path: Path, robot: Robot) -> RobotLog:
     Raises:
         InvalidInput: The file is too large, not well formed, or lacks a column.
     """
-    # Lazy import: pandas takes 0.3 s.
-    import pandas
-
-    size = path.stat().st_size
-    if size > LARGEST_FILE:
-        raise InvalidInput(f"{path} holds {size} bytes; a log holds at most {LARGEST_FILE}.")
+    check_size(path, "log")
     with located(path.name):
-        try:
-            with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
-                frame = pandas.read_csv(
-                    path, index_col=False, encoding="utf-8-sig", low_memory=False
-                )
-        except pandas.errors.EmptyDataError:
-            frame = pandas.DataFrame()
-        except Exception as error:
-            # A damaged file can raise any exception.
-            reason = " ".join(str(error).split())[:120].rstrip(".")
-            raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
-        if len(frame) > MOST_ROWS:
-            raise InvalidInput(f"log has more than {MOST_ROWS} rows.")
-        frame.columns = [str(column).strip() for column in frame]
+        frame = read_csv_table(path, "log")
         exported = "time [s]" in frame
         return (_exported if exported else _own)(path.stem, frame, robot)
 

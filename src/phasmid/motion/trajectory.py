@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import numbers
+from phasmid.csv_table import MOST_ROWS
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.motion.feet import rotated
@@ -21,9 +22,6 @@ from phasmid.motion.trunk import TrunkMotion
 from phasmid.motion.walk import Walk
 from phasmid.robot import JOINTS, Robot, robot_to_toml
 from phasmid.scenario import Scenario
-
-MOST_ROWS = 1_000_000
-"""Most rows that are read: at 1 kHz a quarter of an hour."""
 
 LATEST = 1e10
 """Latest time of a row [s]; a clock that counts seconds from 1970 is at 2e9."""

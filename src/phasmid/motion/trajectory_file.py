@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import re
-import warnings
 from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
 
+from phasmid.csv_table import MOST_ROWS, check_size, read_csv_table
 from phasmid.errors import InvalidInput, located, nearest
-from phasmid.motion.trajectory import MOST_ROWS, JointTrajectory, joint_names
+from phasmid.motion.trajectory import JointTrajectory, joint_names
 from phasmid.recording import load_recording
 from phasmid.robot import Robot, load_robot
 from phasmid.toml import is_file
 from phasmid.units import UNITS, split_unit
-
-LARGEST_FILE = 200_000_000
-"""Files above this many bytes are refused before they are read."""
 
 
 def load_trajectory(
@@ -50,9 +47,7 @@ def load_trajectory(
         raise InvalidInput(
             f"{path} is no trajectory that can be read.", hint="a .csv, .npy, .nc or .mcap file"
         )
-    size = path.stat().st_size
-    if size > LARGEST_FILE:
-        raise InvalidInput(f"{path} holds {size} bytes; a trajectory holds at most {LARGEST_FILE}.")
+    check_size(path, "trajectory")
     with located(path.name):
         time, q = _READERS[path.suffix](path, robot, 1 / UNITS[unit].per_si)
         return JointTrajectory(robot, time, q.reshape(len(time), len(robot.legs), 3))
@@ -69,21 +64,8 @@ def _read_csv(path: Path, robot: Robot, scale: float) -> Table:
     # Lazy import: pandas takes 0.3 s.
     import pandas
 
-    try:
-        # As many columns as the heading: otherwise pandas takes longer rows for an index.
-        with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
-            frame = pandas.read_csv(path, index_col=False, encoding="utf-8-sig", low_memory=False)
-    except pandas.errors.EmptyDataError:
-        frame = pandas.DataFrame()
-    except pandas.errors.ParserWarning:
-        raise InvalidInput("trajectory has rows of more cells than the heading.") from None
-    except Exception as error:
-        # A damaged file can raise any exception.
-        reason = " ".join(str(error).split())[:120].rstrip(".")
-        raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
-    if len(frame) > MOST_ROWS:
-        raise InvalidInput(f"trajectory has more than {MOST_ROWS} rows.")
-    order, scales = _columns(_joint_columns([str(name).strip() for name in frame]), robot, scale)
+    frame = read_csv_table(path, "trajectory")
+    order, scales = _columns(_joint_columns(list(frame)), robot, scale)
     table = frame.iloc[:, order].apply(pandas.to_numeric, errors="coerce").to_numpy(dtype=float)
     return table[:, 0], table[:, 1:] * scales
 
