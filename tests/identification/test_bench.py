@@ -96,7 +96,10 @@ def test_a_csv_has_units_and_columns_in_any_order(tmp_path):
         ("time [s],target [deg]\n0,1\n", 'no column "position"'),
         ("time [s],target [deg],position [m]\n0,1,2\n", 'has the unit "m"'),
         ("time [s],target [deg],position\n0,1,2\n", 'has the unit ""'),
-        ("time [s],target [deg],position [deg]\n0,1,2\n0,1,2\n", "log row 2: time 0 s does not follow 0 s"),
+        (
+            "time [s],target [deg],position [deg]\n0,1,2\n0,1,2\n",
+            "log row 2: time 0 s does not follow 0 s",
+        ),
         ("time [s],target [deg],position [deg]\n0,1,2\n1,x,2\n", "target in row 2"),
         ("time [s],target [deg],position [deg]\n0,1,2\n", "has 1 rows"),
         ("time [s],target [deg],position [deg]\n0,1,2\n9999,1,2\n", "at most 3600 s"),

@@ -206,8 +206,8 @@ def _states(bus: Bus) -> list[list[str]]:
         if error.ALERT in error:
             error = bus.errors(id_)
         position, load, voltage, temperature = reading.values.values()
-        unit = "A" if "current_limit" in bus.models[id_].registers else "%"
-        amount = f"{load:.2f} A" if unit == "A" else f"{100 * load:.0f} %"
+        has_current = "current_limit" in bus.models[id_].registers
+        amount = f"{load:.2f} A" if has_current else f"{100 * load:.0f} %"
         rows.append(
             [
                 str(id_),

@@ -382,7 +382,7 @@ class LocomotionEngine:
         base[:2] = shift
         if pose.any():
             share, limit = self._pose_scale(base, pose, standing)
-            reason = self._pose_reason(limit, base + pose)
+            reason = self._pose_reason(limit, base + pose) if share < 1.0 else ""
             self._log.set("posed", share < 1.0, f"the pose was scaled by {share:.2f}: {reason}")
         self.reference.pose[:] = self._next_reference.pose[:] = base + share * pose
 

@@ -392,7 +392,7 @@ class EmulatedServo:
         self._store(address, content)
 
     def _answered(self, error: StatusError, data: bytes = b"", *, level: int) -> Answer | None:
-        """Return an answer if the status return level asks for it."""
+        """Return an answer if the status return level permits one."""
         if self["status_return_level"] < level:
             return None
         if self.protocol == 1:

@@ -36,8 +36,8 @@ LONGEST_ADVANCE = 0.05
 """Longest time by which the motion advances at once [s]."""
 
 SPIN = 1.5e-4
-"""Time before a deadline during which the thread does not sleep [s]; sleeping ends later than asked
-by about 0.1 ms."""
+"""Time before a deadline during which the thread does not sleep [s]; a sleep lasts about
+0.1 ms too long."""
 
 HANDOVERS = 15
 """Bytes that are passed through the pseudo-terminal to measure how long the system takes."""

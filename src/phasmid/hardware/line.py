@@ -1,6 +1,6 @@
 """The line of an emulated bus: which servos execute an instruction, and what they answer.
 
-It knows no time but that which it is given; the emulator adds the time on the wire.
+Times are arguments; the emulator adds the time on the wire.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MOST_SERVOS = 253
 """Most servos on a bus: all ids."""
 
 LINE_TOLERANCE = 0.03
-"""Difference of baud rates that a line bears."""
+"""Largest relative difference of baud rates at which a packet is received."""
 
 
 class Line:
@@ -58,7 +58,8 @@ class Line:
         Args:
             packet: The instruction.
             now: Time [s].
-            baud: Baud rate at which it was sent [1/s]; 0: any. Servos set to another do not hear.
+            baud: Baud rate at which it was sent [1/s]; 0: any. Servos of another rate
+                receive nothing.
 
         Returns:
             Status packets in their order, and the servos that send them.
@@ -67,14 +68,14 @@ class Line:
         return self._answers(packet, listening, now)
 
     def _listens(self, servo: EmulatedServo, baud: float) -> bool:
-        """Return whether a servo understands a baud rate, and lives."""
+        """Return whether a servo is alive and receives packets of a baud rate."""
         is_heard = not baud or abs(servo.baud - baud) <= LINE_TOLERANCE * baud
         return is_heard and not self._faults.strikes("dead", servo.id)
 
     def _answers(
         self, packet: Packet, servos: Sequence[EmulatedServo], now: float
     ) -> list[tuple[EmulatedServo, bytes]]:
-        """Execute an instruction; return status packets in their order, and who sends them."""
+        """Execute an instruction; return the servos that answer, with their status packets."""
         kind, several = packet.instruction, packet.id == BROADCAST
         if several and packet.intact:
             if kind == Instruction.SYNC_WRITE or (

@@ -114,9 +114,9 @@ class LiveServer:
         return velocity if time.perf_counter() - arrival < DEAD_MAN_TIME else None
 
     def show(self, times: np.ndarray, channels: Mapping[str, np.ndarray]) -> None:
-        """Wait until the last sample is due, and publish it where a client wants it.
+        """Wait until the last sample is due, and publish the topics that clients subscribed to.
 
-        A slow client is not waited for: it loses the oldest messages. At most `RATE` samples a
+        A slow client does not delay the run; it loses the oldest messages. At most `RATE` samples a
         second are published.
 
         Args:
