@@ -33,9 +33,6 @@ ITERATIONS, AVERAGED = 3, 4
 RENEWALS = 2
 """First iterations that find the effects anew."""
 
-T_OF_AVERAGED = 3.18
-"""Student's t for 95 % and one less than `AVERAGED` degrees of freedom."""
-
 SHORTENINGS = 3
 """Halvings of a step whose replay falls."""
 
@@ -87,6 +84,8 @@ def fit_servo(log: RobotLog, replayer: Replayer, servo: Servo, bootstrap: BlockB
         servo: The servo of the scenario.
         bootstrap: Of the log's samples.
     """
+    from scipy.special import stdtrit
+
     work = _Residuals(log, replayer, servo)
     x = work.start
     begun = simulated = work.replay(x)
@@ -113,12 +112,13 @@ def fit_servo(log: RobotLog, replayer: Replayer, servo: Servo, bootstrap: BlockB
             averaged.append(x)
     scatter = np.zeros(len(x))
     if averaged:
-        scatter = np.std(averaged, axis=0, ddof=1) / np.sqrt(AVERAGED)
+        t = float(stdtrit(AVERAGED - 1, 0.975))
+        scatter = t * np.std(averaged, axis=0, ddof=1) / np.sqrt(AVERAGED)
         x = np.mean(averaged, axis=0)
         simulated = work.replay(x)
         rest = work.error(simulated, x)
         parts = kept_parts + (x - kept)[:, None, None] * effects
-    half_widths = np.hypot(_half_widths(effects, rest, bootstrap), T_OF_AVERAGED * scatter)
+    half_widths = np.hypot(_half_widths(effects, rest, bootstrap), scatter)
     fitted = work.servo_of(x)
     values = np.array([servo.delay + x[0], *(getattr(fitted, name) for name in PARAMETERS[1:])])
     half_widths[1] *= fitted.gain_scale
