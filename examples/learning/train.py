@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import onnx
 import torch
 from rich.console import Console
 from stable_baselines3 import PPO
@@ -100,8 +101,10 @@ class Curve(BaseCallback):
         return True
 
 
-def train(env: WalkVectorEnv, *, steps: int, seed: int) -> tuple[PPO, list[dict[str, float]]]:
-    """Train a policy, and return it with its learning curve."""
+def train(
+    env: WalkVectorEnv, *, steps: int, seed: int, start: Path | None = None
+) -> tuple[PPO, list[dict[str, float]]]:
+    """Train a policy, from a file or from nothing, and return it with its learning curve."""
     # Waiting threads of PyTorch occupy the cores of the physics: 7,400 steps a second, not 8,900.
     torch.set_num_threads(1)
     model = PPO(
@@ -110,7 +113,8 @@ def train(env: WalkVectorEnv, *, steps: int, seed: int) -> tuple[PPO, list[dict[
         n_steps=32,
         batch_size=512,
         n_epochs=4,
-        learning_rate=lambda remaining: 1e-3 * max(remaining, 0.05),
+        # A trained actor is kept while the critic learns: smaller steps.
+        learning_rate=lambda left: (3e-4 if start else 1e-3) * max(left, 0.05),
         gamma=0.98,
         seed=seed,
         device="cpu",
@@ -121,9 +125,18 @@ def train(env: WalkVectorEnv, *, steps: int, seed: int) -> tuple[PPO, list[dict[
             "log_std_init": -2.0 if env.task.action.kind == "joint-offsets" else -1.0,
         },
     )
+    if start:
+        load_actor(model, start)
     curve = Curve()
     model.learn(steps, callback=curve)
     return model, curve.points
+
+
+def load_actor(model: PPO, path: Path) -> None:
+    """Begin with the actor of a policy file that `export` wrote for the same observations."""
+    weights = {w.name: torch.tensor(onnx.numpy_helper.to_array(w))
+               for w in onnx.load(path).graph.initializer}
+    Actor(model).load_state_dict(weights)
 
 
 class Actor(torch.nn.Module):
@@ -161,12 +174,13 @@ if __name__ == "__main__":
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--envs", type=int, default=128, help="robots that walk together")
     parser.add_argument("--threads", type=int, default=2, help="of the physics")
+    parser.add_argument("--start", type=Path, help="policy file with which to begin")
     parser.add_argument("--out", type=Path, default=Path("policy.onnx"))
     given = parser.parse_args()
     env = WalkVectorEnv(
         given.envs, task=given.task, threads=given.threads, autoreset_mode="SameStep"
     )
-    model, curve = train(env, steps=given.steps, seed=given.seed)
+    model, curve = train(env, steps=given.steps, seed=given.seed, start=given.start)
     export(model, env, given.out)
     given.out.with_suffix(".json").write_text(json.dumps(curve))
     result = assess(Policy(given.out), env.task, name=given.out.stem)

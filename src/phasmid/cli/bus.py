@@ -247,7 +247,7 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
         from phasmid.hardware.plant import SimulatedRobot
         from phasmid.scenario import load_scenario
 
-        scenario = load_scenario("paper").replace(robot=options.robot)
+        scenario = load_scenario("paper").replace(robot=options.robot, start_posture="packed")
         robot = scenario.load_robot()
         servo, name = robot.servo, options.model or robot.servo.name
         count = 3 * len(robot.legs)

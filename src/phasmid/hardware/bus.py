@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.hardware.control_table import Model, Register, model_of_number
 from phasmid.hardware.rates import FACTORY_LATENCY, exchange_time, wire_time
@@ -41,6 +43,17 @@ class BusError(PhasmidError):
     """A servo that does not answer, or refuses an instruction."""
 
     exit_status = 1
+
+
+class PortLost(BusError):
+    """The operating system has lost the port: its adapter was unplugged.
+
+    Args:
+        path: The port.
+    """
+
+    def __init__(self, path: str) -> None:
+        super().__init__(f"the port {path} is lost: its adapter was unplugged.")
 
 
 class ServoReading(NamedTuple):
@@ -112,6 +125,10 @@ class Bus:
             self._port: Any = Port(self.path, self.baud)
         except (OSError, ValueError) as error:
             raise InvalidInput(open_error(self.path, error)) from None
+
+    def fileno(self) -> int:
+        """Return the file descriptor of the port."""
+        return int(self._port.ser.fileno())
 
     def close(self) -> None:
         """Close the port."""
@@ -258,21 +275,34 @@ class Bus:
 
     # Several servos ------------------------------------------------------------------------------
 
-    def write_all(self, name: str, values: Mapping[int, float]) -> None:
-        """Write a register of several servos by one sync write, in SI units; nobody answers.
+    def write_all(
+        self, names: str | Sequence[str], values: Mapping[int, float | Sequence[float]]
+    ) -> None:
+        """Write a register, or adjacent ones, of several servos by one sync write; none answers.
+
+        Args:
+            names: Name of the register; names of adjacent registers.
+            values: SI values by id: a number, or one for each name.
 
         Raises:
-            InvalidInput: The register lies elsewhere in one of the models.
+            InvalidInput: The registers are not adjacent, or lie elsewhere in one of the models.
+            BusError: The port is lost.
         """
-        registers = {id_: self.model(id_).register(name) for id_ in values}
-        first = next(iter(registers.values()))
-        if any((r.address, r.size) != (first.address, first.size) for r in registers.values()):
-            raise InvalidInput(f"the servos' {name} lies at different addresses; write them apart.")
+        names = (names,) if isinstance(names, str) else tuple(names)
+        blocks = {id_: _block(self.model(id_), names) for id_ in values}
+        address, size = block = next(iter(blocks.values()))
+        if any(each != block for each in blocks.values()):
+            where = " and ".join(names)
+            raise InvalidInput(f"the servos' {where} lie at different addresses; write them apart.")
         content: list[int] = []
         for id_, value in values.items():
-            register = registers[id_]
-            content += [id_, *register.to_bytes(register.from_si(value))]
-        self._packets.syncWriteTxOnly(self._port, first.address, first.size, content, len(content))
+            registers = [self.models[id_].register(name) for name in names]
+            if sum(r.size for r in registers) != size:
+                raise InvalidInput(f"{' and '.join(names)} are not adjacent; write them apart.")
+            numbers = zip(registers, np.atleast_1d(value), strict=True)
+            data = {r.address: r.to_bytes(r.from_si(float(number))) for r, number in numbers}
+            content += [id_, *b"".join(data[at] for at in sorted(data))]
+        self._packets.syncWriteTxOnly(self._port, address, size, content, len(content))
 
     def read_all(
         self, ids: Sequence[int], names: Sequence[str] = MONITORED

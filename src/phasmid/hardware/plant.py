@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.compiled import compiled
+from phasmid.control.sequences import packing
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.emulated_servo import Reading
 from phasmid.robot import Servo
@@ -204,18 +205,25 @@ class Bench:
 
 
 class SimulatedRobot:
-    """A robot in MuJoCo that stands on the ground of a scenario; its joints are driven by servos.
+    """A robot in MuJoCo on the ground of a scenario; its joints are driven by servos.
+
+    Its joints stop at their limits, which a limp leg reaches.
 
     Args:
-        scenario: Robot, ground and simulation.
+        scenario: Robot, ground and simulation. The robot begins on its belly with its legs folded,
+            where ``start_posture`` is ``packed``, else on its feet.
         calibration: The servos, leg by leg.
     """
 
     def __init__(self, scenario: Scenario, calibration: Sequence[ServoCalibration]) -> None:
         scenario = scenario.replace(drive="servo")
         robot = scenario.load_robot()
-        self.run = Run(scenario, standing(scenario, robot), endless=True)
+        is_packed = scenario.simulation.start_posture == "packed"
+        start = standing(scenario, robot, packing(robot).folded if is_packed else None)
+        self.run = Run(scenario, start, endless=True)
         self.dt, data = self.run.dt, self.run.data
+        self.run.model.jnt_limited[1:] = 1
+        self.run.model.jnt_range[1:] = robot.arrays.joint_limits.reshape(-1, 2)
         self._q, self._qd, self._applied = data.qpos[7:], data.qvel[6:], data.qfrc_applied[6:]
         self._sign = np.array([c.direction for c in calibration], dtype=float)
         self._zero = np.array([c.zero for c in calibration])

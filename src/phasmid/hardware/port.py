@@ -11,6 +11,8 @@ import time
 import serial
 from dynamixel_sdk import PortHandler
 
+from phasmid.hardware.bus import PortLost
+
 READ_TIMEOUT = 1e-3
 """Longest time that a read waits for its bytes [s]."""
 
@@ -46,6 +48,28 @@ class Port(PortHandler):  # type: ignore[misc]
         self.ser.reset_input_buffer()
         return True
 
+    def readPort(self, length: int) -> bytes:
+        """Read bytes that arrive before the timeout.
+
+        Raises:
+            PortLost: The adapter is gone.
+        """
+        try:
+            return bytes(self.ser.read(length))
+        except OSError as error:
+            raise PortLost(self.port_name) from error
+
+    def writePort(self, packet: bytes) -> int:
+        """Write bytes.
+
+        Raises:
+            PortLost: The adapter is gone.
+        """
+        try:
+            return int(self.ser.write(packet) or 0)
+        except OSError as error:
+            raise PortLost(self.port_name) from error
+
     def setPacketTimeout(self, packet_length: int) -> None:  # noqa: ARG002
         """Begin to wait for an answer: as long as `patience`, whatever the library thinks."""
         self._deadline = time.monotonic() + self.patience
@@ -62,7 +86,7 @@ class Port(PortHandler):  # type: ignore[misc]
         """Drop what arrives, until there has been silence for a time [s]."""
         begin = last = time.monotonic()
         while time.monotonic() - last < silence and last - begin < LONGEST_DRAIN:
-            if self.ser.read(256):
+            if self.readPort(256):
                 last = time.monotonic()
         self.ser.reset_input_buffer()
 

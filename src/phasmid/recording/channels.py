@@ -68,7 +68,10 @@ CHANNELS: dict[str, Channel] = {
     ),
     "body_angular_velocity": Channel(_BODY, "rad/s", "angular velocity of the body, world axes"),
     "joint_position_measured": Channel(_JOINT, "rad", "joint angle that the encoder reports"),
+    "joint_position_time": Channel(_JOINT, "s", "time at which the encoder was read"),
     "joint_load_measured": Channel(_JOINT, "1", "output that the servo reports"),
+    "servo_temperature_measured": Channel(_JOINT, "degC", "temperature that the servo reports"),
+    "servo_voltage_measured": Channel(_JOINT, "V", "supply that the servo reports"),
     "imu_angular_velocity": Channel(_BODY, "rad/s", "angular velocity by the gyro, body axes"),
     "imu_acceleration": Channel(_BODY, "m/s²", "specific force by the accelerometer, body axes"),
     "imu_orientation": Channel(

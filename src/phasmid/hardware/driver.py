@@ -1,0 +1,610 @@
+"""Driver: a controller moves a robot on a servo bus in real time."""
+
+from __future__ import annotations
+
+import gc
+import json
+import math
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.control import (
+    Command,
+    CommandScript,
+    Controller,
+    JointTargets,
+    Observation,
+    Posture,
+    SafetyFilter,
+    Sequencer,
+)
+from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torque, inverse_law
+from phasmid.control.sequences.sequencer import Stage as Sequence
+from phasmid.control.sequences.stance import neutral_stance
+from phasmid.errors import InvalidInput
+from phasmid.forces.analysis import recording_attributes
+from phasmid.hardware import torque_off
+from phasmid.hardware.bus import PortLost
+from phasmid.hardware.packets import BROADCAST, Instruction, encode
+from phasmid.hardware.protection import DriverSettings, Protection, Reaction
+from phasmid.hardware.robot_bus import RobotBus
+from phasmid.recording.channels import CHANNELS
+from phasmid.recording.log import RecordingLog
+from phasmid.recording.recording import Attributes
+from phasmid.scenario import Scenario
+from phasmid.simulation.channels import ending_attributes, versions
+from phasmid.simulation.closed_loop import COMMANDED, Commanded
+from phasmid.simulation.start import standing
+from phasmid.simulation.termination import Ending, Failure
+
+LATE = 5e-3
+"""Delay of a tick from which on it is counted as late [s]."""
+
+READING_SHARE = 0.7
+"""Share of a period after which no further servo is read."""
+
+LOG_INTERVAL = 0.2
+"""Time between writes to the log [s]: what a killed process loses at most."""
+
+STILL_SHARE = 1e-9
+"""Round-off of a period that is used up."""
+
+STEADY_TIME = 0.2
+"""Time for which servos must answer again before the robot goes on [s]."""
+
+HANG_TIME = 1.0
+"""Time without a tick after which the driver's process counts as hanging [s]."""
+
+LONGEST_START, LONGEST_LOG = 120.0, 3600.0
+"""Time for which the log is planned beside that of the walk, and of a walk without end [s]."""
+
+STOP_SIGNALS = "SIGINT", "SIGTERM", "SIGHUP"
+"""Signals at which the robot sits down: Ctrl-C, the end of a session, and a lost terminal."""
+
+START_MARGIN = 0.95
+"""Largest speed of the targets as a share of that of the settings, whose unit in the servos is
+coarse."""
+
+TORQUE_OFF_REPEATS = 3
+"""Times that torque off is sent: no servo confirms it."""
+
+Watch = Callable[[np.ndarray, Mapping[str, np.ndarray]], None]
+"""Receives times [s] and channels of the samples."""
+
+
+class Stage(Enum):
+    """Stage of a drive."""
+
+    RAMP = "the output of the servos rises"
+    RISE = "the robot stands up"
+    WALK = "the robot walks"
+    HOLD = "the servos hold their goals"
+    SIT = "the robot sits down"
+    RELEASE = "the output of the servos falls"
+    OFF = "the torque is off"
+
+
+class PacedTargets:
+    """Follows the targets of a controller no faster than a joint speed.
+
+    The targets are passed in straight lines from one to the next. The controller is updated when
+    its last targets are reached, so that its clock is slower than real time where they are too far.
+
+    Args:
+        q: Angles at the start [rad], shape (L, 3).
+        period: Period of the controller [s].
+        update: Returns the targets after another period of the controller's clock.
+    """
+
+    def __init__(
+        self,
+        q: Float[np.ndarray, "legs 3"],
+        period: float,
+        update: Callable[[], Float[np.ndarray, "legs 3"]],
+    ) -> None:
+        self._period, self._update = period, update
+        self._last = self._next = q
+        self._share, self._time = 1.0, period
+
+    def advance(self, speed: float) -> Float[np.ndarray, "legs 3"]:
+        """Return the targets a period later, with a largest joint speed [rad/s]."""
+        left = self._period
+        while left > STILL_SHARE * self._period:
+            if self._share >= 1.0 - STILL_SHARE:
+                self._last, self._next, self._share = self._next, self._update(), 0.0
+                farthest = float(np.abs(self._next - self._last).max())
+                self._time = max(self._period, farthest / speed)
+            used = min(left, (1.0 - self._share) * self._time)
+            self._share += used / self._time
+            left -= used
+        return self._last + min(self._share, 1.0) * (self._next - self._last)
+
+
+@dataclass
+class DriveReport:
+    """What happened during a drive.
+
+    Attributes:
+        ending: What ended it early; None where it was completed.
+        events: Times since the beginning [s] and sentences.
+        ticks: Number of ticks.
+        late: Ticks that began more than 5 ms late.
+        worst_delay: Longest delay of a tick [s].
+        walked: Time for which the robot walked [s].
+        reading_rate: Readings of each servo a second [1/s].
+        hottest: Highest measured temperature [°C].
+        hottest_predicted: Highest computed one [°C].
+        lowest_voltage: Lowest measured supply [V].
+        lost: Answers that were lost or damaged.
+        answers: Intact answers.
+    """
+
+    ending: Failure | None = None
+    events: list[tuple[float, str]] = field(default_factory=list)
+    ticks: int = 0
+    late: int = 0
+    worst_delay: float = 0.0
+    walked: float = 0.0
+    reading_rate: float = 0.0
+    hottest: float = -math.inf
+    hottest_predicted: float = -math.inf
+    lowest_voltage: float = math.inf
+    lost: int = 0
+    answers: int = 0
+
+
+class Driver:
+    """Drives a robot on a bus by a controller.
+
+    Each tick writes the goals of the tick before, reads servos, checks the readings, and computes
+    the next goals. At the start the servos hold the measured angles while their output rises; then
+    the robot stands up slowly. At the end it sits down and its torque is switched off.
+
+    Args:
+        robot: The robot, whose servos have been inspected, see `phasmid.hardware.inspect`.
+        scenario: Scenario of the robot, for the log.
+        controller: Any controller; one that is no `SafetyFilter` is wrapped in posture sequences
+            and a safety filter.
+        commands: A command, a script, or a function of the time since the robot stands [s] and the
+            observation, which returns a command, or None to end.
+        rate: Ticks per second [1/s].
+        settings: Limits and times.
+        log: Path of the log; None: no log.
+        force: Whether an older log is replaced.
+        watch: Receives the samples as they are logged.
+
+    Attributes:
+        stage: Present stage.
+        report: What has happened so far.
+        stop_requested: Strongest reaction that `stop` has requested.
+    """
+
+    def __init__(
+        self,
+        robot: RobotBus,
+        scenario: Scenario,
+        controller: Controller,
+        commands: Commanded = Command(),  # noqa: B008, a frozen value
+        *,
+        rate: float = 50.0,
+        settings: DriverSettings | None = None,
+        log: str | Path | None = None,
+        force: bool = False,
+        watch: Watch | None = None,
+    ) -> None:
+        if not (math.isfinite(rate) and rate > 0):
+            raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
+        if isinstance(commands, CommandScript) and commands.waypoint:
+            raise InvalidInput(
+                "waypoints need the robot's place, which a robot on a bus does not measure.",
+                hint="--velocity or commands over time",
+            )
+        self.robot, self.settings = robot, settings or DriverSettings()
+        if not isinstance(controller, SafetyFilter):
+            controller = SafetyFilter(Sequencer(controller, robot.robot), robot.robot)
+        self.controller: SafetyFilter = controller
+        self.report, self.stage = DriveReport(), Stage.RAMP
+        self.stop_requested = Reaction.NONE
+        self._scenario, self._commands = scenario, commands
+        self._period, self._log_path, self._force, self._watch = 1 / rate, log, force, watch
+        self._protection = Protection(robot, self.settings)
+        servo = robot.robot.servo
+        # A servo without a known motor is given the targets alone.
+        self._law = inverse_law(servo, scenario.servo.supply(servo)) if servo.stall_current else None
+        self._memory = goal_memory(robot.position.size)
+        self._shift = np.zeros_like(robot.position)
+        self._begin = self._entered = time.monotonic()
+        self._clock = self._walk_clock = 0.0
+        self._command = Command(posture=Posture.STANDING)
+        self._ended_command = False
+        self._paced: PacedTargets | None = None
+        self._goals = self._written = self._written_before = robot.position.copy()
+        self._before_hold, self._steady_since = Stage.WALK, math.inf
+        self._rows: list[dict[str, Any]] = []
+        self._times: list[float] = []
+        self._telemetry: dict[str, Any] = {}
+
+    def stop(self, reaction: Reaction = Reaction.SIT) -> None:
+        """Request to sit down, or to go limp at once; a signal handler may call it."""
+        self.stop_requested = max(self.stop_requested, reaction)
+
+    # The drive -----------------------------------------------------------------------------------
+
+    def drive(self, duration: float = math.inf) -> DriveReport:
+        """Drive until the commands end, or for a time of walking [s].
+
+        Raises:
+            BusError: The servos do not answer before the start.
+            OutputError: The log cannot be written; the robot is limp then.
+        """
+        robot, report = self.robot, self.report
+        self._compile()
+        robot.read_all()
+        self._goals = self._written = self._written_before = robot.position.copy()
+        with self._logged(duration) as log, self._guarded() as alive, self._signals():
+            # Objects that stay need not be examined during the drive.
+            gc.collect()
+            gc.freeze()
+            try:
+                self._start()
+                self._run(duration, log, alive)
+            except PortLost as error:
+                self._note(f"{error.what} The servos hold their last goals: switch the supply off.")
+                report.ending = Failure(Ending.FAILED, report.ticks, error.what.rstrip("."))
+            finally:
+                gc.unfreeze()
+                if self.stage is not Stage.OFF:
+                    self._torque_off()
+            log(last=True)
+        traffic = robot.bus.traffic
+        report.answers, report.lost = traffic.answers, traffic.lost + traffic.damaged
+        elapsed = max(time.monotonic() - self._begin, self._period)
+        report.reading_rate = float(robot.readings.mean()) / elapsed
+        return report
+
+    def _compile(self) -> None:
+        """Update the controller in the neutral stance, which compiles it before the robot moves."""
+        q = neutral_stance(self.robot.robot).q
+        self.controller.reset(Observation(0.0, q))
+        for k in range(2):
+            self.controller.update(Observation(k * self._period, q), Command((1e-3, 0.0, 0.0)))
+
+    def _start(self) -> None:
+        """Let the servos hold the measured angles with little output."""
+        robot = self.robot
+        robot.set_torque_limit(0.0)
+        robot.write_goals(robot.position, self.settings.start_speed)
+        robot.set_torque(True)
+        self._begin = self._entered = time.monotonic()
+        robot.answered_at = self._begin
+
+    def _run(self, duration: float, log: Callable[..., None], alive: Callable[[], bool]) -> None:
+        """Tick until the torque is off."""
+        report, period, due = self.report, self._period, time.monotonic()
+        while True:
+            delay = time.monotonic() - due
+            if delay > period:
+                # The ticks go on from now.
+                due += delay
+            report.ticks += 1
+            report.late += delay > LATE
+            report.worst_delay = max(report.worst_delay, delay)
+            if not alive():
+                self._react(Reaction.LIMP, "the process that switches the torque off has ended")
+            self._write()
+            if self.stage is Stage.OFF:
+                return
+            self.robot.read(due + READING_SHARE * period)
+            self._check()
+            self._plan(duration)
+            self._sample(due - self._begin)
+            log()
+            due += period
+            time.sleep(max(due - time.monotonic(), 0.0))
+
+    def _enter(self, stage: Stage, sentence: str = "") -> None:
+        self.stage, self._entered = stage, time.monotonic()
+        self._note(sentence or f"{stage.value}.")
+
+    def _note(self, sentence: str) -> None:
+        self.report.events.append((time.monotonic() - self._begin, sentence))
+
+    # Goals ---------------------------------------------------------------------------------------
+
+    def _write(self) -> None:
+        """Write what the stage needs."""
+        robot, settings, stage = self.robot, self.settings, self.stage
+        share = (time.monotonic() - self._entered) / max(settings.ramp_time, 1e-9)
+        if stage is Stage.RAMP:
+            robot.set_torque_limit(min(share, 1.0))
+        elif stage is Stage.RELEASE:
+            robot.set_torque_limit(max(1.0 - share, 0.0))
+            if share >= 1.0:
+                self._torque_off()
+        elif stage is not Stage.HOLD:
+            # The servos' own limit protects where the driver ends during the motion.
+            goals = np.clip(self._goals + self._shift, robot.low, robot.high)
+            robot.write_goals(goals, 0.0 if stage is Stage.WALK else self._speed())
+            self._written_before, self._written = self._written, goals
+
+    def _speed(self) -> float:
+        """Return the largest joint speed of the stage [rad/s]."""
+        if self.stage is Stage.WALK:
+            return self.controller.speed
+        return self.settings.sit_speed if self.stage is Stage.SIT else self.settings.start_speed
+
+    def _plan(self, duration: float) -> None:
+        """Compute the next goals, and enter the next stage where this one is over."""
+        stage, elapsed = self.stage, time.monotonic() - self._entered
+        if stage is Stage.RAMP:
+            if elapsed >= self.settings.ramp_time:
+                self.controller.reset(self.robot.observe(self._clock))
+                self._paced = PacedTargets(self._goals, self._period, self._update)
+                self._enter(Stage.RISE)
+            return
+        if self._paced is None or stage in (Stage.HOLD, Stage.RELEASE):
+            return
+        self._goals = self._paced.advance(START_MARGIN * self._speed())
+        self._take_events()
+        posture = self._telemetry.get("sequence")
+        if stage is Stage.RISE and posture == Sequence.STANDING.value:
+            self._walk_clock = self._clock
+            self._enter(Stage.WALK)
+        elif stage is Stage.WALK:
+            self.report.walked = self._clock - self._walk_clock
+            if self._ended_command or self.report.walked >= duration:
+                self._enter(Stage.SIT)
+        elif stage is Stage.SIT and (
+            posture == Sequence.LYING.value or elapsed > self.settings.sit_time
+        ):
+            self._enter(Stage.RELEASE)
+
+    def _update(self) -> Float[np.ndarray, "legs 3"]:
+        """Update the controller after another period of its clock, and return its targets."""
+        self._clock += self._period
+        observation = self.robot.observe(self._clock)
+        self._command = self._commanded(observation)
+        targets = self.controller.update(observation, self._command)
+        self._shift = self._feed_forward(targets)
+        telemetry = self.controller.telemetry()
+        known = self._telemetry or {name: None for name in telemetry if name in CHANNELS}
+        # Channels that an update lacks keep their values.
+        self._telemetry = {name: telemetry.get(name, value) for name, value in known.items()}
+        return targets.position
+
+    def _feed_forward(self, targets: JointTargets) -> Float[np.ndarray, "legs 3"]:
+        """Return how far from the targets goals give their torque, by the servos' law [rad]."""
+        if targets.torque is None or self._law is None:
+            return np.zeros_like(targets.position)
+        rows = (targets.position, targets.velocity, targets.torque)
+        q, qd, torque = (np.asarray(row, dtype=float).reshape(1, -1) for row in rows)
+        goals = goals_for_torque(q, qd, torque, self._law, self._period, self._memory)
+        return (goals - q).reshape(targets.position.shape)
+
+    def _commanded(self, observation: Observation) -> Command:
+        """Return the command of an update."""
+        if self.stage is Stage.RISE:
+            return Command(posture=Posture.STANDING)
+        if self.stage is Stage.SIT:
+            return Command(posture=Posture.PACKED)
+        commands, now = self._commands, self._clock - self._walk_clock
+        if isinstance(commands, Command):
+            return commands
+        found = (
+            commands.at(now)
+            if isinstance(commands, CommandScript)
+            else commands(now, observation)
+        )
+        self._ended_command = found is None
+        return found or self._command
+
+    def _take_events(self) -> None:
+        """Take the controller's events, whose times are those of its clock."""
+        for _, sentence in self.controller.take_events():
+            self._note(sentence)
+
+    # Protection ----------------------------------------------------------------------------------
+
+    def _check(self) -> None:
+        """React to readings and requests."""
+        robot, report, now = self.robot, self.report, time.monotonic()
+        report.hottest = max(report.hottest, float(robot.temperature.max()))
+        predicted = float(self.controller.monitor.temperature.max())
+        report.hottest_predicted = max(report.hottest_predicted, predicted)
+        known = robot.voltage[robot.voltage > 0]
+        report.lowest_voltage = min(report.lowest_voltage, float(known.min(initial=math.inf)))
+        if self.stop_requested:
+            self._react(self.stop_requested, "stopped by the user")
+        reaction, cause = self._protection.check(now, self.controller.monitor)
+        if self.stage is Stage.HOLD and reaction is not Reaction.LIMP:
+            self._hold(reaction, now)
+        else:
+            self._react(reaction, cause)
+    def _react(self, reaction: Reaction, cause: str) -> None:
+        """Enter the stage of a reaction, unless a stronger one acts."""
+        stage = self.stage
+        if reaction is Reaction.NONE or stage is Stage.OFF:
+            return
+        stops = reaction is Reaction.LIMP or stage is Stage.RAMP
+        if not stops and stage in (Stage.SIT, Stage.RELEASE, Stage.HOLD):
+            return
+        ending = Ending.STOPPED if cause == "stopped by the user" else Ending.FAILED
+        if reaction is not Reaction.HOLD:
+            self.report.ending = Failure(ending, self.report.ticks, cause)
+        if stops:
+            self._note(f"{cause}: the torque is switched off.")
+            self._torque_off()
+        elif reaction is Reaction.HOLD:
+            self._before_hold = stage
+            self._steady_since = math.inf
+            self._enter(Stage.HOLD, f"{cause}: {Stage.HOLD.value}.")
+        else:
+            self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
+
+    def _hold(self, reaction: Reaction, now: float) -> None:
+        """Go on where the servos answer again with their torque on; sit down after a while."""
+        robot = self.robot
+        if reaction is Reaction.HOLD:
+            self._steady_since = math.inf
+            if now - self._entered > self.settings.hold_time:
+                cause = "no servo answers"
+                self.report.ending = Failure(Ending.FAILED, self.report.ticks, cause)
+                self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
+            return
+        self._steady_since = min(self._steady_since, now)
+        if now - self._steady_since < STEADY_TIME:
+            return
+        if not robot.torque_is_on():
+            self._react(Reaction.LIMP, "servos have restarted, and are limp")
+        else:
+            self._enter(self._before_hold, f"servos answer again: {self._before_hold.value}.")
+
+    def _torque_off(self) -> None:
+        """Switch the torque off, and send it again in case that a packet is lost."""
+        with suppress(PortLost):
+            for _ in range(TORQUE_OFF_REPEATS):
+                self.robot.set_torque(False)
+                time.sleep(2e-3)
+        self._enter(Stage.OFF)
+
+    @contextmanager
+    def _guarded(self) -> Iterator[Callable[[], bool]]:
+        """Run the process that switches the torque off after this one; yield whether it runs."""
+        if self.settings.after_exit == "hold":
+            yield lambda: True
+            return
+        robot, packet = self.robot, b""
+        register = robot.bus.models[robot.ids[0]].register("torque_enable")
+        size, protocol = register.size, robot.bus.protocol
+        content = register.address.to_bytes(protocol, "little") + size.to_bytes(protocol, "little")
+        content += b"".join(bytes([id_]) + register.to_bytes(0) for id_ in robot.ids)
+        packet = encode(protocol, BROADCAST, Instruction.SYNC_WRITE, content)
+        port, hold = robot.bus.fileno(), self.settings.hold_time
+        command = [sys.executable, "-I", torque_off.__file__, str(port)]
+        command += [f"{hold:g}", f"{hold + HANG_TIME:g}", packet.hex()]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, pass_fds=(port,), bufsize=0) as guard:
+            pipe = guard.stdin
+            assert pipe is not None
+
+            def alive() -> bool:
+                with suppress(OSError):
+                    pipe.write(b".")
+                return guard.poll() is None
+
+            try:
+                yield alive
+            finally:
+                with suppress(OSError):
+                    pipe.write(b"q")
+
+    @contextmanager
+    def _signals(self) -> Iterator[None]:
+        """Sit down at Ctrl-C, the end of a session, or a lost terminal; go limp at the second."""
+
+        def request(number: int, frame: Any) -> None:
+            del number, frame
+            again = self.stop_requested is not Reaction.NONE
+            self.stop(Reaction.LIMP if again else Reaction.SIT)
+
+        names = [name for name in STOP_SIGNALS if hasattr(signal, name)]
+        before = {}
+        with suppress(ValueError):
+            # Only the main thread may set them.
+            before = {name: signal.signal(getattr(signal, name), request) for name in names}
+        try:
+            yield
+        finally:
+            for name, handler in before.items():
+                signal.signal(getattr(signal, name), handler)
+
+    # Log -----------------------------------------------------------------------------------------
+
+    def _sample(self, now: float) -> None:
+        """Keep the channels of a tick; the first ones come with the first update."""
+        robot, telemetry = self.robot, self._telemetry
+        if not telemetry:
+            return
+        self._times.append(now)
+        row = {
+            **telemetry,
+            COMMANDED: self._command.velocity,
+            "joint_position_target": self._written,
+            "joint_velocity_target": (self._written - self._written_before) / self._period,
+            "joint_position_measured": robot.position,
+            "joint_position_time": robot.read_at - self._begin,
+            "joint_load_measured": robot.load,
+            "servo_temperature": self.controller.monitor.temperature,
+            "servo_temperature_measured": robot.temperature,
+            "servo_voltage_measured": robot.voltage,
+            "servo_shutdown": ~robot.running,
+        }
+        self._rows.append(
+            {
+                name: np.array(value, bool if CHANNELS[name].kind == "bool" else float)
+                for name, value in row.items()
+            }
+        )
+
+    @contextmanager
+    def _logged(self, duration: float) -> Iterator[Callable[..., None]]:
+        """Yield a function that passes on the samples, for the log and the watcher."""
+        planned = np.arange(0.0, min(duration, LONGEST_LOG) + LONGEST_START, self._period)
+        file: RecordingLog | None = None
+        with ExitStack() as stack:
+
+            def write(*, last: bool = False) -> None:
+                nonlocal file
+                if self._rows and (last or len(self._rows) * self._period >= LOG_INTERVAL):
+                    times = np.array(self._times)
+                    channels = {
+                        name: np.stack([row[name] for row in self._rows]) for name in self._rows[0]
+                    }
+                    self._times, self._rows = [], []
+                    if self._log_path is not None and file is None:
+                        log = RecordingLog(
+                            self._log_path,
+                            channels,
+                            self._attributes(),
+                            time=planned,
+                            force=self._force,
+                        )
+                        file = stack.enter_context(log)
+                    if file is not None:
+                        file.append(times, channels)
+                    if self._watch is not None:
+                        self._watch(times, channels)
+                if last and file is not None:
+                    file.finish(self._final_attributes())
+
+            yield write
+
+    def _attributes(self) -> Attributes:
+        """Return the attributes of the log while it is written."""
+        motion = standing(self._scenario, self.robot.robot)
+        return {
+            **recording_attributes(self._scenario, motion),
+            **versions(),
+            **ending_attributes(Failure(Ending.CUT, 0, "")),
+            "kind": "robot",
+            "drive": "servo",
+            "control_rate": 1 / self._period,
+        }
+
+    def _final_attributes(self) -> Attributes:
+        """Return how the drive ended, and its events."""
+        events = [[round(at, 3), sentence] for at, sentence in self.report.events]
+        return {
+            **ending_attributes(self.report.ending),
+            "events": json.dumps(events, ensure_ascii=False),
+        }

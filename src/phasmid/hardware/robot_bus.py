@@ -1,0 +1,266 @@
+"""The joints of a robot as servos on a bus."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from phasmid.control import Observation
+from phasmid.errors import InvalidInput
+from phasmid.hardware.bus import MONITORED, Bus, BusError, PortLost, ServoReading
+from phasmid.hardware.calibration import ServoCalibration
+from phasmid.hardware.rates import read_time
+from phasmid.hardware.status import StatusError
+from phasmid.robot import JOINTS, Robot
+
+SHUTDOWNS = StatusError.OVERHEATING | StatusError.OVERLOAD | StatusError.SHOCK
+"""Errors with which a servo switches its motor off."""
+
+SILENT_AFTER = 3
+"""Readings in a row without a credible answer, after which a servo counts as silent. With 1 % of
+lost packets this happens by chance once in 10⁶ readings."""
+
+CONFIRMED = 2
+"""Readings in a row that report a shutdown, after which the servo counts as shut down."""
+
+FAST = {1: MONITORED, 2: ("present_position", "present_load")}
+"""Registers that are read most often, by protocol: those of protocol 2.0 lie far apart."""
+
+HEALTH = "torque_enable", "present_voltage", "present_temperature"
+"""Registers of one servo in turn, where they are not read with the others."""
+
+LONGEST_HEALTH_GAP = 0.1
+"""Time after which one servo's health is read even where a period is too short for it [s]."""
+
+RETRY = 0.1
+"""Time after which a silent servo is read again [s]: each try costs the time of a lost answer."""
+
+JUMP, AGREEMENT = np.radians(10), np.radians(3)
+"""An angle is not credible if it is farther from the last one than the servo can turn and this
+[rad], until a second reading in a row agrees with it within that distance [rad]."""
+
+
+class RobotBus:
+    """The joints of a robot as servos on a bus: targets in, readings out.
+
+    Servos without a common read are read one after the other, as many as the time allows; the next
+    call goes on with the others.
+
+    Args:
+        bus: The bus, with the models of all servos.
+        robot: The robot, L legs.
+        calibration: The servos, leg by leg.
+
+    Attributes:
+        names: Leg and joint of each servo, such as ``right_front.coxa``.
+        ids: Ids of the servos, leg by leg.
+        low: Lowest targets [rad], shape (L, 3): the limits of the robot and of the calibration.
+        high: Highest targets [rad], shape (L, 3).
+        position: Last credible angles of the joints [rad], shape (L, 3); NaN before the first.
+        load: Last outputs, as shares of the largest, shape (L, 3).
+        voltage: Last supplies [V], shape (L, 3).
+        temperature: Last temperatures [°C], shape (L, 3).
+        read_at: Times of these readings by the monotonic clock [s], shape (L, 3).
+        misses: Readings in a row without a credible answer, shape (L, 3).
+        shutdowns: Readings in a row that report a shutdown, shape (L, 3).
+        readings: Number of credible readings of the angle of each servo, shape (L, 3).
+        health_readings: The same of supply and temperature, shape (L, 3).
+        has_torque: Whether the torque of each servo was on when it was read last, shape (L, 3);
+            protocol 1.0 does not read it, since a goal switches it on.
+        answered_at: Time of the last answer of any servo [s].
+
+    Raises:
+        InvalidInput: The calibration has other joints than the robot.
+    """
+
+    def __init__(self, bus: Bus, robot: Robot, calibration: Sequence[ServoCalibration]) -> None:
+        self.bus, self.robot, rows = bus, robot, list(calibration)
+        self.names = tuple(f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS)
+        if tuple(row.joint for row in rows) != self.names:
+            raise InvalidInput(
+                f"the calibration has other joints than {robot.name}.", hint="phasmid bus calibrate"
+            )
+        self.ids, shape = [row.id for row in rows], (len(robot.legs), 3)
+        self._sign = np.array([row.direction for row in rows], dtype=float).reshape(shape)
+        self._zero = np.array([row.zero for row in rows]).reshape(shape)
+        self._models = [bus.model(id_) for id_ in self.ids]
+        goals = [model.register("goal_position") for model in self._models]
+        ends = [
+            (goal.to_si(row.range_min), goal.to_si(row.range_max))
+            for goal, row in zip(goals, rows, strict=True)
+        ]
+        calibrated = self._sign[..., None] * (np.reshape(ends, (*shape, 2)) - self._zero[..., None])
+        limits = robot.arrays.joint_limits
+        self.low = np.maximum(calibrated.min(axis=-1), limits[..., 0])
+        self.high = np.minimum(calibrated.max(axis=-1), limits[..., 1])
+        stall = robot.servo.stall_current or 1.0
+        in_ampere = ["current_limit" in model.registers for model in self._models]
+        self._load_scale = np.where(in_ampere, 1 / stall, 1.0)
+        self.position, self.read_at = np.full(shape, np.nan), np.full(shape, -np.inf)
+        self.load, self.voltage, self.temperature = np.zeros((3, *shape))
+        self.misses: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
+        self.shutdowns: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
+        self.readings: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
+        self.health_readings = np.zeros(shape, dtype=int)
+        self.has_torque: Bool[np.ndarray, "legs 3"] = np.ones(shape, dtype=bool)
+        self.answered_at = self._health_at = time.monotonic()
+        self._doubted, self._tried = np.full(shape, np.nan), np.full(shape, -np.inf)
+        self._queue = list(range(len(rows)))
+        self._common_read = all(model.reads != "single" for model in self._models)
+        self._names = FAST[bus.protocol]
+        self._delay = bus.read(self.ids[0], "return_delay_time")
+        self._read_time = self._time_of(self._names)
+        self._health_time = self._time_of(HEALTH)
+
+    def _time_of(self, names: Sequence[str]) -> float:
+        """Return the time to read registers of one servo [s]."""
+        registers = [self._models[0].register(name) for name in names]
+        size = max(r.end for r in registers) - min(r.address for r in registers)
+        settings = {"baud": self.bus.baud, "return_delay": self._delay}
+        return read_time(self._models[0], 1, size, latency=self.bus.latency or 0.0, **settings)
+
+    # Readings ------------------------------------------------------------------------------------
+
+    @property
+    def running(self) -> Bool[np.ndarray, "legs 3"]:
+        """Servos that answer and have not shut down, shape (L, 3)."""
+        return (self.misses < SILENT_AFTER) & (self.shutdowns < CONFIRMED)
+
+    def observe(self, clock: float) -> Observation:
+        """Return the last readings as an observation at a time of the controller's clock [s]."""
+        return Observation(
+            clock,
+            self.position.copy(),
+            joint_load=self.load.copy(),
+            servo_running=self.running,
+        )
+
+    def read_all(self) -> None:
+        """Read each servo until an angle is confirmed, three times at most.
+
+        Raises:
+            BusError: The angle of a servo is not known afterwards.
+        """
+        for _ in range(3):
+            for k, id_ in enumerate(self.ids):
+                self._take(k, self.bus.read_all([id_], self._names)[id_])
+                self._take_health(k)
+        unknown = np.isnan(self.position)
+        if unknown.any():
+            k = int(np.argmax(unknown))
+            raise BusError(
+                f"servo {self.ids[k]} ({self.names[k]}) gives no steady angle.",
+                hint="check its cable, and that no two servos have this id",
+            )
+
+    def read(self, until: float) -> None:
+        """Read servos until a time of the monotonic clock [s], one at least.
+
+        After a lost answer the others are read at the next call.
+
+        Raises:
+            PortLost: The adapter is gone.
+        """
+        now, misses, tried = time.monotonic(), self.misses.ravel(), self._tried.ravel()
+        due = [k for k in self._queue if misses[k] < SILENT_AFTER or now - tried[k] > RETRY]
+        # Behind a lost answer of a common read all others are lost.
+        due = sorted(due or self._queue, key=lambda k: misses[k] >= SILENT_AFTER)
+        if self._common_read:
+            readings = self.bus.read_all([self.ids[k] for k in due], self._names)
+        for k in due:
+            id_ = self.ids[k]
+            if not self._common_read:
+                readings = self.bus.read_all([id_], self._names)
+            reading = readings[id_]
+            credible = self._take(k, reading)
+            if credible or misses[k] >= SILENT_AFTER:
+                self._queue.remove(k)
+                self._queue.append(k)
+            if reading is None:
+                return
+            if not self._common_read and time.monotonic() + self._read_time > until:
+                return
+        now = time.monotonic()
+        if now + self._health_time < until or now - self._health_at > LONGEST_HEALTH_GAP:
+            self._health_at = now
+            self._take_health(self._queue[0])
+            # A common read leaves the order to the turns of the health.
+            self._queue.append(self._queue.pop(0))
+
+    def _take_health(self, k: int) -> None:
+        """Read supply, temperature and torque of a servo, where the other readings lack them."""
+        if self.bus.protocol == 1:
+            return
+        reading, at = self.bus.read_all([self.ids[k]], HEALTH)[self.ids[k]], divmod(k, 3)
+        if reading is not None and reading.values:
+            torque, self.voltage[at], self.temperature[at] = reading.values.values()
+            self.has_torque[at] = bool(torque)
+            self.health_readings[at] += 1
+
+    def _take(self, k: int, reading: ServoReading | None) -> bool:
+        """Take the reading of a servo; return whether it is credible."""
+        now, at = time.monotonic(), divmod(k, 3)
+        self._tried[at] = now
+        if reading is None or not reading.values:
+            self.misses[at] += 1
+            return False
+        self.answered_at = now
+        angle, load, *health = (reading.values[name] for name in self._names)
+        q = float(self._sign[at] * (angle - self._zero[at]))
+        reach = self.robot.servo.no_load_speed * (now - self.read_at[at]) + JUMP
+        is_known = abs(q - self.position[at]) < reach or abs(q - self._doubted[at]) < AGREEMENT
+        self._doubted[at] = q
+        if not is_known:
+            self.misses[at] += 1
+            return False
+        self.misses[at] = 0
+        self.readings[at] += 1
+        self.position[at], self.read_at[at] = q, now
+        self.load[at] = self._sign[at] * self._load_scale[k] * load
+        if health:
+            self.voltage[at], self.temperature[at] = health
+            self.health_readings[at] += 1
+        self.shutdowns[at] = self.shutdowns[at] + 1 if self._has_shut_down(k, reading.error) else 0
+        return True
+
+    def _has_shut_down(self, k: int, error: StatusError) -> bool:
+        """Return whether a servo reports a shutdown."""
+        if error & StatusError.ALERT:
+            try:
+                error = self.bus.errors(self.ids[k])
+            except PortLost:
+                raise
+            except BusError:
+                return False
+        return bool(error & SHUTDOWNS)
+
+    # Settings and goals --------------------------------------------------------------------------
+
+    def write_goals(self, q: Float[np.ndarray, "legs 3"], speed: float = 0.0) -> None:
+        """Write goals, within the limits, with the servos' own speed limit [rad/s]; 0: none.
+
+        Goals switch the torque of the AX and MX series on.
+        """
+        angles = (self._zero + self._sign * np.clip(q, self.low, self.high)).ravel()
+        values = {id_: (angle, speed) for id_, angle in zip(self.ids, angles.tolist(), strict=True)}
+        self.bus.write_all(("goal_position", "goal_speed"), values)
+
+    def set_torque(self, on: bool) -> None:
+        """Switch the torque of all servos on or off; a servo's answer is not awaited."""
+        self.bus.write_all("torque_enable", dict.fromkeys(self.ids, float(on)))
+
+    def set_torque_limit(self, share: float) -> None:
+        """Limit the output of all servos to a share of the full one."""
+        name = "torque_limit" if "torque_limit" in self._models[0].registers else "goal_pwm"
+        self.bus.write_all(name, dict.fromkeys(self.ids, share))
+
+    def torque_is_on(self) -> bool:
+        """Read whether the torque of all servos that answer is on."""
+        for id_ in self.ids:
+            reading = self.bus.read_all([id_], ["torque_enable"])[id_]
+            if reading is not None and not reading.values.get("torque_enable", 1.0):
+                return False
+        return True

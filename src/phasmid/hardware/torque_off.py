@@ -1,0 +1,42 @@
+"""Switches the torque of servos off after the driver's process has ended or hangs.
+
+    python torque_off.py FD HOLD SILENCE PACKET
+
+The driver starts this program with the open port as file descriptor FD, and sends a byte through
+its standard input in each period. PACKET (hexadecimal) goes to the port HOLD seconds after the end
+of that stream, or after SILENCE seconds without a byte. The byte ``q`` ends the program without it. It imports nothing of phasmid, so that it starts at once.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import sys
+import time
+
+REPEATS, PAUSE = 5, 0.02
+"""How often the packet is sent, and the time between [s]: one may be lost."""
+
+
+def main() -> None:
+    """Wait for the end of the driver, then switch the torque off."""
+    port, hold, silence = int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3])
+    packet = bytes.fromhex(sys.argv[4])
+    # Ctrl-C reaches all processes of a terminal; the driver decides what happens then.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    while select.select([0], [], [], silence)[0]:
+        received = os.read(0, 4096)
+        if b"q" in received:
+            return
+        if not received:
+            time.sleep(hold)
+            break
+    for _ in range(REPEATS):
+        os.write(port, packet)
+        time.sleep(PAUSE)
+
+
+if __name__ == "__main__":
+    main()
