@@ -4,7 +4,12 @@ The emulator itself needs no extra.
 """
 
 from phasmid.hardware.bus import Bus, BusError, ServoReading, Traffic, usb_latency
-from phasmid.hardware.calibration import ServoCalibration, default_calibration
+from phasmid.hardware.calibration import (
+    ServoCalibration,
+    default_calibration,
+    load_calibration,
+    save_calibration,
+)
 from phasmid.hardware.control_table import Model, Register, model, models
 from phasmid.hardware.emulator import Emulator, make_servos
 from phasmid.hardware.plant import Bench, Plant, SimulatedRobot
@@ -27,10 +32,12 @@ __all__ = [
     "achievable_rate",
     "default_calibration",
     "exchange_time",
+    "load_calibration",
     "make_servos",
     "model",
     "models",
     "read_time",
+    "save_calibration",
     "usb_latency",
     "write_time",
 ]

@@ -1,15 +1,31 @@
-"""Calibration of a robot's servos: ids, drive modes, homing offsets and ranges.
+"""Calibration of a robot's servos: ids, drive modes, homing offsets and ranges, and its file.
 
 Names are those of LeRobot's motor bus.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Annotated
 
+from annotated_types import Ge, Le
+
+from phasmid.errors import InvalidInput, located, nearest
 from phasmid.hardware.control_table import Model, model
+from phasmid.recording.file import check_new_file, write_whole
 from phasmid.robot import JOINTS, Robot
+from phasmid.robot.table import Name
+from phasmid.tables import Count, Table, in_file, validate
+from phasmid.toml import read_toml, toml_key, toml_value
+
+POSITIONS = "max_position_limit"
+"""Register whose limits are those of a position, in all models."""
+
+FARTHEST = 1 << 20
+"""Largest homing offset, that of several turns; larger numbers are refused."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +71,13 @@ class ServoCalibration:
         """Return the joint's angle [rad]."""
         return self.direction * (servo_angle - self.zero)
 
+    @property
+    def joint_range(self) -> tuple[float, float]:
+        """Lowest and highest angle of the joint within the range [rad]."""
+        to_si = model(self.model).register("goal_position").to_si
+        low, high = sorted(self.joint_angle(to_si(n)) for n in (self.range_min, self.range_max))
+        return low, high
+
 
 def default_calibration(
     robot: Robot, servo_model: Model, ids: Sequence[int] | None = None
@@ -66,7 +89,7 @@ def default_calibration(
         servo_model: Model of all servos.
         ids: Ids leg by leg; None: 1 to 3 L.
     """
-    register = servo_model.register("goal_position")
+    register, bounds = servo_model.register("goal_position"), servo_model.register(POSITIONS)
     rows = []
     for k, leg in enumerate(robot.legs):
         for j, (low, high) in enumerate(leg.joint_limits):
@@ -79,8 +102,154 @@ def default_calibration(
                     model=servo_model.name,
                     drive_mode=0,
                     homing_offset=offset,
-                    range_min=max(limits[0], register.low),
-                    range_max=min(limits[1], register.high),
+                    range_min=max(limits[0], bounds.low),
+                    range_max=min(limits[1], bounds.high),
                 )
             )
     return rows
+
+
+# File ---------------------------------------------------------------------------------------------
+
+
+class JointTable(Table):
+    """``[joint.LEG.JOINT]``: the servo of a joint, as `ServoCalibration` has it."""
+
+    id: Count
+    model: str
+    drive_mode: Annotated[Count, Ge(0), Le(1)]
+    homing_offset: Annotated[Count, Ge(-FARTHEST), Le(FARTHEST)]
+    range_min: Count
+    range_max: Count
+
+
+class CalibrationFile(Table):
+    """A calibration file.
+
+    Attributes:
+        robot: Name of the robot.
+        joint: Servos by leg and joint.
+    """
+
+    robot: Name
+    joint: dict[str, dict[str, JointTable]]
+
+
+def load_calibration(path: str | Path, robot: Robot) -> list[ServoCalibration]:
+    """Read the calibration of a robot.
+
+    Args:
+        path: A ``.toml`` file.
+        robot: The robot, L legs.
+
+    Returns:
+        3 L servos, leg by leg in the order of the robot: coxa, femur, tibia.
+
+    Raises:
+        InvalidInput: The file is absent or not well formed, belongs to another robot, lacks a
+            joint or has an unknown one, has an id twice, or has a value that the servo or the
+            joint cannot take.
+    """
+    path = Path(path)
+    raw, content = read_toml(path)
+    locate = in_file(path, content)
+    table = validate(CalibrationFile, raw, locate)
+    if table.robot != robot.name:
+        raise InvalidInput(
+            f'the calibration is of the robot "{table.robot}"; this robot is "{robot.name}".',
+            where=locate(("robot",))[1],
+        )
+    names = {f"{leg.name}.{joint}": (leg.name, joint) for leg in robot.legs for joint in JOINTS}
+    for leg, joints in table.joint.items():
+        for joint in joints:
+            if (leg, joint) not in names.values():
+                guess = nearest(f"{leg}.{joint}", names)
+                raise InvalidInput(
+                    f'the robot has no joint "{leg}.{joint}".',
+                    where=locate(("joint", leg, joint))[1],
+                    hint=f'"{guess}"' if guess else f"its joints are {', '.join(names)}",
+                )
+    rows: list[ServoCalibration] = []
+    for name, (leg, joint) in names.items():
+        if joint not in table.joint.get(leg, {}):
+            raise InvalidInput(
+                f"the joint {name} is missing.",
+                where=path.name,
+                hint=f"[joint.{toml_key(leg)}.{joint}]",
+            )
+        row = ServoCalibration(name, **table.joint[leg][joint].model_dump())
+        twin = next((other.joint for other in rows if other.id == row.id), None)
+        with located(locate(("joint", leg, joint, "id"))[1]):
+            if twin:
+                raise InvalidInput(f"{twin} and {name} both have the id {row.id}.")
+        with located(locate(("joint", leg, joint))[1]):
+            limits = robot.leg(leg).joint_limits[JOINTS.index(joint)]
+            _check(row, (float(limits[0]), float(limits[1])))
+        rows.append(row)
+    return rows
+
+
+def _check(row: ServoCalibration, limits: tuple[float, float]) -> None:
+    """Refuse what the servo, or the joint with these limits [rad], cannot take."""
+    servo = model(row.model)
+    for name, key in (("id", "id"), ("range_min", POSITIONS), ("range_max", POSITIONS)):
+        register, value = servo.register(key), getattr(row, name)
+        if not register.low <= value <= register.high:
+            raise InvalidInput(
+                f"{name} of {row.joint} is {value}; the {row.model} takes {register.low} to "
+                f"{register.high}."
+            )
+    if row.range_min >= row.range_max:
+        raise InvalidInput(
+            f"range_min of {row.joint} is {row.range_min}; it must be below range_max, "
+            f"{row.range_max}."
+        )
+    low, high = row.joint_range
+    if low > limits[1] or high < limits[0]:
+        angles = [f"{math.degrees(angle):.4g}°" for angle in (low, high, *limits)]
+        raise InvalidInput(
+            f"homing_offset of {row.joint} is {row.homing_offset}: its range is {angles[0]} to "
+            f"{angles[1]}, outside the robot's limits, {angles[2]} to {angles[3]}."
+        )
+
+
+HEAD = """\
+# register = middle + homing_offset + angle / step; with drive_mode 1, - angle / step.
+# middle and step: {steps}
+"""
+
+
+def save_calibration(
+    path: str | Path,
+    calibration: Sequence[ServoCalibration],
+    robot_name: str,
+    force: bool = False,
+) -> None:
+    """Write a calibration file.
+
+    Args:
+        path: The ``.toml`` file.
+        calibration: The servos of all joints.
+        robot_name: Name of the robot.
+        force: Whether an older file is replaced.
+
+    Raises:
+        AlreadyExists: The file exists, and `force` is False.
+        OutputError: It cannot be written.
+    """
+    path = Path(path)
+    check_new_file(path, option="--out FILE", force=force)
+    registers = {row.model: model(row.model).register("goal_position") for row in calibration}
+    steps = [
+        f"{name} {r.zero} and {math.degrees(r.scale):.4g} degrees" for name, r in registers.items()
+    ]
+    lines = [HEAD.format(steps=", ".join(steps)), f"robot = {toml_value(robot_name)}"]
+    keys = [field.name for field in fields(ServoCalibration)][1:]
+    for row in calibration:
+        leg, _, joint = row.joint.rpartition(".")
+        lines += ["", f"[joint.{toml_key(leg)}.{joint}]"]
+        lines += [
+            f"{key} = {toml_value(value)}"
+            for key, value in zip(keys, astuple(row)[1:], strict=True)
+        ]
+    write_whole(path, ("\n".join(lines) + "\n").encode())
