@@ -8,7 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli import scenario_options, walk
+from phasmid.cli import drive_bus, scenario_options, walk
 from phasmid.cli.live import add_live_options
 from phasmid.cli.options import Number, declare
 from phasmid.cli.progress import announce_compilation
@@ -36,7 +36,7 @@ OPTIONS = {
     **scenario_options.OUT,
     "--policy FILE": "learned policy that controls the robot: an ONNX file, or one that comes with "
     "phasmid; its robot is driven unless --robot names another; default: the locomotion controller",
-    "--rate N": Number("updates a second; default: 200", 1, 100_000, RATE, hint="200"),
+    "--rate N": Number("updates a second; default: 200, on a bus 50", 1, 100_000, hint="200"),
     **walk.REPORT_OPTIONS,
 }
 
@@ -46,10 +46,12 @@ def run(options: argparse.Namespace) -> int:
     script = _script(options)
     policy = _policy(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
+    if options.bus is not None:
+        return drive_bus.run(options, scenario, script, policy, _words(options))
     from phasmid.simulation import Run, check_drive, new_drive
 
-    faults = options.fault or []
-    check_drive(scenario.driven(), rate=options.rate, faults=faults)
+    faults, rate = options.fault or [], options.rate or RATE
+    check_drive(scenario.driven(), rate=rate, faults=faults)
 
     def begin() -> Run:
         controller = None
@@ -58,10 +60,8 @@ def run(options: argparse.Namespace) -> int:
         else:
             from phasmid.learning import PolicyController
 
-            controller = PolicyController(
-                policy, scenario.load_robot(), update_period=1 / options.rate
-            )
-        return new_drive(scenario, controller, script, rate=options.rate, faults=faults)
+            controller = PolicyController(policy, scenario.load_robot(), update_period=1 / rate)
+        return new_drive(scenario, controller, script, rate=rate, faults=faults)
 
     return walk.make_run(begin, scenario, options, _words(options))
 
@@ -77,6 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         '2 s", "left_front foot stuck at 1 s"; may be given again',
     )
     add_live_options(parser)
+    drive_bus.add_bus_options(parser)
     scenario_options.add_field_options(parser)
 
 
@@ -85,7 +86,7 @@ def _words(options: argparse.Namespace) -> list[str]:
     commands = options.commands and Path(options.commands).stem
     given = {"velocity": options.velocity, "commands": commands, "waypoints": options.waypoints}
     words = ["drive", *(f"{way}-{value}" for way, value in given.items() if value)]
-    if options.rate != RATE:
+    if options.rate not in (None, RATE):
         words.append(f"rate-{options.rate:g}")
     if options.policy:
         words.append(f"policy-{Path(options.policy).stem}")

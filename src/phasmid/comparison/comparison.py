@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from phasmid.comparison.bootstrap import BlockBootstrap
 from phasmid.comparison.fit import SKIPPED, Fit, fit_servo
 from phasmid.comparison.log import RobotLog, log_of_recording, read_csv_log
-from phasmid.comparison.replays import Replay, Replayer
+from phasmid.comparison.replays import Replay, Replayer, command_knots, interpolated
 from phasmid.control.feed_forward.servo_goal import FULL_PUNCH, FULL_PWM
 from phasmid.errors import InvalidInput, located
 from phasmid.kinematics import body_from_hip, foot_position
@@ -339,10 +339,10 @@ def _loads(
 
 
 def _delayed(log: RobotLog, delay: float) -> Float[np.ndarray, "time legs 3"]:
-    """Return the log's targets as they were a delay earlier."""
-    flat = log.target.reshape(len(log.time), -1)
-    columns = [np.interp(log.time - delay, log.time, column) for column in flat.T]
-    return np.stack(columns, axis=-1).reshape(log.target.shape)
+    """Return the log's targets as they were a delay before the positions were read."""
+    at = log.time[:, None, None] if log.read_time is None else log.read_time
+    knots, targets = command_knots(log)
+    return interpolated(np.broadcast_to(at - delay, log.target.shape), knots, targets)
 
 
 def _height(robot: Robot, q: np.ndarray, stance: np.ndarray) -> Float[np.ndarray, " time"]:

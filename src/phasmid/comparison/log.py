@@ -36,7 +36,11 @@ QUANTITIES = {
 POSITION_CHANNELS = ("joint_position_measured", "joint_position")
 ORIENTATION_CHANNELS = ("imu_orientation", "body_orientation")
 RATE_CHANNELS = ("imu_angular_velocity", "body_angular_velocity")
+TEMPERATURE_CHANNELS = ("servo_temperature_measured", "servo_temperature")
 """Channels of a recording; the first that it holds is read."""
+
+STANDS = 2.0
+"""Value of the channel ``sequence`` while a robot stands or walks."""
 
 SHORTEST = 1.5
 """Shortest log [s]."""
@@ -53,6 +57,10 @@ class RobotLog:
         position: Measured joint angles [rad], shape (N, L, 3); NaN where a joint was not read.
         measured: Further measurements by name, as in `QUANTITIES`, in SI, shape (N,) each.
         is_read: Whether the positions are readings of sensors, not a simulation's true angles.
+        read_time: Times at which the positions were read [s], shape (N, L, 3); None: those of the
+            rows.
+        targets_hold: Whether each target holds until the next row, as on a servo bus; otherwise
+            the joints pass it at its time.
 
     Raises:
         InvalidInput: Shapes are wrong, times do not increase, a target is not finite, angles are
@@ -65,6 +73,8 @@ class RobotLog:
     position: Float[np.ndarray, "time legs 3"]
     measured: Mapping[str, Float[np.ndarray, " time"]]
     is_read: bool = True
+    read_time: Float[np.ndarray, "time legs 3"] | None = None
+    targets_hold: bool = False
 
     def __post_init__(self) -> None:
         time = self.time
@@ -218,8 +228,37 @@ def _from_channels(
             f"the log of {name} has {target.shape[1]} legs; {robot.name} has {len(robot.legs)}.",
             hint="--robot with the robot of the log",
         )
-    is_read = POSITION_CHANNELS[0] in channels
-    return RobotLog(name, time - time[:1], target, position, body_measurements(channels), is_read)
+    is_read, read_time = POSITION_CHANNELS[0] in channels, channels.get("joint_position_time")
+    rows = _walking_rows(time, channels.get("sequence"))
+    channels = {key: values[rows] for key, values in channels.items()}
+    time, target, position = time[rows], target[rows], position[rows]
+    if read_time is not None:
+        # A servo bus reads some joints in each row; the others keep their last angle.
+        read_time = read_time[rows]
+        is_new = np.diff(read_time, axis=0, prepend=read_time[:1] - 1.0) > 0
+        position = np.where(is_new, position, np.nan)
+        read_time = read_time - time[0]
+    return RobotLog(
+        name,
+        time - time[:1],
+        target,
+        position,
+        body_measurements(channels),
+        is_read,
+        read_time,
+        targets_hold=read_time is not None,
+    )
+
+
+def _walking_rows(time: np.ndarray, sequence: np.ndarray | None) -> slice:
+    """Return the rows in which a robot stands or walks; all where no posture was recorded."""
+    if sequence is None or not len(time):
+        return slice(None)
+    edges = np.flatnonzero(np.diff(sequence == STANDS, prepend=False, append=False)).reshape(-1, 2)
+    if not len(edges):
+        return slice(None)
+    begin, end = max(edges.tolist(), key=lambda edge: edge[1] - edge[0])
+    return slice(begin, end)
 
 
 def body_measurements(channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -239,8 +278,11 @@ def body_measurements(channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
         found["pitch"] = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
     elif rate is not None:
         found["roll_rate"], found["pitch_rate"] = rate[:, 0], rate[:, 1]
-    if "servo_temperature" in channels:
-        found["temperature"] = channels["servo_temperature"].max(axis=(1, 2))
+    temperature = first(TEMPERATURE_CHANNELS)
+    if temperature is not None:
+        found["temperature"] = temperature.max(axis=(1, 2))
+    if "servo_voltage_measured" in channels:
+        found["voltage"] = channels["servo_voltage_measured"].mean(axis=(1, 2))
     if "body_position" in channels:
         place = channels["body_position"][:, :2]
         found["distance"] = np.linalg.norm(place - place[0], axis=1)

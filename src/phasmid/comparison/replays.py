@@ -97,7 +97,7 @@ class Simulated:
     def __init__(self, run: Recording, log: RobotLog, lag: float) -> None:
         channels = {str(name): np.asarray(run[name].values) for name in run.data_vars}
         self._time, self._lag = np.asarray(run["time"].values), lag
-        self._wanted = log.time
+        self._wanted, self._read_time = log.time, log.read_time
         self._channels = {n: channels[n] for n in ("joint_position", "joint_torque", "contact")}
         rate = channels.get("imu_angular_velocity", channels["body_angular_velocity"])
         self._measured = body_measurements(channels)
@@ -105,7 +105,10 @@ class Simulated:
 
     def position(self, shift: float) -> Float[np.ndarray, "time legs 3"]:
         """Return the joint angles at the log's times, later by a shift [s], shape (N, L, 3)."""
-        return self._at(self._channels["joint_position"], shift + self._lag)
+        values, shift = self._channels["joint_position"], shift + self._lag
+        if self._read_time is None:
+            return self._at(values, shift)
+        return interpolated(self._read_time - shift, self._time, values)
 
     def at(self, shift: float) -> Replay:
         """Return the replay at the log's times, later by a shift [s]."""
@@ -125,6 +128,18 @@ class Simulated:
         return np.asarray((1 - part) * values[row] + part * values[row + 1])
 
 
+def interpolated(
+    at: Float[np.ndarray, "times legs 3"],
+    time: Float[np.ndarray, " time"],
+    values: Float[np.ndarray, "time legs 3"],
+) -> Float[np.ndarray, "times legs 3"]:
+    """Interpolate joints linearly, each at times of its own; constant before and after."""
+    found = np.empty(at.shape)
+    for joint in np.ndindex(*at.shape[1:]):
+        found[:, *joint] = np.interp(at[:, *joint], time, values[:, *joint])
+    return found
+
+
 def reading_lag(log: RobotLog, scenario: Scenario) -> float:
     """Return the mean age of the scenario's joint readings at the log's times [s]."""
     sensors = scenario.sensors
@@ -139,14 +154,15 @@ def command_knots(
 ) -> tuple[Float[np.ndarray, " knots"], Float[np.ndarray, "knots legs 3"]]:
     """Return times and angles of the commands in a log, to be joined by splines.
 
-    A log that is faster than the controller repeats each target. The mean of a held target is in
-    the middle of its hold, where its knot is placed; otherwise every row is a knot.
+    A log that is faster than the controller repeats each target, and on a servo bus a target holds
+    until the next row. The mean of a held target is in the middle of its hold, where its knot is
+    placed; otherwise every row is a knot.
     """
     moves = (np.diff(log.target, axis=0) != 0).any(axis=(1, 2))
     starts = np.flatnonzero(np.concatenate([[True], moves]))
     lengths = np.diff(np.append(starts, len(log.time)))
     held = int(np.median(lengths))
-    if held < 2:
+    if held < 2 and not log.targets_hold:
         return log.time, log.target
     # A target that is kept for long is several commands.
     rows = np.concatenate(

@@ -11,19 +11,29 @@ from phasmid.hardware.calibration import (
     save_calibration,
 )
 from phasmid.hardware.control_table import Model, Register, model, models
+from phasmid.hardware.driver import Driver, DriveReport
 from phasmid.hardware.emulator import Emulator, make_servos
+from phasmid.hardware.inspection import Inspection, inspect
 from phasmid.hardware.plant import Bench, Plant, SimulatedRobot
+from phasmid.hardware.protection import DriverSettings, Reaction
 from phasmid.hardware.rates import achievable_rate, exchange_time, read_time, write_time
+from phasmid.hardware.robot_bus import RobotBus
 from phasmid.hardware.status import StatusError
 
 __all__ = [
     "Bench",
     "Bus",
     "BusError",
+    "DriveReport",
+    "Driver",
+    "DriverSettings",
     "Emulator",
+    "Inspection",
     "Model",
     "Plant",
+    "Reaction",
     "Register",
+    "RobotBus",
     "ServoCalibration",
     "ServoReading",
     "SimulatedRobot",
@@ -31,6 +41,7 @@ __all__ = [
     "Traffic",
     "achievable_rate",
     "default_calibration",
+    "inspect",
     "exchange_time",
     "load_calibration",
     "make_servos",

@@ -13,6 +13,7 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.hardware.control_table import Model, Register, model_of_number
+from phasmid.hardware.packets import BROADCAST, Instruction, encode
 from phasmid.hardware.rates import FACTORY_LATENCY, exchange_time, wire_time
 from phasmid.hardware.status import StatusError, hardware_error, status_error
 
@@ -286,8 +287,23 @@ class Bus:
 
         Raises:
             InvalidInput: The registers are not adjacent, or lie elsewhere in one of the models.
-            BusError: The port is lost.
         """
+        address, size, content = self._sync_write(names, values)
+        self._packets.syncWriteTxOnly(self._port, address, size, content, len(content))
+
+    def packet_to_all(
+        self, names: str | Sequence[str], values: Mapping[int, float | Sequence[float]]
+    ) -> bytes:
+        """Return the packet that `write_all` sends."""
+        address, size, content = self._sync_write(names, values)
+        where = (n.to_bytes(self.protocol, "little") for n in (address, size))
+        parameters = b"".join(where) + bytes(content)
+        return encode(self.protocol, BROADCAST, Instruction.SYNC_WRITE, parameters)
+
+    def _sync_write(
+        self, names: str | Sequence[str], values: Mapping[int, float | Sequence[float]]
+    ) -> tuple[int, int, list[int]]:
+        """Return address, size and content of a sync write."""
         names = (names,) if isinstance(names, str) else tuple(names)
         blocks = {id_: _block(self.model(id_), names) for id_ in values}
         address, size = block = next(iter(blocks.values()))
@@ -302,7 +318,7 @@ class Bus:
             numbers = zip(registers, np.atleast_1d(value), strict=True)
             data = {r.address: r.to_bytes(r.from_si(float(number))) for r, number in numbers}
             content += [id_, *b"".join(data[at] for at in sorted(data))]
-        self._packets.syncWriteTxOnly(self._port, address, size, content, len(content))
+        return address, size, content
 
     def read_all(
         self, ids: Sequence[int], names: Sequence[str] = MONITORED

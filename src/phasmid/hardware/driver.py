@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import gc
-import json
 import math
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -33,19 +30,15 @@ from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torqu
 from phasmid.control.sequences.sequencer import Stage as Sequence
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.errors import InvalidInput
-from phasmid.forces.analysis import recording_attributes
-from phasmid.hardware import torque_off
 from phasmid.hardware.bus import PortLost
-from phasmid.hardware.packets import BROADCAST, Instruction, encode
+from phasmid.hardware.drive_log import DriveLog, Watch
+from phasmid.hardware.paced_targets import PacedTargets
 from phasmid.hardware.protection import DriverSettings, Protection, Reaction
 from phasmid.hardware.robot_bus import RobotBus
+from phasmid.hardware.torque_off import torque_off_after_exit
 from phasmid.recording.channels import CHANNELS
-from phasmid.recording.log import RecordingLog
-from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario
-from phasmid.simulation.channels import ending_attributes, versions
 from phasmid.simulation.closed_loop import COMMANDED, Commanded
-from phasmid.simulation.start import standing
 from phasmid.simulation.termination import Ending, Failure
 
 LATE = 5e-3
@@ -54,20 +47,11 @@ LATE = 5e-3
 READING_SHARE = 0.7
 """Share of a period after which no further servo is read."""
 
-LOG_INTERVAL = 0.2
-"""Time between writes to the log [s]: what a killed process loses at most."""
-
-STILL_SHARE = 1e-9
-"""Round-off of a period that is used up."""
-
 STEADY_TIME = 0.2
 """Time for which servos must answer again before the robot goes on [s]."""
 
 HANG_TIME = 1.0
 """Time without a tick after which the driver's process counts as hanging [s]."""
-
-LONGEST_START, LONGEST_LOG = 120.0, 3600.0
-"""Time for which the log is planned beside that of the walk, and of a walk without end [s]."""
 
 STOP_SIGNALS = "SIGINT", "SIGTERM", "SIGHUP"
 """Signals at which the robot sits down: Ctrl-C, the end of a session, and a lost terminal."""
@@ -78,9 +62,6 @@ coarse."""
 
 TORQUE_OFF_REPEATS = 3
 """Times that torque off is sent: no servo confirms it."""
-
-Watch = Callable[[np.ndarray, Mapping[str, np.ndarray]], None]
-"""Receives times [s] and channels of the samples."""
 
 
 class Stage(Enum):
@@ -93,42 +74,6 @@ class Stage(Enum):
     SIT = "the robot sits down"
     RELEASE = "the output of the servos falls"
     OFF = "the torque is off"
-
-
-class PacedTargets:
-    """Follows the targets of a controller no faster than a joint speed.
-
-    The targets are passed in straight lines from one to the next. The controller is updated when
-    its last targets are reached, so that its clock is slower than real time where they are too far.
-
-    Args:
-        q: Angles at the start [rad], shape (L, 3).
-        period: Period of the controller [s].
-        update: Returns the targets after another period of the controller's clock.
-    """
-
-    def __init__(
-        self,
-        q: Float[np.ndarray, "legs 3"],
-        period: float,
-        update: Callable[[], Float[np.ndarray, "legs 3"]],
-    ) -> None:
-        self._period, self._update = period, update
-        self._last = self._next = q
-        self._share, self._time = 1.0, period
-
-    def advance(self, speed: float) -> Float[np.ndarray, "legs 3"]:
-        """Return the targets a period later, with a largest joint speed [rad/s]."""
-        left = self._period
-        while left > STILL_SHARE * self._period:
-            if self._share >= 1.0 - STILL_SHARE:
-                self._last, self._next, self._share = self._next, self._update(), 0.0
-                farthest = float(np.abs(self._next - self._last).max())
-                self._time = max(self._period, farthest / speed)
-            used = min(left, (1.0 - self._share) * self._time)
-            self._share += used / self._time
-            left -= used
-        return self._last + min(self._share, 1.0) * (self._next - self._last)
 
 
 @dataclass
@@ -188,6 +133,7 @@ class Driver:
         stage: Present stage.
         report: What has happened so far.
         stop_requested: Strongest reaction that `stop` has requested.
+        on_event: Receives the time [s] and the sentence of each event; None: nothing does.
     """
 
     def __init__(
@@ -216,12 +162,15 @@ class Driver:
         self.controller: SafetyFilter = controller
         self.report, self.stage = DriveReport(), Stage.RAMP
         self.stop_requested = Reaction.NONE
+        self.on_event: Callable[[float, str], None] | None = None
         self._scenario, self._commands = scenario, commands
         self._period, self._log_path, self._force, self._watch = 1 / rate, log, force, watch
         self._protection = Protection(robot, self.settings)
         servo = robot.robot.servo
         # A servo without a known motor is given the targets alone.
-        self._law = inverse_law(servo, scenario.servo.supply(servo)) if servo.stall_current else None
+        self._law = (
+            inverse_law(servo, scenario.servo.supply(servo)) if servo.stall_current else None
+        )
         self._memory = goal_memory(robot.position.size)
         self._shift = np.zeros_like(robot.position)
         self._begin = self._entered = time.monotonic()
@@ -252,7 +201,15 @@ class Driver:
         self._compile()
         robot.read_all()
         self._goals = self._written = self._written_before = robot.position.copy()
-        with self._logged(duration) as log, self._guarded() as alive, self._signals():
+        log = DriveLog(
+            self._log_path,
+            self._scenario,
+            self._period,
+            duration=duration,
+            force=self._force,
+            watch=self._watch,
+        )
+        with log, self._guarded() as alive, self._signals():
             # Objects that stay need not be examined during the drive.
             gc.collect()
             gc.freeze()
@@ -266,7 +223,7 @@ class Driver:
                 gc.unfreeze()
                 if self.stage is not Stage.OFF:
                     self._torque_off()
-            log(last=True)
+            log.finish(report.ending, report.events)
         traffic = robot.bus.traffic
         report.answers, report.lost = traffic.answers, traffic.lost + traffic.damaged
         elapsed = max(time.monotonic() - self._begin, self._period)
@@ -289,7 +246,7 @@ class Driver:
         self._begin = self._entered = time.monotonic()
         robot.answered_at = self._begin
 
-    def _run(self, duration: float, log: Callable[..., None], alive: Callable[[], bool]) -> None:
+    def _run(self, duration: float, log: DriveLog, alive: Callable[[], bool]) -> None:
         """Tick until the torque is off."""
         report, period, due = self.report, self._period, time.monotonic()
         while True:
@@ -308,8 +265,7 @@ class Driver:
             self.robot.read(due + READING_SHARE * period)
             self._check()
             self._plan(duration)
-            self._sample(due - self._begin)
-            log()
+            self._sample(due - self._begin, log)
             due += period
             time.sleep(max(due - time.monotonic(), 0.0))
 
@@ -318,7 +274,10 @@ class Driver:
         self._note(sentence or f"{stage.value}.")
 
     def _note(self, sentence: str) -> None:
-        self.report.events.append((time.monotonic() - self._begin, sentence))
+        event = time.monotonic() - self._begin, sentence
+        self.report.events.append(event)
+        if self.on_event is not None:
+            self.on_event(*event)
 
     # Goals ---------------------------------------------------------------------------------------
 
@@ -402,9 +361,7 @@ class Driver:
         if isinstance(commands, Command):
             return commands
         found = (
-            commands.at(now)
-            if isinstance(commands, CommandScript)
-            else commands(now, observation)
+            commands.at(now) if isinstance(commands, CommandScript) else commands(now, observation)
         )
         self._ended_command = found is None
         return found or self._command
@@ -431,6 +388,7 @@ class Driver:
             self._hold(reaction, now)
         else:
             self._react(reaction, cause)
+
     def _react(self, reaction: Reaction, cause: str) -> None:
         """Enter the stage of a reaction, unless a stronger one acts."""
         stage = self.stage
@@ -480,33 +438,14 @@ class Driver:
 
     @contextmanager
     def _guarded(self) -> Iterator[Callable[[], bool]]:
-        """Run the process that switches the torque off after this one; yield whether it runs."""
+        """Switch the torque off after this process; yield whether that is sure."""
         if self.settings.after_exit == "hold":
             yield lambda: True
             return
-        robot, packet = self.robot, b""
-        register = robot.bus.models[robot.ids[0]].register("torque_enable")
-        size, protocol = register.size, robot.bus.protocol
-        content = register.address.to_bytes(protocol, "little") + size.to_bytes(protocol, "little")
-        content += b"".join(bytes([id_]) + register.to_bytes(0) for id_ in robot.ids)
-        packet = encode(protocol, BROADCAST, Instruction.SYNC_WRITE, content)
-        port, hold = robot.bus.fileno(), self.settings.hold_time
-        command = [sys.executable, "-I", torque_off.__file__, str(port)]
-        command += [f"{hold:g}", f"{hold + HANG_TIME:g}", packet.hex()]
-        with subprocess.Popen(command, stdin=subprocess.PIPE, pass_fds=(port,), bufsize=0) as guard:
-            pipe = guard.stdin
-            assert pipe is not None
-
-            def alive() -> bool:
-                with suppress(OSError):
-                    pipe.write(b".")
-                return guard.poll() is None
-
-            try:
-                yield alive
-            finally:
-                with suppress(OSError):
-                    pipe.write(b"q")
+        bus, hold = self.robot.bus, self.settings.hold_time
+        packet = bus.packet_to_all("torque_enable", dict.fromkeys(self.robot.ids, 0.0))
+        with torque_off_after_exit(bus.fileno(), packet, hold, hold + HANG_TIME) as alive:
+            yield alive
 
     @contextmanager
     def _signals(self) -> Iterator[None]:
@@ -528,15 +467,12 @@ class Driver:
             for name, handler in before.items():
                 signal.signal(getattr(signal, name), handler)
 
-    # Log -----------------------------------------------------------------------------------------
-
-    def _sample(self, now: float) -> None:
-        """Keep the channels of a tick; the first ones come with the first update."""
+    def _sample(self, now: float, log: DriveLog) -> None:
+        """Log the channels of a tick; the first ones come with the controller's first update."""
         robot, telemetry = self.robot, self._telemetry
         if not telemetry:
             return
-        self._times.append(now)
-        row = {
+        channels = {
             **telemetry,
             COMMANDED: self._command.velocity,
             "joint_position_target": self._written,
@@ -549,62 +485,4 @@ class Driver:
             "servo_voltage_measured": robot.voltage,
             "servo_shutdown": ~robot.running,
         }
-        self._rows.append(
-            {
-                name: np.array(value, bool if CHANNELS[name].kind == "bool" else float)
-                for name, value in row.items()
-            }
-        )
-
-    @contextmanager
-    def _logged(self, duration: float) -> Iterator[Callable[..., None]]:
-        """Yield a function that passes on the samples, for the log and the watcher."""
-        planned = np.arange(0.0, min(duration, LONGEST_LOG) + LONGEST_START, self._period)
-        file: RecordingLog | None = None
-        with ExitStack() as stack:
-
-            def write(*, last: bool = False) -> None:
-                nonlocal file
-                if self._rows and (last or len(self._rows) * self._period >= LOG_INTERVAL):
-                    times = np.array(self._times)
-                    channels = {
-                        name: np.stack([row[name] for row in self._rows]) for name in self._rows[0]
-                    }
-                    self._times, self._rows = [], []
-                    if self._log_path is not None and file is None:
-                        log = RecordingLog(
-                            self._log_path,
-                            channels,
-                            self._attributes(),
-                            time=planned,
-                            force=self._force,
-                        )
-                        file = stack.enter_context(log)
-                    if file is not None:
-                        file.append(times, channels)
-                    if self._watch is not None:
-                        self._watch(times, channels)
-                if last and file is not None:
-                    file.finish(self._final_attributes())
-
-            yield write
-
-    def _attributes(self) -> Attributes:
-        """Return the attributes of the log while it is written."""
-        motion = standing(self._scenario, self.robot.robot)
-        return {
-            **recording_attributes(self._scenario, motion),
-            **versions(),
-            **ending_attributes(Failure(Ending.CUT, 0, "")),
-            "kind": "robot",
-            "drive": "servo",
-            "control_rate": 1 / self._period,
-        }
-
-    def _final_attributes(self) -> Attributes:
-        """Return how the drive ended, and its events."""
-        events = [[round(at, 3), sentence] for at, sentence in self.report.events]
-        return {
-            **ending_attributes(self.report.ending),
-            "events": json.dumps(events, ensure_ascii=False),
-        }
+        log.append(now, channels)

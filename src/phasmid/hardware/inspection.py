@@ -1,4 +1,4 @@
-"""Inspection of a robot on a bus before it moves: what is found, and what it must not start with."""
+"""Inspection of a robot on a bus before it moves: its servos, and reasons not to start."""
 
 from __future__ import annotations
 
@@ -114,9 +114,7 @@ def _inspect_servo(
             f"({math.degrees(low):.0f}° to {math.degrees(high):.0f}°): its calibration is wrong."
         )
     goal = model.register("goal_position")
-    ends = [
-        bus.read_raw(row.id, model.register(f"{end}_position_limit")) for end in ("min", "max")
-    ]
+    ends = [bus.read_raw(row.id, model.register(f"{end}_position_limit")) for end in ("min", "max")]
     if ends[0] == ends[1]:
         refuse(f"{servo} is in wheel mode: both of its position limits are {ends[0]}.")
     elif ends[0] > row.range_min or ends[1] < row.range_max:

@@ -69,7 +69,9 @@ class DriverSettings:
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, int | float) and not (math.isfinite(value) and value >= 0):
-                raise InvalidInput(f"{field.name} is {value:g}; it must be a finite number, 0 or more.")
+                raise InvalidInput(
+                    f"{field.name} is {value:g}; it must be a finite number, 0 or more."
+                )
         if self.after_exit not in ("limp", "hold"):
             raise InvalidInput(f'after_exit is "{self.after_exit}"; it must be "limp" or "hold".')
 

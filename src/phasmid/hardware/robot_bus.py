@@ -87,15 +87,10 @@ class RobotBus:
         self._sign = np.array([row.direction for row in rows], dtype=float).reshape(shape)
         self._zero = np.array([row.zero for row in rows]).reshape(shape)
         self._models = [bus.model(id_) for id_ in self.ids]
-        goals = [model.register("goal_position") for model in self._models]
-        ends = [
-            (goal.to_si(row.range_min), goal.to_si(row.range_max))
-            for goal, row in zip(goals, rows, strict=True)
-        ]
-        calibrated = self._sign[..., None] * (np.reshape(ends, (*shape, 2)) - self._zero[..., None])
+        calibrated = np.reshape([row.joint_range for row in rows], (*shape, 2))
         limits = robot.arrays.joint_limits
-        self.low = np.maximum(calibrated.min(axis=-1), limits[..., 0])
-        self.high = np.minimum(calibrated.max(axis=-1), limits[..., 1])
+        self.low = np.maximum(calibrated[..., 0], limits[..., 0])
+        self.high = np.minimum(calibrated[..., 1], limits[..., 1])
         stall = robot.servo.stall_current or 1.0
         in_ampere = ["current_limit" in model.registers for model in self._models]
         self._load_scale = np.where(in_ampere, 1 / stall, 1.0)
@@ -112,6 +107,7 @@ class RobotBus:
         self._common_read = all(model.reads != "single" for model in self._models)
         self._names = FAST[bus.protocol]
         self._delay = bus.read(self.ids[0], "return_delay_time")
+        self._latency = bus.measure_latency(self.ids[0])
         self._read_time = self._time_of(self._names)
         self._health_time = self._time_of(HEALTH)
 
@@ -119,8 +115,14 @@ class RobotBus:
         """Return the time to read registers of one servo [s]."""
         registers = [self._models[0].register(name) for name in names]
         size = max(r.end for r in registers) - min(r.address for r in registers)
-        settings = {"baud": self.bus.baud, "return_delay": self._delay}
-        return read_time(self._models[0], 1, size, latency=self.bus.latency or 0.0, **settings)
+        return read_time(
+            self._models[0],
+            1,
+            size,
+            baud=self.bus.baud,
+            return_delay=self._delay,
+            latency=self._latency,
+        )
 
     # Readings ------------------------------------------------------------------------------------
 

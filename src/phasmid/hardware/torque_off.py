@@ -4,7 +4,8 @@
 
 The driver starts this program with the open port as file descriptor FD, and sends a byte through
 its standard input in each period. PACKET (hexadecimal) goes to the port HOLD seconds after the end
-of that stream, or after SILENCE seconds without a byte. The byte ``q`` ends the program without it. It imports nothing of phasmid, so that it starts at once.
+of that stream, or after SILENCE seconds without a byte. The byte ``q`` ends the program without
+it. It imports nothing of phasmid, so that it starts at once.
 """
 
 from __future__ import annotations
@@ -12,11 +13,48 @@ from __future__ import annotations
 import os
 import select
 import signal
+import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 REPEATS, PAUSE = 5, 0.02
 """How often the packet is sent, and the time between [s]: one may be lost."""
+
+
+@contextmanager
+def torque_off_after_exit(
+    port: int, packet: bytes, hold: float, silence: float
+) -> Iterator[Callable[[], bool]]:
+    """Run the program for as long as the context lasts.
+
+    Args:
+        port: File descriptor of the open port.
+        packet: Instruction packet that switches the torque off.
+        hold: Time from the end of this process to the packet [s].
+        silence: Time without a call of the yielded function before the packet [s].
+
+    Yields:
+        A function to be called in each period, which returns whether the program still runs.
+    """
+    command = [sys.executable, "-I", __file__, str(port), f"{hold:g}", f"{silence:g}"]
+    with subprocess.Popen(  # noqa: S603
+        [*command, packet.hex()], stdin=subprocess.PIPE, pass_fds=(port,), bufsize=0
+    ) as program:
+        pipe = program.stdin
+        assert pipe is not None
+
+        def alive() -> bool:
+            with suppress(OSError):
+                pipe.write(b".")
+            return program.poll() is None
+
+        try:
+            yield alive
+        finally:
+            with suppress(OSError):
+                pipe.write(b"q")
 
 
 def main() -> None:

@@ -1,0 +1,284 @@
+"""``phasmid drive --bus``: a controller moves a robot on a servo bus."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import select
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
+
+from phasmid.cli.options import Number, declare
+from phasmid.cli.output import print_table, say
+from phasmid.cli.result_folder import log_of, result_folder
+from phasmid.errors import InvalidInput, plain
+
+if TYPE_CHECKING:
+    from phasmid.control import CommandScript, Controller
+    from phasmid.hardware import Driver, DriveReport, ServoCalibration
+    from phasmid.learning import Policy
+    from phasmid.robot import Robot
+    from phasmid.scenario import Scenario
+
+EMULATED = "emulated"
+"""Name of the port that stands for an emulated robot."""
+
+RATE = 50.0
+"""Updates a second where no rate is given."""
+
+SIT_KEYS, LIMP_KEYS = "q\x1b", " "
+"""Keys that let the robot sit down (q, Escape), and go limp at once (the space bar)."""
+
+OPTIONS: dict[str, str | tuple[str, str] | Number] = {
+    "--bus PORT": "drive a robot on this port, such as /dev/ttyUSB0, in place of the simulated "
+    "one; emulated: an emulated robot",
+    "--calibration FILE": "its servos, from phasmid bus calibrate; default: ids leg by leg from 1, "
+    "the middle of each servo at the middle of its joint's limits",
+    "--baud N": Number(
+        "baud rate; default: 1000000", 1_000, 10_000_000, 1_000_000, is_whole=True, hint="1000000"
+    ),
+}
+
+
+def add_bus_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a robot on a bus."""
+    group = parser.add_argument_group("robot on a servo bus (extra hardware)")
+    declare(group, OPTIONS)
+    group.add_argument(
+        "--after-exit",
+        choices=("limp", "hold"),
+        default="limp",
+        help="what the servos do if this program is killed: go limp after 2 s, or hold; "
+        "default: limp",
+    )
+
+
+def run(
+    options: argparse.Namespace,
+    scenario: Scenario,
+    script: CommandScript,
+    policy: Policy | None,
+    words: Sequence[str],
+) -> int:
+    """Drive the robot on the bus; return the exit status.
+
+    Args:
+        options: Those of the command line.
+        scenario: The scenario with its duration of walking.
+        script: The commands.
+        policy: Policy that walks; None: the locomotion engine.
+        words: Parts of the log's name.
+    """
+    from phasmid.hardware import Bus, Driver, DriverSettings, RobotBus, inspect
+
+    _refuse(options)
+    robot = scenario.load_robot()
+    rate = options.rate or RATE
+    calibration = _calibration(options, robot)
+    log = log_of(result_folder(options, scenario, [*words, "bus"]))
+    with ExitStack() as stack:
+        port = options.bus
+        if port == EMULATED:
+            port = stack.enter_context(_emulated(options, robot, calibration))
+        protocol = _protocol(calibration)
+        bus = stack.enter_context(Bus(port, options.baud, protocol))
+        found = inspect(bus, robot, calibration, rate)
+        if not options.quiet:
+            _print_inspection(found.rows, found.notes)
+        if found.refusals:
+            raise InvalidInput(
+                f"the robot on {plain(options.bus)} does not start: {found.refusals[0]}"
+                + (
+                    f" {len(found.refusals) - 1} more: {' '.join(found.refusals[1:3])}"
+                    if found.refusals[1:]
+                    else ""
+                ),
+                hint="phasmid bus monitor, or phasmid bus calibrate",
+            )
+        driver = Driver(
+            RobotBus(bus, robot, calibration),
+            scenario,
+            _controller(options, scenario, policy, rate),
+            script,
+            rate=rate,
+            settings=DriverSettings(after_exit=options.after_exit),
+            log=log,
+            force=options.force,
+        )
+        if not options.quiet:
+            say(f"The robot stands up, walks for {scenario.duration:g} s and sits down.")
+            if sys.stdin.isatty():
+                say("Space: torque off at once. q, Escape or Ctrl-C: sit down.")
+        with _keys(driver), _events(driver, quiet=options.quiet):
+            report = driver.drive(scenario.duration)
+    if not options.quiet:
+        _print_report(report, rate)
+        if log.exists():
+            say(f"\nWritten to {plain(str(log))}; compare with the simulation:")
+            say(f"  phasmid compare {plain(str(log))}")
+    if report.ending is None:
+        return 0
+    say(f"phasmid: {report.ending.sentence}", file=sys.stderr)
+    return 130 if report.ending.ending.name == "STOPPED" else 3
+
+
+def _refuse(options: argparse.Namespace) -> None:
+    """Refuse options that a robot on a bus does not have."""
+    for name in ("waypoints", "fault", "video", "mcap"):
+        if getattr(options, name, None):
+            what = "measures no place for waypoints" if name == "waypoints" else f"has no --{name}"
+            raise InvalidInput(
+                f"a robot on a bus {what}.",
+                hint="--velocity 0.05,0,0" if name == "waypoints" else f"without --{name}",
+            )
+
+
+def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
+    """Return the calibration of the options, or the default one of the robot's servo."""
+    from phasmid.hardware import default_calibration, load_calibration, model, models
+
+    if options.calibration:
+        return load_calibration(options.calibration, robot)
+    if options.bus != EMULATED:
+        raise InvalidInput(
+            f"--bus {plain(options.bus)} needs --calibration: without one, joints turn to wrong "
+            "angles.",
+            hint=f"phasmid bus calibrate {plain(options.bus)} --robot {plain(robot.name)}",
+        )
+    if robot.servo.name not in models():
+        raise InvalidInput(
+            f"{robot.name} has the servo {robot.servo.name}, which has no control table.",
+            hint="--robot phantomx-ax",
+        )
+    return default_calibration(robot, model(robot.servo.name))
+
+
+def _protocol(calibration: Sequence[ServoCalibration]) -> int:
+    """Return the protocol of the first servo's model."""
+    from phasmid.hardware import model
+
+    return model(calibration[0].model).protocol
+
+
+@contextmanager
+def _emulated(
+    options: argparse.Namespace, robot: Robot, calibration: Sequence[ServoCalibration]
+) -> Iterator[str]:
+    """Run an emulated robot in another process; yield its port."""
+    given = vars(options)["field:robot"] or options.scenario
+    command = [sys.executable, "-m", "phasmid", "bus", "emulate", "--robot", str(given)]
+    command += ["--baud", str(options.baud), "--return-delay-us", "0"]
+    command += ["--model", calibration[0].model]
+    if options.calibration:
+        command += ["--calibration", str(options.calibration)]
+    with subprocess.Popen(  # noqa: S603
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        assert process.stdout is not None
+        try:
+            first = process.stdout.readline()
+            if not first.startswith("The port is "):
+                raise InvalidInput(f"the emulator of {robot.name} did not start.")
+            yield first.removeprefix("The port is ").strip()
+        finally:
+            process.terminate()
+
+
+def _controller(
+    options: argparse.Namespace, scenario: Scenario, policy: Policy | None, rate: float
+) -> Controller:
+    """Return the controller of the options."""
+    if policy is not None:
+        from phasmid.learning import PolicyController
+
+        return PolicyController(policy, scenario.load_robot(), update_period=1 / rate)
+    from phasmid.cli.progress import announce_compilation
+    from phasmid.simulation.drive import scenario_controller
+
+    announce_compilation(quiet=options.quiet)
+    # Servos measure no contact of the feet.
+    return scenario_controller(scenario, rate, ground_sensing=False)
+
+
+def _print_inspection(rows: Sequence[Sequence[str]], notes: Sequence[str]) -> None:
+    from phasmid.hardware.inspection import HEADER
+
+    print_table([HEADER, *rows], right=(1, 3, 4, 5))
+    for note in notes:
+        say(f"note: {plain(note)}")
+
+
+def _print_report(report: DriveReport, rate: float) -> None:
+    """Print what happened during the drive."""
+    rows = [
+        ["walked", f"{report.walked:.1f} s"],
+        [
+            "updates",
+            f"{report.ticks} at {rate:g} Hz, {report.late} of them more than 5 ms late, "
+            f"{1000 * report.worst_delay:.0f} ms at most",
+        ],
+        [
+            "answers",
+            f"{report.answers}, {report.lost} lost or damaged; each servo read "
+            f"{report.reading_rate:.0f} times a second",
+        ],
+        [
+            "warmest servo",
+            f"{report.hottest:.0f} °C measured, {report.hottest_predicted:.0f} °C computed",
+        ],
+    ]
+    if math.isfinite(report.lowest_voltage):
+        rows.append(["lowest supply", f"{report.lowest_voltage:.1f} V"])
+    say()
+    print_table(rows)
+
+
+@contextmanager
+def _events(driver: Driver, *, quiet: bool) -> Iterator[None]:
+    """Print the events of a drive as they come."""
+    if not quiet:
+        driver.on_event = lambda time, sentence: say(f"{time:6.1f} s  {plain(sentence)}")
+    yield
+
+
+@contextmanager
+def _keys(driver: Driver) -> Iterator[None]:
+    """Stop the robot at a key, where the standard input is a terminal."""
+    if not sys.stdin.isatty():
+        yield
+        return
+    import termios
+    import tty
+
+    from phasmid.hardware import Reaction
+
+    ended, number = threading.Event(), sys.stdin.fileno()
+
+    def listen() -> None:
+        while not ended.is_set():
+            if select.select([number], [], [], 0.02)[0]:
+                key = os.read(number, 1).decode(errors="replace")
+                if key in LIMP_KEYS:
+                    driver.stop(Reaction.LIMP)
+                elif key in SIT_KEYS:
+                    driver.stop(Reaction.SIT)
+
+    before = termios.tcgetattr(number)
+    thread = threading.Thread(target=listen, name="keys", daemon=True)
+    try:
+        tty.setcbreak(number)
+        thread.start()
+        yield
+    finally:
+        ended.set()
+        termios.tcsetattr(number, termios.TCSADRAIN, before)
