@@ -172,6 +172,7 @@ class Driver:
             inverse_law(servo, scenario.servo.supply(servo)) if servo.stall_current else None
         )
         self._memory = goal_memory(robot.position.size)
+        self._written_at = self._logged_at = 0.0
         self._shift = np.zeros_like(robot.position)
         self._begin = self._entered = time.monotonic()
         self._clock = self._walk_clock = 0.0
@@ -265,7 +266,7 @@ class Driver:
             self.robot.read(due + READING_SHARE * period)
             self._check()
             self._plan(duration)
-            self._sample(due - self._begin, log)
+            self._sample(log)
             due += period
             time.sleep(max(due - time.monotonic(), 0.0))
 
@@ -296,6 +297,7 @@ class Driver:
             goals = np.clip(self._goals + self._shift, robot.low, robot.high)
             robot.write_goals(goals, 0.0 if stage is Stage.WALK else self._speed())
             self._written_before, self._written = self._written, goals
+            self._written_at = time.monotonic()
 
     def _speed(self) -> float:
         """Return the largest joint speed of the stage [rad/s]."""
@@ -467,11 +469,12 @@ class Driver:
             for name, handler in before.items():
                 signal.signal(getattr(signal, name), handler)
 
-    def _sample(self, now: float, log: DriveLog) -> None:
+    def _sample(self, log: DriveLog) -> None:
         """Log the channels of a tick; the first ones come with the controller's first update."""
         robot, telemetry = self.robot, self._telemetry
-        if not telemetry:
+        if not telemetry or self._written_at == self._logged_at:
             return
+        self._logged_at = self._written_at
         channels = {
             **telemetry,
             COMMANDED: self._command.velocity,
@@ -485,4 +488,4 @@ class Driver:
             "servo_voltage_measured": robot.voltage,
             "servo_shutdown": ~robot.running,
         }
-        log.append(now, channels)
+        log.append(self._written_at - self._begin, channels)

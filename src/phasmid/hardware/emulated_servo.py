@@ -48,8 +48,20 @@ class Answer(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """Whether the motor is on, the goal [rad from the middle], and the largest speed [rad/s]."""
+    """What the registers set.
 
+    Attributes:
+        id: Id on the bus.
+        baud: Baud rate at which it listens [1/s].
+        return_delay: Time from an instruction to the answer [s].
+        enabled: Whether the motor is on.
+        goal: Goal [rad from the middle].
+        speed: Largest speed [rad/s].
+    """
+
+    id: int
+    baud: float
+    return_delay: float
     enabled: bool
     goal: float
     speed: float
@@ -106,6 +118,7 @@ class EmulatedServo:
         self.model, self.servo, self.protocol = model, servo, model.protocol
         self.memory = bytearray(model.size)
         self.law_changed = True
+        self._kept: Setting | None = None
         self.reading = Reading()
         self._registered: tuple[int, bytes] | None = None
         self._by_address = {r.address: r for r in model.registers.values()}
@@ -114,7 +127,6 @@ class EmulatedServo:
         self["id"], self["baud_rate"] = id_, model.baud_value(baud)
         self._latched = NONE
         self._goal: float | None = None
-        self._kept: Setting | None = None
         self._heard = self._now = self._checked = 0.0
         self._start()
 
@@ -127,7 +139,10 @@ class EmulatedServo:
 
     def __setitem__(self, name: str, value: int) -> None:
         """Set a register, without any check."""
-        self._put(self.model.register(name), value)
+        register = self.model.register(name)
+        self._put(register, value)
+        if register.writable:
+            self._kept = None
 
     def _put(self, register: Register, value: int) -> None:
         self.memory[register.address : register.end] = register.to_bytes(value)
@@ -144,17 +159,17 @@ class EmulatedServo:
     @property
     def id(self) -> int:
         """Id on the bus."""
-        return self["id"]
+        return self._setting().id
 
     @property
     def baud(self) -> float:
         """Baud rate at which it listens [1/s]."""
-        return self.model.baud_of(self["baud_rate"])
+        return self._setting().baud
 
     @property
     def return_delay(self) -> float:
         """Time from an instruction to the answer [s]."""
-        return self.model.register("return_delay_time").to_si(self["return_delay_time"])
+        return self._setting().return_delay
 
     # Motion --------------------------------------------------------------------------------------
 
@@ -175,7 +190,11 @@ class EmulatedServo:
         if self._kept is None:
             goal, speed = (self.model.register(name) for name in ("goal_position", "goal_speed"))
             value = self["goal_speed"] % 1024 if self.protocol == 1 else self["goal_speed"]
+            delay = self.model.register("return_delay_time")
             self._kept = Setting(
+                self["id"],
+                self.model.baud_of(self["baud_rate"]),
+                delay.to_si(self["return_delay_time"]),
                 bool(self["torque_enable"]) and self.torque_limit > 0,
                 goal.to_si(self["goal_position"]),
                 speed.to_si(value) or math.inf,
@@ -205,7 +224,7 @@ class EmulatedServo:
 
     def advance_goal(self, dt: float) -> float:
         """Return the goal after a time [s], moved on at the set speed [rad from the middle]."""
-        enabled, goal, speed = self._setting()
+        *_, enabled, goal, speed = self._setting()
         if not enabled:
             self._goal = None
             return goal
@@ -236,7 +255,7 @@ class EmulatedServo:
         self._set_si("present_load", reading.current if is_current else reading.load)
         self._set_si("present_voltage", reading.voltage)
         self._set_si("present_temperature", reading.temperature)
-        enabled, goal, _ = self._setting()
+        *_, enabled, goal, _ = self._setting()
         self["moving"] = int(enabled and abs(goal - reading.position) > STILL)
         if "realtime_tick" in self.model.registers:
             self["realtime_tick"] = int(self._now * 1000) % 32768

@@ -201,11 +201,9 @@ class Emulator:
                 if ready:
                     self._receive(time.monotonic())
                 while self._events and self._events[0][0] - time.monotonic() < SPIN:
-                    due = self._events[0][0]
-                    while time.monotonic() < due:
+                    while time.monotonic() < self._events[0][0]:
                         pass
-                    _, _, action, argument = heapq.heappop(self._events)
-                    action(due, argument)
+                    self._happen()
                 if time.monotonic() - self._simulated > TICK / 2:
                     self._advance(time.monotonic())
 
@@ -213,22 +211,29 @@ class Emulator:
         """Call an action with an argument at a time [s]."""
         heapq.heappush(self._events, (due, next(self._order), action, argument))
 
+    def _happen(self) -> None:
+        """Let the next event happen."""
+        due, _, action, argument = heapq.heappop(self._events)
+        action(due, argument)
+
     def _receive(self, now: float) -> None:
-        """Take bytes from the client, and handle each packet when it has arrived on the wire."""
+        """Take what the client has sent."""
         with suppress(BlockingIOError, OSError):
-            data = os.read(self._master, 65536)
-            baud = self._line_speed()
-            if now - self._last_byte > SILENCE:
-                self._stream.clear()
-            self._last_byte = now
-            rate = baud or self.servos[0].baud
-            begin = max(now - self._handover[0], self._wire_free)
-            self._wire_free = begin + wire_time(len(data), rate)
-            self._stream += data
-            while (packet := decode(self.protocol, self._stream)) is not None:
-                # What is left in the stream arrives after the packet.
-                arrival = self._wire_free - wire_time(len(self._stream), rate)
-                self._later(arrival, self._handle, (packet, baud))
+            self._accept(os.read(self._master, 65536), self._line_speed(), now)
+
+    def _accept(self, data: bytes, baud: int, now: float) -> None:
+        """Take bytes from the client, and handle each packet when it has arrived on the wire."""
+        if now - self._last_byte > SILENCE:
+            self._stream.clear()
+        self._last_byte = now
+        rate = baud or self.servos[0].baud
+        begin = max(now - self._handover[0], self._wire_free)
+        self._wire_free = begin + wire_time(len(data), rate)
+        self._stream += data
+        while (packet := decode(self.protocol, self._stream)) is not None:
+            # What is left in the stream arrives after the packet.
+            arrival = self._wire_free - wire_time(len(self._stream), rate)
+            self._later(arrival, self._handle, (packet, baud))
 
     def _line_speed(self) -> int:
         """Return the baud rate that the client has set; 0 where it is not known."""

@@ -149,7 +149,9 @@ class FaultSource:
 
     def strikes(self, kind: str, id_: int) -> bool:
         """Return whether a servo has a fault."""
-        return any(fault.kind == kind and fault.id == id_ for fault in self.active())
+        return bool(self._faults) and any(
+            fault.kind == kind and fault.id == id_ for fault in self.active()
+        )
 
     def own_id(self, id_: int) -> int:
         """Return the id with which a servo answers."""

@@ -68,8 +68,8 @@ class RobotBus:
         shutdowns: Readings in a row that report a shutdown, shape (L, 3).
         readings: Number of credible readings of the angle of each servo, shape (L, 3).
         health_readings: The same of supply and temperature, shape (L, 3).
-        has_torque: Whether the torque of each servo was on when it was read last, shape (L, 3);
-            protocol 1.0 does not read it, since a goal switches it on.
+        has_torque: Whether the torque of each servo was found on since it was set last, shape
+            (L, 3); protocol 1.0 does not read it, since a goal switches it on.
         answered_at: Time of the last answer of any servo [s].
 
     Raises:
@@ -253,6 +253,7 @@ class RobotBus:
     def set_torque(self, on: bool) -> None:
         """Switch the torque of all servos on or off; a servo's answer is not awaited."""
         self.bus.write_all("torque_enable", dict.fromkeys(self.ids, float(on)))
+        self.has_torque[:] = True
 
     def set_torque_limit(self, share: float) -> None:
         """Limit the output of all servos to a share of the full one."""
