@@ -9,6 +9,9 @@ from phasmid.hardware.emulated_servo import Reading
 
 BAUD = 1_000_000
 
+PATIENCE = 0.25
+"""Latency for which clients wait [s]: the answers come at once, unless the machine is busy."""
+
 
 class HandTurned:
     """Servos behind known directions and zeros, which stay where they are turned to.

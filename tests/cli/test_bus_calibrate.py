@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hand_turned import Bench
+from hand_turned import PATIENCE, Bench
 from phasmid.cli import main
 from phasmid.cli.bus_calibrate import _turn
 from phasmid.hardware import load_calibration
@@ -19,6 +19,7 @@ from phasmid.robot import load_robot, preset_names
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 TURN = math.radians(15)
+PATIENT = ["--latency-ms", f"{1000 * PATIENCE:g}"]
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def robot():
 
 def started(bench, path, *options):
     command = [sys.executable, "-m", "phasmid", "bus", "calibrate", bench.emulator.port]
-    command += ["--robot", "phantomx-ax", "--out", str(path), *options]
+    command += ["--robot", "phantomx-ax", "--out", str(path), *PATIENT, *options]
     return subprocess.Popen(
         command,
         stdin=subprocess.PIPE,
@@ -155,7 +156,7 @@ def test_a_servo_that_falls_silent_ends_the_calibration(robot, tmp_path):
 @posix
 def test_absent_servos_have_status_1(robot, tmp_path, capsys):
     with Bench(robot, faults=["4 dead"]) as bench:
-        arguments = ["bus", "calibrate", bench.emulator.port, "--robot", "phantomx-ax"]
+        arguments = ["bus", "calibrate", bench.emulator.port, "--robot", "phantomx-ax", *PATIENT]
         assert main([*arguments, "--out", str(tmp_path / "robot.toml")]) == 1
     assert "no servo answers for right_middle.coxa (id 4)" in capsys.readouterr().err
 

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from hand_turned import BAUD, Bench
+from hand_turned import BAUD, PATIENCE, Bench
 from phasmid.errors import InvalidInput
 from phasmid.hardware import (
     Bus,
@@ -31,7 +31,7 @@ def pair(request):
     robot = load_robot("phantomx-ax")
     with Bench(robot, request.param) as bench:
         protocol = model(request.param).protocol
-        with Bus(bench.emulator.port, BAUD, protocol, latency=1e-3) as bus:
+        with Bus(bench.emulator.port, BAUD, protocol, latency=PATIENCE) as bus:
             yield bench, Calibrator(bus, robot)
 
 
@@ -128,7 +128,7 @@ def test_servos_that_are_missing_or_differ_are_named():
     robot = load_robot("phantomx-ax")
     with (
         Bench(robot, faults=["2 dead", "18 dead"]) as bench,
-        Bus(bench.emulator.port, BAUD, 1, latency=1e-3) as bus,
+        Bus(bench.emulator.port, BAUD, 1, latency=PATIENCE) as bus,
     ):
         names = r"right_front.femur \(id 2\), left_front.tibia \(id 18\) on"
         with pytest.raises(BusError, match=f"no servo answers for {names}"):
