@@ -4,11 +4,15 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
 from phasmid.cli import main
-from phasmid.hardware import Emulator, make_servos
+from phasmid.cli.bus import _emulator
+from phasmid.cli.parser import build_parser
+from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
+from phasmid.robot import load_robot
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -70,6 +74,28 @@ def test_emulate_names_its_port_and_ends_by_ctrl_c():
         assert "the bus is closed" in process.stdout.read()
 
 
+def test_emulated_servos_are_mounted_as_calibrated(tmp_path):
+    """Reversed servos with other ids and offsets have the same joint angles behind them."""
+    robot, path = load_robot("phantomx-ax"), tmp_path / "robot.toml"
+    default = default_calibration(robot, model("AX-12A"))
+    rows = [
+        replace(row, id=200 - row.id, drive_mode=row.id % 2, homing_offset=5 * row.id - 50)
+        for row in default
+    ]
+    save_calibration(path, rows, robot.name)
+    parser, words = build_parser("bus"), ["bus", "emulate", "--robot", "phantomx-ax"]
+    plain, _ = _emulator(parser.parse_args(words))
+    emulator, table = _emulator(parser.parse_args([*words, "--calibration", str(path)]))
+    assert [servo.id for servo in emulator.servos] == [row.id for row in rows]
+    assert table[1] == ["199", "right_front.coxa", "-45", "256 to 768"]
+    # Both have advanced by one step, with sums of angles rounded at 1e-15 rad.
+    angles = [
+        [row.joint_angle(q) for row, q in zip(own, one.plant.position, strict=True)]
+        for own, one in ((default, plain), (rows, emulator))
+    ]
+    assert angles[1] == pytest.approx(angles[0], abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -81,6 +107,12 @@ def test_emulate_names_its_port_and_ends_by_ctrl_c():
         (["emulate", "--fault", "99 dead"], "there is no servo 99"),
         (["emulate", "--model", "AX-12"], 'no control table of a servo called "AX-12"'),
         (["emulate", "--robot", "markwtech"], 'no control table of a servo called "MG996R"'),
+        (["emulate", "--calibration", "x.toml"], "--calibration needs the robot"),
+        (["emulate", "--calibration", "x.toml", "--robot", "octopod"], "x.toml does not exist"),
+        (
+            ["emulate", "--calibration", "x.toml", "--robot", "octopod", "--ids", "1-24"],
+            "--ids and --model must go",
+        ),
         (["emulate", "--ids", "1,2", "--robot", "phantomx-ax"], "has 18 servos; --ids names 2"),
     ],
 )

@@ -1,4 +1,4 @@
-"""``phasmid bus``: list and watch servos on a serial port, or emulate such a port."""
+"""``phasmid bus``: list, watch and calibrate servos on a serial port, or emulate such a port."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
@@ -15,14 +16,16 @@ from phasmid.cli.output import print_table, say
 from phasmid.errors import InvalidInput, nearest, plain
 
 if TYPE_CHECKING:
-    from phasmid.hardware import Bus, Emulator, Model
+    from phasmid.hardware import Bus, Emulator, Model, ServoCalibration
+    from phasmid.robot import Robot
 
-ACTIONS = ("scan", "monitor", "emulate")
+ACTIONS = ("scan", "monitor", "calibrate", "emulate")
 
 OPTIONS = {
-    "ACTION": "scan: list the servos on a port; monitor: show their state; emulate: make a port "
-    "with emulated servos",
-    "[PORT]": "the port, such as /dev/ttyUSB0 (scan, monitor)",
+    "ACTION": "scan: list the servos on a port; monitor: show their state; calibrate: measure "
+    "offsets, directions and ranges of a robot's servos, turned by hand; emulate: make a port with "
+    "emulated servos",
+    "[PORT]": "the port, such as /dev/ttyUSB0 (scan, monitor, calibrate)",
     "--baud N": Number(
         "baud rate; default: scan tries the usual ones, the others take 1000000",
         1_000,
@@ -30,10 +33,25 @@ OPTIONS = {
         is_whole=True,
         hint="1000000",
     ),
-    "--protocol N": Number("1 or 2; default: scan tries both, monitor 1", 1, 2, is_whole=True),
-    "--ids IDS": "ids, such as 1-18 or 1,2,5; default: all that answer; emulate: 1-18",
+    "--protocol N": Number(
+        "1 or 2; default: scan tries both, monitor 1, calibrate that of the robot's servo",
+        1,
+        2,
+        is_whole=True,
+    ),
+    "--ids IDS": "ids, such as 1-18 or 1,2,5; default: all that answer; calibrate and emulate: "
+    "from 1, leg by leg",
     "--once": "show the state once (monitor)",
-    "--robot ROBOT": "a robot whose servos move it in the simulation (emulate)",
+    "--robot ROBOT": "the robot (calibrate); a robot that emulated servos move in the simulation "
+    "(emulate)",
+    "--pose POSE": "zero: all joint angles 0; square: the same with the tibiae down; neutral: "
+    "neutral feet; default: the first within the joint limits (calibrate)",
+    "--out FILE": (
+        "the calibration file (calibrate); default: calibration.toml",
+        "calibration.toml",
+    ),
+    "--force": "replace an older calibration file (calibrate)",
+    "--calibration FILE": "ids, models, offsets and directions of the robot's servos (emulate)",
     "--model MODEL": "model of emulated servos, each with a pendulum; default: AX-12A, or that of "
     "the robot",
     "--latency-ms MS": Number(
@@ -61,7 +79,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Do what the action says, and return the exit status."""
-    action, actions = options.action, {"scan": _scan, "monitor": _monitor, "emulate": _emulate}
+    action = options.action
+    actions = dict(zip(ACTIONS, (_scan, _monitor, _calibrate, _emulate), strict=True))
     if action not in actions:
         guess = nearest(action, actions)
         raise InvalidInput(
@@ -221,6 +240,49 @@ def _states(bus: Bus) -> list[list[str]]:
     return rows
 
 
+# Calibrate ----------------------------------------------------------------------------------------
+
+
+def _calibrate(options: argparse.Namespace) -> int:
+    """Guide the user through a calibration, and write it."""
+    from phasmid.cli.bus_calibrate import POSES, calibrate
+    from phasmid.formats import load_robot
+    from phasmid.hardware import models, save_calibration
+    from phasmid.recording.file import check_new_file
+
+    if not options.robot:
+        raise InvalidInput("phasmid bus calibrate needs a robot.", hint="--robot phantomx-ax")
+    if options.pose not in (None, *POSES):
+        guess = nearest(options.pose, POSES)
+        raise InvalidInput(
+            f'--pose is "{plain(options.pose)}"; it must be one of {", ".join(POSES)}.',
+            hint=f"--pose {guess}" if guess else "",
+        )
+    path = Path(options.out)
+    if path.suffix != ".toml":
+        raise InvalidInput(f'--out is "{plain(options.out)}"; it must end in .toml.')
+    check_new_file(path, option="--out FILE", force=options.force)
+    robot = load_robot(options.robot)
+    ids, known = _robot_ids(options, robot), models().get(robot.servo.name)
+    protocol = options.protocol or (known.protocol if known else 1)
+    with _opened(options, options.baud or 1_000_000, protocol) as bus:
+        rows = calibrate(bus, robot, ids, options.pose)
+    save_calibration(path, rows, robot.name, force=options.force)
+    say(
+        f"Written to {plain(options.out)}. Emulate the robot with this calibration:\n"
+        f"  phasmid bus emulate --robot {plain(options.robot)} --calibration {plain(options.out)}"
+    )
+    return 0
+
+
+def _robot_ids(options: argparse.Namespace, robot: Robot) -> list[int] | None:
+    """Return the ids of the options for all servos of a robot, or None."""
+    ids, count = _ids(options.ids), 3 * len(robot.legs)
+    if ids is not None and len(ids) != count:
+        raise InvalidInput(f"{robot.name} has {count} servos; --ids names {len(ids)}.")
+    return ids
+
+
 # Emulate ------------------------------------------------------------------------------------------
 
 
@@ -239,29 +301,32 @@ def _emulate(options: argparse.Namespace) -> int:
 
 def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[str]]]:
     """Return the emulator of the options, and a table of a robot's servos."""
-    from phasmid.hardware import Emulator, default_calibration, make_servos, model
+    from phasmid.hardware import Emulator, make_servos
 
-    ids, rows, servo, plant = _ids(options.ids), [], None, None
-    name, baud = options.model or "AX-12A", options.baud or 1_000_000
+    baud, rows, plant = options.baud or 1_000_000, [], None
     if options.robot:
         from phasmid.hardware.plant import SimulatedRobot
         from phasmid.scenario import load_scenario
 
         scenario = load_scenario("paper").replace(robot=options.robot, start_posture="packed")
         robot = scenario.load_robot()
-        servo, name = robot.servo, options.model or robot.servo.name
-        count = 3 * len(robot.legs)
-        if ids is not None and len(ids) != count:
-            raise InvalidInput(f"{robot.name} has {count} servos; --ids names {len(ids)}.")
-        calibration = default_calibration(robot, model(name), ids)
-        ids = [row.id for row in calibration]
+        calibration = _calibration(options, robot)
+        servos = [
+            servo
+            for r in calibration
+            for servo in make_servos(r.model, [r.id], baud=baud, servo=robot.servo)
+        ]
         plant = SimulatedRobot(scenario, calibration)
         rows = [["id", "joint", "offset", "range"]]
         rows += [
             [str(r.id), r.joint, str(r.homing_offset), f"{r.range_min} to {r.range_max}"]
             for r in calibration
         ]
-    servos = make_servos(name, ids or range(1, 19), baud=baud, servo=servo)
+    elif options.calibration:
+        raise InvalidInput("--calibration needs the robot.", hint="--robot phantomx-ax")
+    else:
+        ids = _ids(options.ids) or range(1, 19)
+        servos = make_servos(options.model or "AX-12A", ids, baud=baud)
     delay = servos[0].model.register("return_delay_time")
     for one in servos:
         one["return_delay_time"] = delay.from_si(options.return_delay_us * 1e-6)
@@ -270,3 +335,15 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
         servos, plant, latency=latency / 1000, faults=options.fault, seed=options.seed
     )
     return emulator, rows
+
+
+def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
+    """Return the calibration of the options: the file's, or the default one."""
+    from phasmid.hardware import default_calibration, load_calibration, model
+
+    if not options.calibration:
+        name = options.model or robot.servo.name
+        return default_calibration(robot, model(name), _robot_ids(options, robot))
+    if options.ids or options.model:
+        raise InvalidInput("--calibration gives the ids and models; --ids and --model must go.")
+    return load_calibration(options.calibration, robot)

@@ -33,12 +33,13 @@ COMMANDS = {
     "gaits": "list the gaits of a robot with support margins and largest speeds",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
     "export-firmware": "write leg kinematics and gait as a C header for microcontrollers",
-    "bus": "list or watch servos on a serial port, or emulate them (extra hardware)",
+    "bus": "list, watch or calibrate servos on a serial port, or emulate them (extra hardware)",
     "doctor": "list what this machine supports, and how to install the rest",
 }
 
 USAGES = {
-    "bus": "phasmid bus scan PORT | monitor PORT | emulate [--robot ROBOT] [--fault FAULT ...]",
+    "bus": "phasmid bus scan PORT | monitor PORT | calibrate PORT --robot ROBOT [--out FILE] | "
+    "emulate [--robot ROBOT] [--calibration FILE] [--fault FAULT ...]",
     "walk": "phasmid walk [SCENARIO] [--out DIR] [--force] [--FIELD VALUE ...]",
     "drive": "phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... "
     "[--FIELD VALUE ...]",
