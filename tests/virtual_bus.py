@@ -108,7 +108,9 @@ class VirtualEmulator(Emulator):
             self._happen()
         if now - self._simulated > self.plant.dt:
             self._advance(now)
-            state = [(one.enabled, one._setting().goal, one.reading.position) for one in self.servos]
+            state = [
+                (one.enabled, one._setting().goal, one.reading.position) for one in self.servos
+            ]
             self.history.append((now, *np.array(state, dtype=float).T))
 
     def traces(self):
@@ -145,7 +147,9 @@ class VirtualPort:
         self._check()
         end = self.clock.now + READ_TIMEOUT
         while len(self.emulator.buffer) < length and self.clock.now < end:
-            self.clock.sleep(min(end, max(self.emulator.next_stop, self.clock.now + CALL)) - self.clock.now)
+            self.clock.sleep(
+                min(end, max(self.emulator.next_stop, self.clock.now + CALL)) - self.clock.now
+            )
         data = bytes(self.emulator.buffer[:length])
         del self.emulator.buffer[:length]
         return data

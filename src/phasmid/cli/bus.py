@@ -269,8 +269,9 @@ def _calibrate(options: argparse.Namespace) -> int:
         rows = calibrate(bus, robot, ids, options.pose)
     save_calibration(path, rows, robot.name, force=options.force)
     say(
-        f"Written to {plain(options.out)}. Emulate the robot with this calibration:\n"
-        f"  phasmid bus emulate --robot {plain(options.robot)} --calibration {plain(options.out)}"
+        f"Written to {plain(options.out)}. Let the robot stand up with this calibration:\n"
+        f"  phasmid drive --bus {plain(options.port)} --robot {plain(options.robot)} "
+        f"--calibration {plain(options.out)} --velocity 0,0,0"
     )
     return 0
 

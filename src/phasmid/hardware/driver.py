@@ -179,6 +179,7 @@ class Driver:
         self._command = Command(posture=Posture.STANDING)
         self._ended_command = False
         self._paced: PacedTargets | None = None
+        self._error: Exception | None = None
         self._goals = self._written = self._written_before = robot.position.copy()
         self._before_hold, self._steady_since = Stage.WALK, math.inf
         self._rows: list[dict[str, Any]] = []
@@ -196,6 +197,7 @@ class Driver:
 
         Raises:
             BusError: The servos do not answer before the start.
+            Exception: The controller has raised it; the robot is limp then.
             OutputError: The log cannot be written; the robot is limp then.
         """
         robot, report = self.robot, self.report
@@ -225,6 +227,8 @@ class Driver:
                 if self.stage is not Stage.OFF:
                     self._torque_off()
             log.finish(report.ending, report.events)
+        if self._error is not None:
+            raise self._error
         traffic = robot.bus.traffic
         report.answers, report.lost = traffic.answers, traffic.lost + traffic.damaged
         elapsed = max(time.monotonic() - self._begin, self._period)
@@ -261,10 +265,10 @@ class Driver:
             if not alive():
                 self._react(Reaction.LIMP, "the process that switches the torque off has ended")
             self._write()
-            if self.stage is Stage.OFF:
-                return
             self.robot.read(due + READING_SHARE * period)
             self._check()
+            if self.stage is Stage.OFF:
+                return
             self._plan(duration)
             self._sample(log)
             due += period
@@ -316,7 +320,14 @@ class Driver:
             return
         if self._paced is None or stage in (Stage.HOLD, Stage.RELEASE):
             return
-        self._goals = self._paced.advance(START_MARGIN * self._speed())
+        try:
+            self._goals = self._paced.advance(START_MARGIN * self._speed())
+        except Exception as error:
+            # The robot must not stay as it is; the error is raised when it lies.
+            self._error = error
+            self.report.ending = Failure(Ending.FAILED, self.report.ticks, f"its error: {error}")
+            self._enter(Stage.RELEASE, f"the controller failed: {Stage.RELEASE.value}.")
+            return
         self._take_events()
         posture = self._telemetry.get("sequence")
         if stage is Stage.RISE and posture == Sequence.STANDING.value:
@@ -385,9 +396,9 @@ class Driver:
         report.lowest_voltage = min(report.lowest_voltage, float(known.min(initial=math.inf)))
         if self.stop_requested:
             self._react(self.stop_requested, "stopped by the user")
-        reaction, cause = self._protection.check(now, self.controller.monitor)
+        reaction, cause = self._protection.check(self.controller.monitor)
         if self.stage is Stage.HOLD and reaction is not Reaction.LIMP:
-            self._hold(reaction, now)
+            self._hold(reaction, cause, now)
         else:
             self._react(reaction, cause)
 
@@ -412,13 +423,12 @@ class Driver:
         else:
             self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
 
-    def _hold(self, reaction: Reaction, now: float) -> None:
+    def _hold(self, reaction: Reaction, cause: str, now: float) -> None:
         """Go on where the servos answer again with their torque on; sit down after a while."""
         robot = self.robot
-        if reaction is Reaction.HOLD:
+        if reaction is not Reaction.NONE:
             self._steady_since = math.inf
             if now - self._entered > self.settings.hold_time:
-                cause = "no servo answers"
                 self.report.ending = Failure(Ending.FAILED, self.report.ticks, cause)
                 self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
             return

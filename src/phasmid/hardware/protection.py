@@ -11,7 +11,7 @@ import numpy as np
 
 from phasmid.control import Mode, SafetyMonitor
 from phasmid.errors import InvalidInput
-from phasmid.hardware.robot_bus import RobotBus
+from phasmid.hardware.robot_bus import SILENCE, RobotBus
 
 DEBOUNCE = 3
 """Readings in a row that confirm a temperature of one servo, or the supply of any. A single one
@@ -43,7 +43,6 @@ class DriverSettings:
         sit_speed: Largest joint speed while it sits down [rad/s].
         ramp_time: Time in which the output of the servos rises at the start, and falls after
             sitting down [s].
-        silence_time: Time without an answer of any servo after which the robot holds [s].
         hold_time: Time of holding after which it sits down, or goes limp where the driver's process
             has ended [s].
         sit_time: Longest time for sitting down [s].
@@ -57,7 +56,6 @@ class DriverSettings:
     start_speed: float = math.radians(30)
     sit_speed: float = math.radians(60)
     ramp_time: float = 1.0
-    silence_time: float = 0.1
     hold_time: float = 2.0
     sit_time: float = 20.0
     temperature_margin: float = 5.0
@@ -98,8 +96,8 @@ class Protection:
         self._seen = robot.health_readings.copy()
         self._hot, self._low = np.zeros(shape, dtype=int), 0
 
-    def check(self, now: float, monitor: SafetyMonitor | None) -> tuple[Reaction, str]:
-        """Return a reaction to the readings until a time [s], and the sentence on its cause."""
+    def check(self, monitor: SafetyMonitor) -> tuple[Reaction, str]:
+        """Return a reaction to the last readings, and the sentence on its cause."""
         robot, settings = self._robot, self._settings
         new = robot.health_readings != self._seen
         self._seen = robot.health_readings.copy()
@@ -109,8 +107,8 @@ class Protection:
             # All servos have one supply.
             self._low = self._low + int(low.sum()) if (low == new).all() else 0
         lost = ~robot.running.all(axis=1)
-        if now - robot.answered_at > settings.silence_time:
-            return Reaction.HOLD, f"no servo answers for {settings.silence_time:g} s"
+        if robot.is_silent:
+            return Reaction.HOLD, f"no servo answers for {SILENCE:g} s"
         if self._low >= DEBOUNCE:
             return Reaction.SIT, f"the supply is {robot.voltage[low].min():.1f} V"
         if self._hot.max() >= DEBOUNCE:
@@ -124,6 +122,6 @@ class Protection:
         if limp.any():
             name = robot.names[int(np.argmax(limp))]
             return Reaction.LIMP, f"the servo of {name} has restarted, and is limp"
-        if monitor is not None and monitor.mode is Mode.SIT:
+        if monitor.mode is Mode.SIT:
             return Reaction.SIT, "the safety monitor lets the robot sit down"
         return Reaction.NONE, ""

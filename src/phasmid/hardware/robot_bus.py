@@ -20,8 +20,18 @@ SHUTDOWNS = StatusError.OVERHEATING | StatusError.OVERLOAD | StatusError.SHOCK
 """Errors with which a servo switches its motor off."""
 
 SILENT_AFTER = 3
-"""Readings in a row without a credible answer, after which a servo counts as silent. With 1 % of
-lost packets this happens by chance once in 10⁶ readings."""
+"""Readings in a row without an answer, after which a servo counts as silent. With 1 % of lost
+packets this happens by chance once in 10⁶ readings."""
+
+SILENCE = 0.1
+"""Time without an answer of any servo, after which the bus counts as silent [s]."""
+
+DOUBTED_AFTER = 10
+"""Answers in a row whose angles are not credible, after which a servo counts as failed. If one
+answer in five has random data, this happens by chance once in 10⁷ readings."""
+
+START_READINGS = 6
+"""Most readings of a servo at the start, of which two must agree."""
 
 CONFIRMED = 2
 """Readings in a row that report a shutdown, after which the servo counts as shut down."""
@@ -64,7 +74,8 @@ class RobotBus:
         voltage: Last supplies [V], shape (L, 3).
         temperature: Last temperatures [°C], shape (L, 3).
         read_at: Times of these readings by the monotonic clock [s], shape (L, 3).
-        misses: Readings in a row without a credible answer, shape (L, 3).
+        misses: Readings in a row without an answer, shape (L, 3).
+        doubts: Answers in a row whose angle is not credible, shape (L, 3).
         shutdowns: Readings in a row that report a shutdown, shape (L, 3).
         readings: Number of credible readings of the angle of each servo, shape (L, 3).
         health_readings: The same of supply and temperature, shape (L, 3).
@@ -97,6 +108,7 @@ class RobotBus:
         self.position, self.read_at = np.full(shape, np.nan), np.full(shape, -np.inf)
         self.load, self.voltage, self.temperature = np.zeros((3, *shape))
         self.misses: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
+        self.doubts: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.shutdowns: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.readings: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.health_readings = np.zeros(shape, dtype=int)
@@ -128,27 +140,36 @@ class RobotBus:
 
     @property
     def running(self) -> Bool[np.ndarray, "legs 3"]:
-        """Servos that answer and have not shut down, shape (L, 3)."""
-        return (self.misses < SILENT_AFTER) & (self.shutdowns < CONFIRMED)
+        """Servos that answer credibly and have not shut down, shape (L, 3)."""
+        answers = (self.misses < SILENT_AFTER) & (self.doubts < DOUBTED_AFTER)
+        return answers & (self.shutdowns < CONFIRMED)
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether no servo has answered for `SILENCE`."""
+        return time.monotonic() - self.answered_at > SILENCE
 
     def observe(self, clock: float) -> Observation:
-        """Return the last readings as an observation at a time of the controller's clock [s]."""
+        """Return the last readings as an observation at a time of the controller's clock [s].
+
+        Of a silent bus it is not known which servos run.
+        """
         return Observation(
             clock,
             self.position.copy(),
             joint_load=self.load.copy(),
-            servo_running=self.running,
+            servo_running=None if self.is_silent else self.running,
         )
 
     def read_all(self) -> None:
-        """Read each servo until an angle is confirmed, three times at most.
+        """Read each servo until a second reading confirms its angle, `START_READINGS` at most.
 
         Raises:
             BusError: The angle of a servo is not known afterwards.
         """
-        for _ in range(3):
-            for k, id_ in enumerate(self.ids):
-                self._take(k, self.bus.read_all([id_], self._names)[id_])
+        for _ in range(START_READINGS):
+            for k in np.flatnonzero(np.isnan(self.position)).tolist():
+                self._take(k, self.bus.read_all([self.ids[k]], self._names)[self.ids[k]])
                 self._take_health(k)
         unknown = np.isnan(self.position)
         if unknown.any():
@@ -177,8 +198,8 @@ class RobotBus:
             if not self._common_read:
                 readings = self.bus.read_all([id_], self._names)
             reading = readings[id_]
-            credible = self._take(k, reading)
-            if credible or misses[k] >= SILENT_AFTER:
+            self._take(k, reading)
+            if reading is not None or misses[k] >= SILENT_AFTER:
                 self._queue.remove(k)
                 self._queue.append(k)
             if reading is None:
@@ -202,23 +223,27 @@ class RobotBus:
             self.has_torque[at] = bool(torque)
             self.health_readings[at] += 1
 
-    def _take(self, k: int, reading: ServoReading | None) -> bool:
-        """Take the reading of a servo; return whether it is credible."""
+    def _take(self, k: int, reading: ServoReading | None) -> None:
+        """Take the reading of a servo."""
         now, at = time.monotonic(), divmod(k, 3)
         self._tried[at] = now
         if reading is None or not reading.values:
             self.misses[at] += 1
-            return False
+            return
+        if self.is_silent:
+            # The bus was silent, not these servos.
+            self.misses[:] = 0
         self.answered_at = now
         angle, load, *health = (reading.values[name] for name in self._names)
         q = float(self._sign[at] * (angle - self._zero[at]))
         reach = self.robot.servo.no_load_speed * (now - self.read_at[at]) + JUMP
         is_known = abs(q - self.position[at]) < reach or abs(q - self._doubted[at]) < AGREEMENT
         self._doubted[at] = q
-        if not is_known:
-            self.misses[at] += 1
-            return False
         self.misses[at] = 0
+        if not is_known:
+            self.doubts[at] += 1
+            return
+        self.doubts[at] = 0
         self.readings[at] += 1
         self.position[at], self.read_at[at] = q, now
         self.load[at] = self._sign[at] * self._load_scale[k] * load
@@ -226,7 +251,6 @@ class RobotBus:
             self.voltage[at], self.temperature[at] = health
             self.health_readings[at] += 1
         self.shutdowns[at] = self.shutdowns[at] + 1 if self._has_shut_down(k, reading.error) else 0
-        return True
 
     def _has_shut_down(self, k: int, error: StatusError) -> bool:
         """Return whether a servo reports a shutdown."""
@@ -256,9 +280,14 @@ class RobotBus:
         self.has_torque[:] = True
 
     def set_torque_limit(self, share: float) -> None:
-        """Limit the output of all servos to a share of the full one."""
+        """Limit the output of the servos that run to a share of the full one.
+
+        Servos of the AX and MX series that have shut down would start again.
+        """
         name = "torque_limit" if "torque_limit" in self._models[0].registers else "goal_pwm"
-        self.bus.write_all(name, dict.fromkeys(self.ids, share))
+        running = [id_ for id_, runs in zip(self.ids, self.running.flat, strict=True) if runs]
+        if running:
+            self.bus.write_all(name, dict.fromkeys(running, share))
 
     def torque_is_on(self) -> bool:
         """Read whether the torque of all servos that answer is on."""

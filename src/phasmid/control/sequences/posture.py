@@ -162,6 +162,8 @@ def get_up(
     Raises:
         InfeasibleWalk: The other legs cannot carry the body there.
     """
+    if len(lost) == len(robot.legs):
+        raise InfeasibleWalk("no leg is left that could raise the body.", where="robot")
     down = _put_down(robot, packed)
     for leg, q in lost.items():
         down[:, leg] = q

@@ -327,7 +327,8 @@ class Sequencer:
         """Return whether the feet in use are within a distance [m] of their neutral places."""
         q = self._targets.position, self._neutral.q
         feet, neutral = (knees_and_feet(self.robot, angles)[1] for angles in q)
-        return bool(np.abs(np.delete(feet - neutral, self._lost, axis=0)).max() < most)
+        distances = np.abs(np.delete(feet - neutral, self._lost, axis=0))
+        return bool(distances.max(initial=0.0) < most)
 
     # Manual legs
 

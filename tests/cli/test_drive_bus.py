@@ -1,0 +1,110 @@
+"""`phasmid drive --bus`: refusals, a drive of an emulated robot, and the end of a killed one."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import warnings
+
+import pytest
+
+from phasmid.cli import main
+from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
+from phasmid.recording import load_recording
+from phasmid.recording.log import DamagedRecording
+from phasmid.robot import load_robot
+
+pytest.importorskip("dynamixel_sdk")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+PATIENCE = 120.0
+"""Longest time for anything on a busy machine [s]."""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--waypoints", "1,0"], "measures no place"),
+        (["--velocity", "0.05,0,0"], "needs --calibration"),
+        (["--velocity", "0.05,0,0", "--fault", "imu dead at 1 s"], "has no --fault"),
+        (
+            ["--velocity", "0.05,0,0", "--bus", "emulated", "--robot", "freenove-big"],
+            "no control table",
+        ),
+        (["--velocity", "0.05,0,0", "--bus", "emulated", "--rate", "1000"], "1000 are wanted"),
+        (["--velocity", "0.05,0,0", "--bus", "emulated", "--calibration", "no.toml"], "no.toml"),
+    ],
+)
+def test_what_a_robot_on_a_bus_cannot_do_is_refused(
+    arguments, words, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["drive", "--bus", "/dev/no-port", "--robot", "phantomx-ax", *arguments]) == 2
+    assert words in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def command(port, *arguments):
+    base = [sys.executable, "-m", "phasmid", "drive", "--bus", port, "--robot", "phantomx-ax"]
+    return [*base, "--velocity", "0.05,0,0", *arguments]
+
+
+def test_an_emulated_robot_is_driven_and_its_log_is_written(tmp_path):
+    done = subprocess.run(
+        command("emulated", "--duration", "1", "--out", "walk"),
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=2 * PATIENCE,
+        check=False,
+    )
+    # On a busy machine the emulator may fall silent, which ends the drive with status 3.
+    assert done.returncode in (0, 3), done.stderr
+    assert "left_front.tibia    18  AX-12A" in done.stdout
+    assert "the torque is off." in done.stdout
+    recording = load_recording(tmp_path / "walk.mcap")
+    assert recording.attrs["kind"] == "robot"
+    assert recording.sizes["leg"] == 6
+
+
+@pytest.mark.parametrize("after_exit", ["limp", "hold"])
+def test_a_killed_driver_leaves_its_log_and_the_servos_as_set(after_exit, tmp_path):
+    robot = load_robot("phantomx-ax")
+    save_calibration(
+        tmp_path / "mine.toml", default_calibration(robot, model("AX-12A")), robot.name
+    )
+    servos = make_servos("AX-12A", range(1, 19), baud=1_000_000)
+    with Emulator(servos) as emulator:
+        arguments = "--calibration", "mine.toml", "--out", "walk", "--after-exit", after_exit
+        process = subprocess.Popen(
+            command(emulator.port, *arguments), cwd=tmp_path, stdout=subprocess.DEVNULL
+        )
+        log = tmp_path / "walk.mcap"
+        wait(lambda: log.exists() and log.stat().st_size > 100_000, process)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        goals = [servo["goal_position"] for servo in servos]
+        if after_exit == "limp":
+            wait(lambda: not any(servo.enabled for servo in servos))
+        else:
+            # Longer than the time after which the other setting switches the torque off.
+            time.sleep(3.0)
+            assert all(servo.enabled for servo in servos)
+            assert goals == [servo["goal_position"] for servo in servos]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DamagedRecording)
+        recording = load_recording(log)
+    # What the file holds of whole samples is read; its last one may be cut.
+    assert recording["time"].values[-1] > 1.0
+    assert recording.attrs["ending"] == "CUT"
+
+
+def wait(condition, process=None):
+    """Wait for a condition, for as long as a process runs."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        assert process is None or process.poll() is None
+        time.sleep(0.01)
+    os.sync()

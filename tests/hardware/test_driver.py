@@ -1,0 +1,381 @@
+"""The driver of a robot on a bus, in virtual time: start, walk, end, faults, log."""
+
+import json
+import math
+import os
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from phasmid.control import Command
+from phasmid.control.sequences import packing
+from phasmid.errors import InvalidInput
+from phasmid.hardware import DriverSettings, Reaction, RobotBus, default_calibration, inspect, model
+from phasmid.hardware.paced_targets import PacedTargets
+from phasmid.recording import load_recording
+from phasmid.scenario import load_scenario
+from virtual_bus import FollowingPlant, new_driver, virtual_bus
+
+RATE = 50.0
+WALKS_AT = 6.0
+"""Time at which a robot with folded legs has stood up and walks [s]."""
+
+REACTION = 0.2
+"""Longest time from the detection of a fault to its reaction on the servos [s]."""
+
+SEEDS = int(os.environ.get("PHASMID_FAULT_SEEDS", "0"))
+"""Seeds of each fault; 0: one seed of some faults. `make bus-faults` takes 20."""
+
+
+def folded(name="AX-12A"):
+    """Return servos that turn to their goals, and begin with the robot's legs folded."""
+    robot = load_scenario("paper").replace(robot="phantomx-ax").load_robot()
+    plant, rows = FollowingPlant(18), default_calibration(robot, model(name))
+    angles = packing(robot).folded.ravel()
+    plant.position = np.array([r.servo_angle(q) for r, q in zip(rows, angles, strict=True)])
+    return plant
+
+
+def driven(monkeypatch, *, name="AX-12A", faults=(), seed=0, at=(), duration=3.0, **arguments):
+    """Drive a robot with faults, and with actions at times; return driver, emulator and report."""
+    bus_settings = {"name": name, "faults": faults, "seed": seed, "plant": folded(name)}
+    with virtual_bus(monkeypatch, **bus_settings) as (*robot, bus, emulator, clock):
+        driver = new_driver(*robot, bus, **arguments)
+        for when, action in at:
+            clock.at(when, lambda action=action: action(driver, emulator, bus))
+        return driver, emulator, driver.drive(duration)
+
+
+def event(report, words):
+    """Return the time of the first event with some words [s]."""
+    return next(time for time, sentence in report.events if words in sentence)
+
+
+def check_reactions(driver, emulator, dead=()):
+    """Check on the servos that each event was followed by its reaction in time, until the next."""
+    time, enabled, goals, position = emulator.traces()
+    time, report = time - driver._begin, driver.report
+    ends = [*(at for at, _ in report.events[1:]), math.inf]
+    for (at, sentence), end in zip(report.events, ends, strict=True):
+        rows = (time > at + REACTION) & (time < end)
+        if "torque is" in sentence:
+            assert not np.delete(enabled[time > at + REACTION], dead, axis=1).any(), sentence
+        elif "hold their goals" in sentence and rows.any():
+            assert np.ptp(goals[rows], axis=0).max() == 0, sentence
+        elif "sits down" in sentence:
+            # The servos' own limit of 60°/s counts: feed-forward moves the goals, too. Its register
+            # has steps of 0.111 rpm, 0.7°/s.
+            speed = np.abs(np.diff(position[rows], axis=0)).max(initial=0.0) / emulator.plant.dt
+            assert speed <= driver.settings.sit_speed + math.radians(0.7)
+
+
+def goal_speed(time, goals):
+    """Return the largest speed of goals, which change once in a period [rad/s]."""
+    steps = [goals[k] for k in np.flatnonzero(np.diff(goals, axis=0, prepend=-99).any(axis=1))]
+    return max((np.abs(b - a).max() * RATE for a, b in pairwise(steps)), default=0.0)
+
+
+# Start and end ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["AX-12A", "MX-28", "XL430-W250"])
+def test_a_robot_stands_up_slowly_walks_and_lies_limp_at_the_end(monkeypatch, name):
+    driver, emulator, report = driven(monkeypatch, name=name)
+    assert report.ending is None
+    assert [sentence.split(" ", 2)[2] for _, sentence in report.events] == [
+        "stands up.",
+        "walks.",
+        "sits down.",
+        "of the servos falls.",
+        "is off.",
+    ]
+    assert report.walked == pytest.approx(3.0, abs=1.5 / RATE)
+    time, enabled, goals, position = emulator.traces()
+    time = time - driver._begin
+    begun, walks = report.events[0][0], report.events[1][0]
+    # Goals are rounded to steps of a servo: half a step more at each end of a period.
+    step = driver.robot.bus.models[1].register("goal_position").scale
+    rises = (time > 0.05) & (time < walks)
+    assert goal_speed(time[rises], goals[rises]) <= math.radians(30) + step * RATE
+    assert np.ptp(goals[(time > 0.05) & (time < begun)], axis=0).max() == 0
+    moved = position[time > 0][0] - position[time < begun][-1]
+    assert np.abs(moved).max() <= step
+    assert enabled[(time > 0.05) & (time < report.events[-1][0] - 0.05)].all()
+    assert not enabled[-1].any()
+
+
+def test_the_output_rises_and_falls_gradually(monkeypatch):
+    limits = []
+
+    def watch(driver, emulator, bus):
+        del driver, bus
+        limits.append(emulator.servos[0].torque_limit)
+
+    driver, _, _ = driven(monkeypatch, at=[(0.4 + 0.1 * k, watch) for k in range(20)])
+    rising = [limit for limit in limits if 0 < limit < 1]
+    # The ramp takes 1 s: some ten of the looks fall on it.
+    assert len(rising) >= 8
+    assert rising == sorted(rising)
+    assert driver.settings.ramp_time == 1.0
+
+
+def test_goals_stay_within_the_limits_of_robot_and_calibration(monkeypatch):
+    class Wild:
+        def reset(self, observation):
+            pass
+
+        def update(self, observation, command):
+            from phasmid.control import JointTargets
+
+            q = observation.joint_position + 5.0
+            return JointTargets(q, 0 * q)
+
+    _, emulator, _ = driven(monkeypatch, controller=Wild(), duration=1.0)
+    _, _, goals, _ = emulator.traces()
+    robot = load_scenario("paper").replace(robot="phantomx-ax").load_robot()
+    rows = default_calibration(robot, model("AX-12A"))
+    to_si = model("AX-12A").register("goal_position").to_si
+    for row, column in zip(rows, goals.T, strict=True):
+        assert to_si(row.range_min) <= column[200:].min()
+        assert column[200:].max() <= to_si(row.range_max)
+
+
+def test_paced_targets_pass_the_controllers_path_at_a_limited_speed():
+    path = np.cumsum(np.array([0.0, 0.1, 0.05, 0.3, 0.0, 0.02, 0.0, 0.0]))
+    updates = iter(path[1:])
+    paced = PacedTargets(np.array([[path[0]]]), 0.02, lambda: np.array([[next(updates)]]))
+    passed = [paced.advance(1.0)[0, 0] for _ in range(25)]
+    assert np.diff(passed, prepend=0.0).max() <= 0.02 + 1e-12
+    # Where the speed suffices, an update takes a period: the last two targets.
+    assert passed[-1] == pytest.approx(path[-1])
+
+
+def test_commands_begin_when_the_robot_stands_and_their_end_lets_it_sit(monkeypatch):
+    times = []
+
+    def command(time, observation):
+        times.append(time)
+        return Command((0.03, 0.0, 0.0)) if time < 1.0 else None
+
+    _, _, report = driven(monkeypatch, commands=command, duration=math.inf)
+    assert times[0] == pytest.approx(1 / RATE)
+    assert report.walked == pytest.approx(1.0, abs=2.5 / RATE)
+    assert report.ending is None
+
+
+def test_waypoints_are_refused(monkeypatch):
+    from phasmid.control import CommandScript
+
+    script = CommandScript.model_validate({"waypoint": [{"x": 1.0, "y": 0.0}]})
+    with (
+        virtual_bus(monkeypatch) as (*robot, bus, _, _),
+        pytest.raises(InvalidInput, match="place"),
+    ):
+        new_driver(*robot, bus, commands=script)
+
+
+# Faults -------------------------------------------------------------------------------------------
+
+
+def stop(reaction):
+    return lambda driver, emulator, bus: driver.stop(reaction)
+
+
+def fail_port(driver, emulator, bus):
+    bus._port.lost = True
+
+
+def low_supply(driver, emulator, bus):
+    emulator.plant.voltage[:] = 6.1
+
+
+def raise_error(driver, emulator, bus):
+    def update(observation, command):
+        raise ArithmeticError("a user's controller")
+
+    driver.controller.controller = type("Failing", (), {"update": staticmethod(update)})()
+
+
+W = f"at {WALKS_AT:g} s"
+FAULTS = {
+    "1 % lost": (["lost 0.01"], [], "the robot walks"),
+    "20 % lost": ([f"lost 0.2 {W}"], [], "is off"),
+    "1 % damaged": (["garbled 0.01"], [], "the robot walks"),
+    "20 % damaged": ([f"garbled 0.2 {W}"], [], "is off"),
+    "late": (["late 0.05 by 50 ms"], [], "is off"),
+    "all late": ([f"late 1 by 300 ms {W}"], [], "hold their goals"),
+    "silence": ([f"lost 1 {W}"], [], "hold their goals"),
+    "gap": ([f"lost 1 {W} for 0.4 s"], [], "hold their goals"),
+    "dead servo": ([f"5 dead {W}"], [], "its leg is lost"),
+    "two dead servos": ([f"5 dead {W}", f"14 dead {W}"], [], "servos that do not run"),
+    "hot": ([f"5 hot {W}"], [], "75 °C"),
+    "overload": ([f"5 overload {W}"], [], "its leg is lost"),
+    "two overloads": ([f"5 overload {W}", f"8 overload {W}"], [], "servos that do not run"),
+    "phantom": ([f"5 phantom {W}"], [], "is off"),
+    "wrong id": ([f"5 answers as 6 {W}"], [], "its leg is lost"),
+    "brown-out": ([f"brown-out to 5 V {W} for 0.5 s"], [], "servos have restarted"),
+    "no supply": ([f"brown-out to 5 V {W}"], [], "hold their goals"),
+    "low supply": ([], [(WALKS_AT, low_supply)], "the supply is 6.1 V"),
+    "port": ([], [(WALKS_AT, fail_port)], "switch the supply off"),
+    "sit": ([], [(WALKS_AT, stop(Reaction.SIT))], "stopped by the user: the robot sits"),
+    "limp": ([], [(WALKS_AT, stop(Reaction.LIMP))], "stopped by the user: the torque"),
+}
+
+
+SHORT = "1 % lost", "silence", "gap", "two dead servos", "hot", "brown-out", "port", "limp"
+"""Faults of the short run."""
+
+
+@pytest.mark.parametrize("seed", range(max(SEEDS, 1)))
+@pytest.mark.parametrize("fault", FAULTS if SEEDS else SHORT)
+def test_a_fault_ends_in_its_reaction(monkeypatch, fault, seed):
+    faults, at, words = FAULTS[fault]
+    driver, emulator, report = driven(monkeypatch, faults=faults, at=at, seed=seed)
+    event(report, words)
+    # The registers of a dead servo cannot be written.
+    dead = [int(text.split()[0]) - 1 for text in faults if "dead" in text]
+    check_reactions(driver, emulator, dead)
+    _, enabled, _, _ = emulator.traces()
+    if fault == "port":
+        # Nothing reaches the servos.
+        assert enabled[-1].all()
+    elif fault not in ("silence", "no supply"):
+        assert not np.delete(enabled[-1], dead).any()
+
+
+def test_a_walk_on_five_legs_after_an_overload_ends_as_a_whole_one(monkeypatch):
+    _, emulator, report = driven(monkeypatch, faults=[f"5 overload {W}"], duration=6.0)
+    assert report.ending is None
+    assert report.walked == pytest.approx(6.0, abs=1.5 / RATE)
+    time, enabled, _, _ = emulator.traces()
+    assert not enabled[time > WALKS_AT + 0.3][:, 4].any()
+
+
+def test_a_failing_controller_lowers_the_robot_and_raises_its_error(monkeypatch):
+    with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, clock):
+        driver = new_driver(*robot, bus)
+        clock.at(WALKS_AT, lambda: raise_error(driver, emulator, bus))
+        with pytest.raises(ArithmeticError):
+            driver.drive(3.0)
+        event(driver.report, "the controller failed")
+        assert not emulator.traces()[1][-1].any()
+
+
+def test_an_x_servo_that_restarts_switches_all_torque_off(monkeypatch):
+    def restart(driver, emulator, bus):
+        emulator.servos[6].reboot()
+
+    driver, emulator, report = driven(monkeypatch, name="XL430-W250", at=[(WALKS_AT, restart)])
+    found = event(report, "has restarted")
+    # One servo is looked at in 0.1 s at least, 18 in 1.8 s.
+    assert found + driver._begin < WALKS_AT + 2.0
+    check_reactions(driver, emulator)
+    assert not emulator.traces()[1][-1].any()
+
+
+@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
+def test_settings_are_checked(value):
+    with pytest.raises(InvalidInput, match="hold_time"):
+        DriverSettings(hold_time=value)
+    with pytest.raises(InvalidInput, match="after_exit"):
+        DriverSettings(after_exit="sleep")
+
+
+# Readings -----------------------------------------------------------------------------------------
+
+
+def test_angles_that_no_servo_can_reach_in_time_are_not_believed(monkeypatch):
+    with virtual_bus(monkeypatch, plant=folded()) as (_, robot, calibration, bus, emulator, _):
+        joints = RobotBus(bus, robot, calibration)
+        joints.read_all()
+        before = joints.position.copy()
+        emulator.faults.add("5 phantom", emulator.faults.time)
+        for _ in range(400):
+            joints.read(0.0)
+        # A random angle is believed where it is within 10° plus what the servo turns: no farther.
+        assert np.abs(joints.position - before).max() < math.radians(20)
+        assert joints.running.all()
+
+
+# Inspection ---------------------------------------------------------------------------------------
+
+
+def inspected(monkeypatch, *, name="AX-12A", change=None, rate=RATE, **settings):
+    with virtual_bus(monkeypatch, name=name, plant=folded(name), **settings) as parts:
+        _, robot, calibration, bus, emulator, _ = parts
+        if change is not None:
+            change(emulator, calibration)
+        return inspect(bus, robot, calibration, rate)
+
+
+@pytest.mark.parametrize("name", ["AX-12A", "XL430-W250"])
+def test_a_sound_robot_has_no_refusal(monkeypatch, name):
+    found = inspected(monkeypatch, name=name)
+    assert found.refusals == []
+    assert len(found.rows) == 18
+
+
+def test_a_long_latency_is_named_with_its_remedy(monkeypatch):
+    found = inspected(monkeypatch, name="XL430-W250", latency=16e-3, rate=20.0)
+    assert any("latency_timer" in note and "16 ms" in note for note in found.notes)
+
+
+def set_register(id_, name, value):
+    def change(emulator, calibration):
+        emulator.servo(id_)[name] = value
+
+    return change
+
+
+def turn_away(emulator, calibration):
+    emulator.plant.position[4] += 2.0
+    emulator.pass_until(emulator._simulated + 0.02)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (set_register(7, "id", 99), "servo 7 (right_rear.coxa): no answer"),
+        (set_register(7, "temperature_limit", 28), "its limit is 28"),
+        (set_register(7, "min_voltage_limit", 125), "reports voltage"),
+        (set_register(7, "status_return_level", 1), "status_return_level must be 2"),
+        (set_register(7, "max_position_limit", 0), "wheel mode"),
+        (set_register(7, "model_number", 29), "is an MX-28"),
+        (turn_away, "its calibration is wrong"),
+    ],
+)
+def test_what_does_not_fit_is_refused(monkeypatch, change, words):
+    found = inspected(monkeypatch, change=change)
+    assert any(words in sentence for sentence in found.refusals), found.refusals
+
+
+def test_a_rate_that_the_bus_does_not_allow_is_refused(monkeypatch):
+    found = inspected(monkeypatch, rate=1000.0)
+    assert any("1000 are wanted" in sentence for sentence in found.refusals)
+
+
+# Log ----------------------------------------------------------------------------------------------
+
+
+def test_the_log_is_a_recording_of_what_was_sent_and_read(monkeypatch, tmp_path):
+    driver, emulator, _ = driven(monkeypatch, log=tmp_path / "a.mcap")
+    recording = load_recording(tmp_path / "a.mcap")
+    time, _, goals, position = emulator.traces()
+    assert recording.attrs["kind"] == "robot"
+    assert json.loads(recording.attrs["events"])[-1][1] == "the torque is off."
+    zero = np.array([row.zero for row in default_calibration(driver.robot.robot, model("AX-12A"))])
+    logged = recording["time"].values + driver._begin
+    step = model("AX-12A").register("goal_position").scale
+    # A goal arrives within the time of its packet, 1 ms, and the plant's step of 5 ms.
+    rows = np.searchsorted(time, logged[5:-80] + 0.012)
+    sent = recording["joint_position_target"].values.reshape(len(logged), -1)[5:-80]
+    assert np.abs(goals[rows] - zero - sent).max() <= 0.5 * step + 1e-9
+    read = recording["joint_position_time"].values.reshape(len(logged), -1)[5:-80]
+    angle = recording["joint_position_measured"].values.reshape(len(logged), -1)[5:-80]
+    for k in range(18):
+        at = read[:, k] + driver._begin
+        # Within the last period some row of the motion had this angle, to a step.
+        rows = np.searchsorted(time, at)[:, None] - np.arange(6)
+        near = np.abs(position[rows, k] - zero[k] - angle[:, k, None]).min(axis=1)
+        assert near.max() <= step
