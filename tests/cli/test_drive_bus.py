@@ -26,6 +26,7 @@ PATIENCE = 120.0
     ("arguments", "words"),
     [
         (["--waypoints", "1,0"], "measures no place"),
+        (["--velocity", "0.05,0,0", "--policy", "walk"], "has no inertial sensor"),
         (["--velocity", "0.05,0,0"], "needs --calibration"),
         (["--velocity", "0.05,0,0", "--fault", "imu dead at 1 s"], "has no --fault"),
         (

@@ -379,3 +379,32 @@ def test_the_log_is_a_recording_of_what_was_sent_and_read(monkeypatch, tmp_path)
         rows = np.searchsorted(time, at)[:, None] - np.arange(6)
         near = np.abs(position[rows, k] - zero[k] - angle[:, k, None]).min(axis=1)
         assert near.max() <= step
+
+
+def test_other_sensors_reach_the_controller_and_the_log(monkeypatch, tmp_path):
+    seen = []
+
+    class Controller:
+        def reset(self, observation):
+            self.q = observation.joint_position
+
+        def update(self, observation, command):
+            from phasmid.control import JointTargets
+
+            seen.append(observation.orientation)
+            return JointTargets(self.q, 0 * self.q)
+
+        def telemetry(self):
+            return {"gait_phase": 0.5}
+
+    level = np.array([1.0, 0.0, 0.0, 0.0])
+    driven(
+        monkeypatch,
+        controller=Controller(),
+        duration=0.5,
+        log=tmp_path / "a.mcap",
+        sensors=lambda: {"orientation": level},
+    )
+    recording = load_recording(tmp_path / "a.mcap")
+    assert any(row is level for row in seen)
+    assert (recording["imu_orientation"].values == level).all()

@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     policy = _policy(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
     if options.bus is not None:
-        return drive_bus.run(options, scenario, script, policy, _words(options))
+        return drive_bus.run(options, scenario, script, _words(options))
     from phasmid.simulation import Run, check_drive, new_drive
 
     faults, rate = options.fault or [], options.rate or RATE

@@ -21,7 +21,6 @@ from phasmid.errors import InvalidInput, plain
 if TYPE_CHECKING:
     from phasmid.control import CommandScript, Controller
     from phasmid.hardware import Driver, DriveReport, ServoCalibration
-    from phasmid.learning import Policy
     from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
@@ -62,7 +61,6 @@ def run(
     options: argparse.Namespace,
     scenario: Scenario,
     script: CommandScript,
-    policy: Policy | None,
     words: Sequence[str],
 ) -> int:
     """Drive the robot on the bus; return the exit status.
@@ -71,7 +69,6 @@ def run(
         options: Those of the command line.
         scenario: The scenario with its duration of walking.
         script: The commands.
-        policy: Policy that walks; None: the locomotion engine.
         words: Parts of the log's name.
     """
     from phasmid.hardware import Bus, Driver, DriverSettings, RobotBus, inspect
@@ -103,7 +100,7 @@ def run(
         driver = Driver(
             RobotBus(bus, robot, calibration),
             scenario,
-            _controller(options, scenario, policy, rate),
+            _controller(options, scenario, rate),
             script,
             rate=rate,
             settings=DriverSettings(after_exit=options.after_exit),
@@ -114,7 +111,8 @@ def run(
             say(f"The robot stands up, walks for {scenario.duration:g} s and sits down.")
             if sys.stdin.isatty():
                 say("Space: torque off at once. q, Escape or Ctrl-C: sit down.")
-        with _keys(driver), _events(driver, quiet=options.quiet):
+            driver.on_event = _print_event
+        with _keys(driver):
             report = driver.drive(scenario.duration)
     if not options.quiet:
         _print_report(report, rate)
@@ -127,15 +125,23 @@ def run(
     return 130 if report.ending.ending.name == "STOPPED" else 3
 
 
+UNKNOWN = {
+    "waypoints": "measures no place for waypoints",
+    "policy": "has no inertial sensor for a policy",
+    "fault": "has no --fault; an emulated port has its own",
+    "video": "has no --video",
+    "mcap": "has no --mcap; its log is one",
+}
+"""Options that a robot on a bus does not have, with the reason."""
+
+
 def _refuse(options: argparse.Namespace) -> None:
     """Refuse options that a robot on a bus does not have."""
-    for name in ("waypoints", "fault", "video", "mcap"):
+    hints = {"waypoints": "--velocity 0.05,0,0", "policy": "phasmid.hardware.Driver with `sensors`"}
+    for name, reason in UNKNOWN.items():
         if getattr(options, name, None):
-            what = "measures no place for waypoints" if name == "waypoints" else f"has no --{name}"
-            raise InvalidInput(
-                f"a robot on a bus {what}.",
-                hint="--velocity 0.05,0,0" if name == "waypoints" else f"without --{name}",
-            )
+            hint = hints.get(name, f"without --{name}")
+            raise InvalidInput(f"a robot on a bus {reason}.", hint=hint)
 
 
 def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
@@ -194,14 +200,8 @@ def _emulated(
             process.terminate()
 
 
-def _controller(
-    options: argparse.Namespace, scenario: Scenario, policy: Policy | None, rate: float
-) -> Controller:
-    """Return the controller of the options."""
-    if policy is not None:
-        from phasmid.learning import PolicyController
-
-        return PolicyController(policy, scenario.load_robot(), update_period=1 / rate)
+def _controller(options: argparse.Namespace, scenario: Scenario, rate: float) -> Controller:
+    """Return the locomotion controller."""
     from phasmid.cli.progress import announce_compilation
     from phasmid.simulation.drive import scenario_controller
 
@@ -243,12 +243,8 @@ def _print_report(report: DriveReport, rate: float) -> None:
     print_table(rows)
 
 
-@contextmanager
-def _events(driver: Driver, *, quiet: bool) -> Iterator[None]:
-    """Print the events of a drive as they come."""
-    if not quiet:
-        driver.on_event = lambda time, sentence: say(f"{time:6.1f} s  {plain(sentence)}")
-    yield
+def _print_event(time: float, sentence: str) -> None:
+    say(f"{time:6.1f} s  {plain(sentence)}")
 
 
 @contextmanager

@@ -28,7 +28,7 @@ LONGEST_START, LONGEST_WALK = 120.0, 3600.0
 [s]."""
 
 Watch = Callable[[np.ndarray, Mapping[str, np.ndarray]], None]
-"""Receives times [s] and channels of the samples, N rows each."""
+"""Receives the time [s] and the channels of a sample, one row each."""
 
 
 class DriveLog:
@@ -40,7 +40,7 @@ class DriveLog:
         period: Time between samples [s].
         duration: Time for which the robot will walk [s].
         force: Whether an older file is replaced.
-        watch: Receives the samples, too.
+        watch: Receives each sample, too.
 
     Raises:
         InvalidInput: The file exists and may not be replaced.
@@ -91,6 +91,10 @@ class DriveLog:
                 for name, value in channels.items()
             }
         )
+        if self._watch is not None:
+            self._watch(
+                np.array([time]), {name: array[None] for name, array in self._rows[-1].items()}
+            )
         if len(self._rows) * self._period >= INTERVAL:
             self._write()
 
@@ -120,8 +124,6 @@ class DriveLog:
             self._file = self._stack.enter_context(file)
         if self._file is not None:
             self._file.append(time, channels)
-        if self._watch is not None:
-            self._watch(time, channels)
 
     def _attributes(self) -> Attributes:
         """Return the attributes of a log that may be cut off."""

@@ -6,9 +6,9 @@ import gc
 import math
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,7 @@ from phasmid.hardware.torque_off import torque_off_after_exit
 from phasmid.recording.channels import CHANNELS
 from phasmid.scenario import Scenario
 from phasmid.simulation.closed_loop import COMMANDED, Commanded
+from phasmid.simulation.observation import OBSERVED
 from phasmid.simulation.termination import Ending, Failure
 
 LATE = 5e-3
@@ -62,6 +63,10 @@ coarse."""
 
 TORQUE_OFF_REPEATS = 3
 """Times that torque off is sent: no servo confirms it."""
+
+
+Sensors = Callable[[], Mapping[str, Any]]
+"""Returns fields of an observation."""
 
 
 class Stage(Enum):
@@ -127,7 +132,9 @@ class Driver:
         settings: Limits and times.
         log: Path of the log; None: no log.
         force: Whether an older log is replaced.
-        watch: Receives the samples as they are logged.
+        watch: Receives each sample that is logged.
+        sensors: Returns what other sensors measure, at each update: fields of
+            `phasmid.control.Observation` such as ``orientation`` and ``angular_velocity``.
 
     Attributes:
         stage: Present stage.
@@ -148,6 +155,7 @@ class Driver:
         log: str | Path | None = None,
         force: bool = False,
         watch: Watch | None = None,
+        sensors: Sensors | None = None,
     ) -> None:
         if not (math.isfinite(rate) and rate > 0):
             raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
@@ -165,6 +173,8 @@ class Driver:
         self.on_event: Callable[[float, str], None] | None = None
         self._scenario, self._commands = scenario, commands
         self._period, self._log_path, self._force, self._watch = 1 / rate, log, force, watch
+        self._sensors = sensors
+        self._measured: Mapping[str, Any] = {}
         self._protection = Protection(robot, self.settings)
         servo = robot.robot.servo
         # A servo without a known motor is given the targets alone.
@@ -183,7 +193,6 @@ class Driver:
         self._goals = self._written = self._written_before = robot.position.copy()
         self._before_hold, self._steady_since = Stage.WALK, math.inf
         self._rows: list[dict[str, Any]] = []
-        self._times: list[float] = []
         self._telemetry: dict[str, Any] = {}
 
     def stop(self, reaction: Reaction = Reaction.SIT) -> None:
@@ -314,7 +323,7 @@ class Driver:
         stage, elapsed = self.stage, time.monotonic() - self._entered
         if stage is Stage.RAMP:
             if elapsed >= self.settings.ramp_time:
-                self.controller.reset(self.robot.observe(self._clock))
+                self.controller.reset(self._observe())
                 self._paced = PacedTargets(self._goals, self._period, self._update)
                 self._enter(Stage.RISE)
             return
@@ -345,7 +354,7 @@ class Driver:
     def _update(self) -> Float[np.ndarray, "legs 3"]:
         """Update the controller after another period of its clock, and return its targets."""
         self._clock += self._period
-        observation = self.robot.observe(self._clock)
+        observation = self._observe()
         self._command = self._commanded(observation)
         targets = self.controller.update(observation, self._command)
         self._shift = self._feed_forward(targets)
@@ -354,6 +363,14 @@ class Driver:
         # Channels that an update lacks keep their values.
         self._telemetry = {name: telemetry.get(name, value) for name, value in known.items()}
         return targets.position
+
+    def _observe(self) -> Observation:
+        """Return the last readings of servos and sensors."""
+        observation = self.robot.observe(self._clock)
+        if self._sensors is not None:
+            self._measured = self._sensors()
+            observation = replace(observation, **self._measured)
+        return observation
 
     def _feed_forward(self, targets: JointTargets) -> Float[np.ndarray, "legs 3"]:
         """Return how far from the targets goals give their torque, by the servos' law [rad]."""
@@ -487,6 +504,9 @@ class Driver:
         self._logged_at = self._written_at
         channels = {
             **telemetry,
+            **{
+                name: self._measured[key] for name, key in OBSERVED.items() if key in self._measured
+            },
             COMMANDED: self._command.velocity,
             "joint_position_target": self._written,
             "joint_velocity_target": (self._written - self._written_before) / self._period,
