@@ -256,9 +256,9 @@ class SimulatedRobot:
 
     def reading(self, index: int) -> Reading:
         """Return the state of a servo."""
-        return self._bank.reading(
-            index, float(self.position[index]), float(self._sign[index] * self._qd[index])
-        )
+        sign = self._sign[index]
+        position = float(self._zero[index] + sign * self._q[index])
+        return self._bank.reading(index, position, float(sign * self._qd[index]))
 
 
 def _rotor(servo: Servo) -> Servo:
