@@ -22,7 +22,6 @@ PURPOSES = {
     "learn": "learned policies and their training",
     "live": "runs live in Foxglove",
     "ray": "studies on a Ray cluster",
-    "ros": "recordings as ROS 2 messages",
     "search": "studies by an optimiser",
     "studio": "the live page",
     "study": "studies of many runs",
