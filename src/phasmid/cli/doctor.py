@@ -67,7 +67,7 @@ def run(_: argparse.Namespace) -> int:
     findings = examine()
     faults = [one for one in findings if one.needed and one.state != "ready"]
     for one in findings:
-        say(f"{one.topic:<11} {one.state:<7} {plain(one.what)}")
+        say(f"{one.topic:<11} {one.state:<7} {plain(one.what)}", indent=20)
         if one.remedy:
             say(f"{'':<19} try  {plain(one.remedy)}")
     if faults:
