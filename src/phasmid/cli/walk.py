@@ -198,9 +198,10 @@ def write_film(
     """Write the video of a recording, or print what it needs."""
     if options.video is None:
         return
-    from phasmid.video import lack, save_video
+    from phasmid.reporting.renderer import opengl_lack
+    from phasmid.video import save_video
 
-    missing = lack(Path(options.video).suffix.lower())
+    missing = opengl_lack()
     if missing is not None:
         # The folder is complete: this is a note, not an error.
         instead = "" if options.no_figures else " report.html has a 3-D replay instead."
