@@ -39,7 +39,7 @@ SPIN = 1.5e-4
 """Time before a deadline during which the thread does not sleep [s]; a sleep lasts about
 0.1 ms too long."""
 
-HANDOVERS = 15
+HANDOVERS = 51
 """Bytes that are passed through the pseudo-terminal to measure how long the system takes."""
 
 SILENCE = 0.02
@@ -199,7 +199,7 @@ class Emulator:
             ready = select.select([self._master], [], [], max(rest, 0.0))[0]
             with self._lock:
                 if ready:
-                    self._receive(time.monotonic())
+                    self._receive()
                 while self._events and self._events[0][0] - time.monotonic() < SPIN:
                     due = self._events[0][0]
                     while time.monotonic() < due:
@@ -213,10 +213,10 @@ class Emulator:
         """Call an action with an argument at a time [s]."""
         heapq.heappush(self._events, (due, next(self._order), action, argument))
 
-    def _receive(self, now: float) -> None:
+    def _receive(self) -> None:
         """Take bytes from the client, and handle each packet when it has arrived on the wire."""
         with suppress(BlockingIOError, OSError):
-            data = os.read(self._master, 65536)
+            data, now = os.read(self._master, 65536), time.monotonic()
             baud = self._line_speed()
             if now - self._last_byte > SILENCE:
                 self._stream.clear()
@@ -332,8 +332,8 @@ def _handover(sender: int, receiver: int) -> float:
     def receive() -> None:
         for _ in range(HANDOVERS):
             select.select([receiver], [], [], 1.0)
-            received.append(time.monotonic())
             os.read(receiver, 1)
+            received.append(time.monotonic())
 
     thread = threading.Thread(target=receive)
     thread.start()
