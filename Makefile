@@ -49,7 +49,7 @@ physics: $(READY) ## compare the laws of contact anew: docs/physics.md and its f
 verify: $(READY) ## run the physics against closed forms and write docs/verification.md
 	@"$(BIN)/phasmid" verify --page docs/verification.md --force $(ARGS)
 
-terrain: $(READY) ## walk the ten terrains anew: docs/terrain.md and its pictures
+terrain: $(READY) ## walk the terrains anew: docs/terrain.md and its pictures
 	@"$(BIN)/python" docs/terrain_page.py
 
 gaits: $(READY) ## tell and draw the gaits anew: docs/gaits.md and its picture

@@ -1,4 +1,4 @@
-"""Writes the ten terrains of docs/terrain.md, walked by the paper's robot, and their pictures.
+"""Writes the terrains of docs/terrain.md, walked by the paper's robot, and their pictures.
 
     python docs/terrain_page.py
 

@@ -10,13 +10,13 @@ from phasmid.cli.doctor import Finding
 
 FINDINGS = [
     Finding("engine", "ready", "MuJoCo 4.0.1", needed=True),
-    Finding("ros", "absent", "ROS: mcap is not installed", 'pip install "phasmid[ros]"'),
+    Finding("video", "absent", "videos: av is not installed", 'pip install "phasmid[video]"'),
 ]
 BROKEN = Finding("figures", "broken", "no \x1b[2J.", "pip install matplotlib", needed=True)
 TABLE = """\
 engine      ready   MuJoCo 4.0.1
-ros         absent  ROS: mcap is not installed
-                    try  pip install "phasmid[ros]"
+video       absent  videos: av is not installed
+                    try  pip install "phasmid[video]"
 """
 
 

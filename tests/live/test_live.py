@@ -17,14 +17,16 @@ from phasmid.control.script import CommandScript
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import leg_frames
 from phasmid.recording import save_mcap
+from phasmid.recording.ros import definition
 from phasmid.robot import load_robot
 from phasmid.simulation import new_drive, new_run
-from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.rerun import first_difference
 
 pytest.importorskip("foxglove")
 pytest.importorskip("mcap_ros2")
 pytest.importorskip("websockets")
+
+from mcap_ros2._dynamic import generate_dynamic
 
 from foxglove_client import FoxgloveClient, doubles, fields
 from phasmid.live import serve
@@ -72,7 +74,7 @@ def until_all_arrive(client, server, run, clock):
 
     def show():
         clock.now += 1 / 60
-        server.show(np.zeros(1), sample_channels(run, run.first))
+        server.show(np.zeros(1), run.channels(run.first))
 
     until(lambda: all(client.received.values()), show)
     for received in client.received.values():
@@ -129,13 +131,16 @@ def test_frames_and_arrows_are_those_of_the_robot(robot):
     sample["foot_force"] = random.uniform(-9, 9, (len(q), 3))
     scene = Scene(model, PAPER.load_terrain())
     X = {"base_link": np.eye(4)}
-    for message in fields(scene.links(sample, 2_000_000_003))[1]:
-        found = fields(message)
-        assert {n: v[0] for n, v in fields(found[1][0]).items()} == {1: 2, 2: 3}
+    kind = scene.links.kind
+    decode = generate_dynamic(kind, definition(kind))[kind]
+    for stamped in decode(scene.links.encode(sample, 2_000_000_003)).transforms:
+        stamp, moved = stamped.header.stamp, stamped.transform
+        assert (stamp.sec, stamp.nanosec) == (2, 3)
+        turn, p = moved.rotation, moved.translation
         X_parent_link = np.eye(4)
-        X_parent_link[:3, :3] = Rotation.from_quat(doubles(found[5][0], 4)).as_matrix()
-        X_parent_link[:3, 3] = doubles(found[4][0], 3)
-        X[found[3][0].decode()] = X[found[2][0].decode()] @ X_parent_link
+        X_parent_link[:3, :3] = Rotation.from_quat([turn.x, turn.y, turn.z, turn.w]).as_matrix()
+        X_parent_link[:3, 3] = p.x, p.y, p.z
+        X[stamped.child_frame_id] = X[stamped.header.frame_id] @ X_parent_link
     for number, leg in enumerate(model.legs):
         frames = leg.X_body_hip @ leg_frames(leg, q[number])
         for frame, wanted in zip(("coxa", "femur", "tibia", "foot"), frames, strict=True):

@@ -3,10 +3,10 @@
 import pytest
 
 from phasmid.motion import plan
+from phasmid.reporting.renderer import opengl_lack
 from phasmid.reporting.run import read_run
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from phasmid.video import lack
 from phasmid.video.film import frames_of
 
 
@@ -29,6 +29,6 @@ def frames(run):
 @pytest.fixture(scope="session")
 def opengl():
     """Skips a test where the engine cannot draw."""
-    missing = lack(".gif")
+    missing = opengl_lack()
     if missing is not None:
         pytest.skip(missing.sentence)

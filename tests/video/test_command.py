@@ -1,4 +1,4 @@
-"""``--video``: refused before a run starts, advice where this machine lacks something."""
+"""``--video``: what is refused before a run starts, and advice where a machine has no OpenGL."""
 
 import json
 import os
@@ -10,6 +10,7 @@ import pytest
 import phasmid.video
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
+from phasmid.reporting import renderer
 from phasmid.reporting.renderer import Lack
 from phasmid.video import save_video
 
@@ -23,15 +24,15 @@ def files_of(folder):
 
 @pytest.fixture
 def lacking(monkeypatch):
-    """A machine without an encoder."""
-    found = Lack("PyAV", 'pip install "phasmid[video]"')
-    monkeypatch.setattr(phasmid.video, "lack", lambda suffix: found)
+    """A machine without OpenGL."""
+    found = Lack("OpenGL", "install libegl1")
+    monkeypatch.setattr(renderer, "opengl_lack", lambda: found)
 
 
 @pytest.mark.parametrize("command", ["walk", "report"])
-def test_c7_without_what_a_video_needs_the_run_is_whole(command, lacking, tmp_path, capsys):
+def test_c7_without_opengl_the_run_is_whole(command, lacking, tmp_path, capsys):
     """C7: advice on the standard error, status 0, and the recording complete."""
-    folder, video = tmp_path / "run", tmp_path / "walk.mp4"
+    folder, video = tmp_path / "run", tmp_path / "walk.gif"
     wanted = ["--out", str(folder), "--video", str(video), "--no-figures"]
     if command == "report":
         assert main(["walk", *SHORT, "--no-figures", "--out", str(folder)]) == 0
@@ -39,8 +40,8 @@ def test_c7_without_what_a_video_needs_the_run_is_whole(command, lacking, tmp_pa
     else:
         assert main(["walk", *SHORT, *wanted]) == 0
     assert capsys.readouterr().err == (
-        "phasmid: video needs PyAV, which was not found; the recording is complete.\n"
-        '  try  pip install "phasmid[video]"\n'
+        "phasmid: video needs OpenGL, which was not found; the recording is complete.\n"
+        "  try  install libegl1\n"
     )
     assert files_of(folder) == FILES
     assert not video.exists()
@@ -93,11 +94,29 @@ def test_what_cannot_be_written_is_refused_before_the_run(name, said, tmp_path, 
     assert (tmp_path / "there.mp4").read_bytes() == b"mine"
 
 
+@pytest.mark.parametrize("command", ["walk", "report"])
+def test_an_mp4_without_its_encoder_is_refused_before_the_run(
+    command, monkeypatch, tmp_path, capsys
+):
+    folder = tmp_path / "run"
+    arguments = ["walk", *SHORT, "--no-figures", "--out", str(folder)]
+    if command == "report":
+        assert main(arguments) == 0
+        arguments = ["report", str(folder), "--quiet", "--force"]
+    monkeypatch.setitem(sys.modules, "av", None)
+    assert main([*arguments, "--video", str(tmp_path / "walk.mp4")]) == 2
+    assert capsys.readouterr().err == (
+        "phasmid: a video as .mp4 needs PyAV, which was not found.\n"
+        '  try  pip install "phasmid[video]", or a .gif\n'
+    )
+    assert files_of(tmp_path) == ({"run"} if command == "report" else set())
+
+
 def test_a_video_may_go_into_the_folder_that_the_run_will_make(lacking, tmp_path):
     folder = tmp_path / "run"
-    wanted = ["--out", str(folder), "--no-figures", "--video", str(folder / "video.mp4")]
+    wanted = ["--out", str(folder), "--no-figures", "--video", str(folder / "video.gif")]
     assert main(["walk", *SHORT, *wanted]) == 0
-    (folder / "video.mp4").write_bytes(b"film")
+    (folder / "video.gif").write_bytes(b"film")
     # A folder with a film of ours in it is still a run's, and may be replaced.
     assert main(["walk", *SHORT, *wanted, "--force"]) == 0
     assert files_of(folder) == FILES
@@ -107,7 +126,7 @@ def test_ctrl_c_while_it_is_filmed_leaves_the_run_whole(tmp_path, monkeypatch, c
     def interrupted(*args, **kwargs):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(phasmid.video, "lack", lambda suffix: None)
+    monkeypatch.setattr(renderer, "opengl_lack", lambda: None)
     monkeypatch.setattr(phasmid.video, "save_video", interrupted)
     folder = tmp_path / "run"
     wanted = ["--out", str(folder), "--no-figures", "--video", str(tmp_path / "a.gif")]

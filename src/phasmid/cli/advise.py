@@ -99,7 +99,7 @@ def _print(advice: Advice) -> None:
     warmth = [rows for rows in map(advice.temperature, MINUTES) if rows is not None]
     rows = [["joint", "peak N·m", "of stall", "rms N·m", "of continuous"]]
     if warmth:
-        rows[0].append(f"°C after {', '.join(f'{minutes:g}' for minutes in MINUTES)} min")
+        rows[0].append(f"°C, {'/'.join(f'{minutes:g}' for minutes in MINUTES)} min")
     for i, name in enumerate(advice.joint_names):
         peak, rms = float(load.peak_torque.ravel()[i]), float(load.rms_torque.ravel()[i])
         row = [

@@ -22,7 +22,6 @@ PURPOSES = {
     "learn": "learned policies and their training",
     "live": "runs live in Foxglove",
     "ray": "studies on a Ray cluster",
-    "ros": "recordings as ROS 2 messages",
     "search": "studies by an optimiser",
     "studio": "the live page",
     "study": "studies of many runs",
@@ -68,7 +67,7 @@ def run(_: argparse.Namespace) -> int:
     findings = examine()
     faults = [one for one in findings if one.needed and one.state != "ready"]
     for one in findings:
-        say(f"{one.topic:<11} {one.state:<7} {plain(one.what)}")
+        say(f"{one.topic:<11} {one.state:<7} {plain(one.what)}", indent=20)
         if one.remedy:
             say(f"{'':<19} try  {plain(one.remedy)}")
     if faults:

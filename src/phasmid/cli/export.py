@@ -13,7 +13,7 @@ from phasmid.errors import InvalidInput, plain
 
 OPTIONS = {
     "RECORDING": "a result folder, or a recording",
-    "--out FILE": "a .csv, .nc or .mcap, the last for Foxglove and ROS 2 (extra ros); default: a "
+    "--out FILE": "a .csv, .nc or .mcap, the last for Foxglove and ROS 2; default: a "
     ".csv beside the result folder, with its name",
     "--channels A,B,...": "channels that are written; default: all",
     "--rate HZ": Number("most samples a second; default: all, of mcap 100", 1e-3, 1e6),

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 REPORT_OPTIONS = {
     "--force": "replace the folder of an earlier run",
     "--legs 1,2,...": "legs that the summary lists; default: all",
-    "--mcap": "also write ROS 2 messages, for Foxglove (extra ros)",
+    "--mcap": "also write ROS 2 messages, for Foxglove",
     "--video FILE": "also write a .mp4 or .gif of the robot (extra video)",
     "--no-figures": "write data and summary only",
     "--quiet": "print only errors",
@@ -81,7 +81,7 @@ def make_run(
         options: Those of the command line.
         words: Parts of the folder's name.
     """
-    from phasmid.recording import check_log, check_mcap, load_recording
+    from phasmid.recording import check_log, load_recording
     from phasmid.reporting import check_folder
     from phasmid.simulation import with_sensors
 
@@ -91,8 +91,6 @@ def make_run(
     check_folder(folder, force=options.force)
     log = log_of(folder)
     check_log(log, force=options.force)
-    if options.mcap:
-        check_mcap()
     check_film(options)
     check_live(options)
     run = begin()
@@ -200,9 +198,10 @@ def write_film(
     """Write the video of a recording, or print what it needs."""
     if options.video is None:
         return
-    from phasmid.video import lack, save_video
+    from phasmid.reporting.renderer import opengl_lack
+    from phasmid.video import save_video
 
-    missing = lack(Path(options.video).suffix.lower())
+    missing = opengl_lack()
     if missing is not None:
         # The folder is complete: this is a note, not an error.
         instead = "" if options.no_figures else " report.html has a 3-D replay instead."

@@ -5,9 +5,12 @@ It needs sympy (``pip install sympy``, or this package with its extra ``derivati
 form.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from phasmid.errors import InvalidInput
 
-try:
+if TYPE_CHECKING:
     from phasmid.derivation.symbolic import (
         SymbolicMatrices,
         lagrange,
@@ -16,9 +19,18 @@ try:
         paper_form,
         paper_text,
     )
-except ModuleNotFoundError as error:
-    raise InvalidInput(
-        "the derivation needs sympy, which is not installed.", hint="pip install sympy"
-    ) from error
 
 __all__ = ["SymbolicMatrices", "lagrange", "mid_length", "newton_euler", "paper_form", "paper_text"]
+
+
+# A package that needs sympy to be imported could not be run as a program without it.
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        symbolic = import_module(f"{__name__}.symbolic")
+    except ModuleNotFoundError as error:
+        raise InvalidInput(
+            "the derivation needs sympy, which is not installed.", hint="pip install sympy"
+        ) from error
+    return getattr(symbolic, name)

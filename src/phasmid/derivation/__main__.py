@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import sys
 
-from phasmid.derivation import lagrange, mid_length, newton_euler, paper_text
+from phasmid.errors import InvalidInput
 
 
 def main() -> int:
-    """Derive, compare and print; the exit status is 1 where the two derivations differ."""
+    """Derive, compare and print.
+
+    Returns:
+        The exit status: 1 where the two derivations differ, 2 without sympy.
+    """
+    try:
+        from phasmid.derivation import lagrange, mid_length, newton_euler, paper_text
+    except InvalidInput as error:
+        sys.stderr.write(f"phasmid: {error}\n")
+        return error.exit_status
     derived = newton_euler()
     agree = derived == lagrange()
     verdict = "give the same" if agree else "DIFFER in their"

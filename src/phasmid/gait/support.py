@@ -13,8 +13,8 @@ from phasmid.units import plain_number
 
 def support_margin(
     feet: Float[np.ndarray, "*batch legs 2"],
-    stance: Bool[np.ndarray, "*batch legs"],
-    centre_of_mass: Float[np.ndarray, "*batch 2"],
+    stance: Bool[np.ndarray, "*#batch legs"],
+    centre_of_mass: Float[np.ndarray, "*#batch 2"],
 ) -> Float[np.ndarray, "*batch"]:
     """Return the distance of the projected centre of mass from the edge of the support polygon.
 

@@ -39,7 +39,7 @@ SPIN = 1.5e-4
 """Time before a deadline during which the thread does not sleep [s]; a sleep lasts about
 0.1 ms too long."""
 
-HANDOVERS = 15
+HANDOVERS = 51
 """Bytes that are passed through the pseudo-terminal to measure how long the system takes."""
 
 SILENCE = 0.02
@@ -199,7 +199,7 @@ class Emulator:
             ready = select.select([self._master], [], [], max(rest, 0.0))[0]
             with self._lock:
                 if ready:
-                    self._receive(time.monotonic())
+                    self._receive()
                 while self._events and self._events[0][0] - time.monotonic() < SPIN:
                     while time.monotonic() < self._events[0][0]:
                         pass
@@ -216,10 +216,11 @@ class Emulator:
         due, _, action, argument = heapq.heappop(self._events)
         action(due, argument)
 
-    def _receive(self, now: float) -> None:
+    def _receive(self) -> None:
         """Take what the client has sent."""
         with suppress(BlockingIOError, OSError):
-            self._accept(os.read(self._master, 65536), self._line_speed(), now)
+            data, now = os.read(self._master, 65536), time.monotonic()
+            self._accept(data, self._line_speed(), now)
 
     def _accept(self, data: bytes, baud: int, now: float) -> None:
         """Take bytes from the client, and handle each packet when it has arrived on the wire."""
@@ -337,8 +338,8 @@ def _handover(sender: int, receiver: int) -> float:
     def receive() -> None:
         for _ in range(HANDOVERS):
             select.select([receiver], [], [], 1.0)
-            received.append(time.monotonic())
             os.read(receiver, 1)
+            received.append(time.monotonic())
 
     thread = threading.Thread(target=receive)
     thread.start()

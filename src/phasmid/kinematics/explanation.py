@@ -137,7 +137,7 @@ class FootExplanation:
         )
 
 
-def explain_foot(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> FootExplanation:
+def explain_foot(leg: Leg, p_hip_foot: object) -> FootExplanation:
     """Explain whether a leg can place its foot at a position.
 
     Possible is what `within_reach` is: knee up, leg outwards, within the joint limits.

@@ -221,7 +221,7 @@ def posture_feet(robot: Robot, pose: Float[np.ndarray, "6"]) -> Float[np.ndarray
         pose: Displacement of the body from its neutral pose: forward, left, up [m], roll, pitch,
             yaw [rad], shape (6,).
     """
-    return hip_from_body(robot, (neutral_feet(robot) - pose[:3]) @ rotation_rpy(*pose[3:]))
+    return hip_from_body(robot, (neutral_feet(robot) - pose[:3]) @ rotation_rpy(*pose[3:, None])[0])
 
 
 def trunk_clearance(robot: Robot, height: float, pose: Float[np.ndarray, "6"]) -> float:

@@ -4,11 +4,9 @@ from phasmid.errors import InvalidInput
 
 try:
     import foxglove
-    import mcap_ros2.writer
 except ModuleNotFoundError as error:
     raise InvalidInput(
-        "the live view needs the packages foxglove-sdk and mcap-ros2-support, which were not "
-        "found.",
+        "the live view needs the package foxglove-sdk, which was not found.",
         hint='pip install "phasmid[live]"',
     ) from error
 
@@ -16,4 +14,4 @@ from phasmid.live.server import COMMAND_TOPIC, HOST, PORT, RATE, LiveServer, ser
 
 __all__ = ["COMMAND_TOPIC", "HOST", "PORT", "RATE", "LiveServer", "serve"]
 
-del foxglove, mcap_ros2
+del foxglove

@@ -1,16 +1,15 @@
-"""Robot, ground and forces as Foxglove's messages of frames and shapes."""
+"""Robot, ground and forces as messages of frames and shapes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from itertools import pairwise
 
 import numpy as np
 from foxglove.messages import (
     ArrowPrimitive,
     Color,
     CubePrimitive,
-    FrameTransform,
-    FrameTransforms,
     Point3,
     Pose,
     Quaternion,
@@ -22,7 +21,7 @@ from foxglove.messages import (
 )
 from numpy.typing import ArrayLike
 
-from phasmid.recording.ros import BODY, WORLD
+from phasmid.recording.ros import BODY, WORLD, Sample, Topic
 from phasmid.reporting.drawing import FORCE_COLOUR, FORCE_LENGTH
 from phasmid.reporting.robot_mesh import Place, link_poses, mesh_pieces, quaternions
 from phasmid.reporting.style import rgb
@@ -50,6 +49,7 @@ class Scene:
         ground: Its ground.
 
     Attributes:
+        links: Poses of the links, each in the frame of the one before it.
         still: Encoded meshes of the links, each in its own frame, and of the ground.
     """
 
@@ -61,15 +61,20 @@ class Scene:
         places = [(leg, frame) for leg in legs for frame in range(4)]
         X = link_poses(robot, np.zeros((1, len(legs), 3)), places)[0].reshape(-1, 4, 4, 4)
         X[:, 1:] = np.linalg.inv(X[:, :-1]) @ X[:, 1:]
-        self._frames = [_frame(robot, place) for place in places]
-        self._positions = [
-            Vector3(x=x, y=y, z=z) for x, y, z in X[..., :3, 3].reshape(-1, 3).tolist()
-        ]
-        self._orientation = quaternions(X[..., :3, :3])
+        self._orientation = np.moveaxis(quaternions(X[..., :3, :3]), -1, 0)
+        transforms = []
+        for leg, positions in enumerate(X[..., :3, 3].tolist()):
+            frames = BODY, *(_frame(robot, (leg, frame)) for frame in range(4))
+            for (before, frame), position in zip(pairwise(frames), positions, strict=True):
+                transform = {"translation": dict(zip("xyz", position, strict=True))}
+                stamped = {"header": {"frame_id": before}, "child_frame_id": frame}
+                transforms.append({**stamped, "transform": transform})
+        self.links = Topic("tf2_msgs/msg/TFMessage", {"transforms": transforms}, self._rotations)
         span = float(np.ptp(robot.arrays.p_body_hip[:, :2], axis=0).max())
         # Length of an arrow per force [m/N], and its thickness [m].
         self._scale = FORCE_LENGTH * span / (robot.mass * GRAVITY)
         self._thickness = 0.04 * span
+        self._force_colour = _colour(rgb(FORCE_COLOUR))
         self._robot_entities = [
             SceneEntity(
                 frame_id=frame,
@@ -85,7 +90,7 @@ class Scene:
         ]
         self._draw(np.zeros(2))
 
-    def follow(self, sample: Mapping[str, np.ndarray]) -> bool:
+    def follow(self, sample: Sample) -> bool:
         """Renew the ground around a robot that has come far; return whether it was renewed."""
         place = sample.get("body_position", np.zeros(3))[:2]
         if np.abs(place - self._middle).max() < REACH / 2:
@@ -112,55 +117,43 @@ class Scene:
         ground = SceneEntity(frame_id=WORLD, id="ground", cubes=cubes, triangles=triangles)
         self.still: bytes = SceneUpdate(entities=[*self._robot_entities, ground]).encode()
 
-    def links(self, sample: Mapping[str, np.ndarray], ns: int) -> bytes:
-        """Return the pose of each link in the frame of the one before it, encoded."""
+    def _rotations(self, sample: Sample) -> tuple[np.ndarray]:
+        """Return the orientation of each link in the frame of the one before it, x y z w."""
         # Each joint turns its link about the link's z axis; the foot keeps its place.
-        half = np.zeros((len(self._orientation), 4))
+        half = np.zeros(self._orientation.shape[1:])
         half[:, :3] = sample["joint_position"] / 2
-        c, s, (w, x, y, z) = np.cos(half), np.sin(half), np.moveaxis(self._orientation, -1, 0)
-        turned = np.stack([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s], axis=-1)
-        stamp, before = _timestamp(ns), ""
-        transforms = []
-        for frame, place, (w, x, y, z) in zip(
-            self._frames, self._positions, turned.reshape(-1, 4).tolist(), strict=True
-        ):
-            transforms.append(
-                FrameTransform(
-                    timestamp=stamp,
-                    parent_frame_id=BODY if frame.endswith(JOINTS[0]) else before,
-                    child_frame_id=frame,
-                    translation=place,
-                    rotation=Quaternion(w=w, x=x, y=y, z=z),
-                )
-            )
-            before = frame
-        return FrameTransforms(transforms=transforms).encode()
+        c, s, (w, x, y, z) = np.cos(half), np.sin(half), self._orientation
+        turned = x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s
+        return (np.stack(turned, axis=-1),)
 
-    def forces(self, sample: Mapping[str, np.ndarray], ns: int) -> bytes:
+    def forces(self, sample: Sample, ns: int) -> bytes:
         """Return the forces on the feet as arrows in the world, encoded."""
-        arrows = []
-        for foot, force in zip(
-            sample.get("foot_position", ()), sample.get("foot_force", ()), strict=False
-        ):
-            size = float(np.linalg.norm(force))
+        arrows, thick = [], self._thickness
+        # A few numbers, for which NumPy would take longer.
+        feet, forces = (
+            np.asarray(sample.get(name, ())).tolist() for name in ("foot_position", "foot_force")
+        )
+        for foot, force in zip(feet, forces, strict=False):
+            size = math.hypot(*force)
             if not size > 0:
                 continue
-            x, y, z = force / size
+            x, y, z = (part / size for part in force)
             # The shortest rotation that turns the arrow's x axis to the force.
-            turn = np.array([1 + x, 0.0, -z, y]) if x > -1 else np.array([0.0, 0.0, 0.0, 1.0])
-            length, thick = self._scale * size, self._thickness
+            turn = (1 + x, 0.0, -z, y) if x > -1 else (0.0, 0.0, 0.0, 1.0)
+            norm, length = math.hypot(*turn), self._scale * size
             head = min(2 * thick, length)
             arrows.append(
                 ArrowPrimitive(
-                    pose=_pose(*foot, *turn / np.linalg.norm(turn)),
+                    pose=_pose(*foot, *(part / norm for part in turn)),
                     shaft_length=length - head,
                     shaft_diameter=thick,
                     head_length=head,
                     head_diameter=2 * thick,
-                    color=_colour(rgb(FORCE_COLOUR)),
+                    color=self._force_colour,
                 )
             )
-        entity = SceneEntity(timestamp=_timestamp(ns), frame_id=WORLD, id="forces", arrows=arrows)
+        stamp = Timestamp(sec=ns // 10**9, nsec=ns % 10**9)
+        entity = SceneEntity(timestamp=stamp, frame_id=WORLD, id="forces", arrows=arrows)
         return SceneUpdate(entities=[entity]).encode()
 
 
@@ -195,7 +188,3 @@ def _pose(
 def _colour(colour: ArrayLike) -> Color:
     r, g, b = np.asarray(colour).tolist()
     return Color(r=r, g=g, b=b, a=1.0)
-
-
-def _timestamp(ns: int) -> Timestamp:
-    return Timestamp(sec=ns // 10**9, nsec=ns % 10**9)

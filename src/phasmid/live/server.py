@@ -5,21 +5,19 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
 
 import foxglove
 import numpy as np
-from foxglove.messages import FrameTransforms, SceneUpdate
+from foxglove.messages import SceneUpdate
 from foxglove.websocket import Capability, ChannelView, Client, ClientChannel, ServerListener
 
 from phasmid.errors import InvalidInput, plain
 from phasmid.live.scene import Scene
-from phasmid.recording.ros import definition, encoder, messages
+from phasmid.recording.ros import Topic, definition, topics
 from phasmid.robot import Robot
 from phasmid.simulation import Run
-from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.terrain import Ground
 
@@ -76,7 +74,7 @@ class LiveServer:
         self._names, self._pace = robot.leg_names, pace
         self._context = foxglove.Context()
         self._channels: dict[str, foxglove.Channel] = {}
-        self._encoders: dict[str, Callable[[dict[str, Any]], bytes]] = {}
+        self._topics: dict[str, Topic] = {}
         self._listener = _Listener()
         try:
             self._server = foxglove.start_server(
@@ -96,9 +94,8 @@ class LiveServer:
             ) from None
         name = "localhost" if host == HOST else f"[{host}]" if ":" in host else host
         self.address = f"ws://{name}:{self._server.port}"
-        self._links = self._channel(LINKS, FrameTransforms.get_schema(), "protobuf")
-        self._shapes = self._channel(SCENE, SceneUpdate.get_schema(), "protobuf")
         self._scene = Scene(robot, ground)
+        self._channels[SCENE] = self._channel(SCENE, SceneUpdate.get_schema(), "protobuf")
         self._begin, self._tick = -math.inf, -1
 
     def close(self) -> None:
@@ -121,7 +118,8 @@ class LiveServer:
 
         Args:
             times: Times of new samples [s], shape (N,).
-            channels: Channels of a recording at these times.
+            channels: Channels of a recording at these times. Those of the first call define the
+                topics.
         """
         now, wait = time.perf_counter(), float(times[-1]) / self._pace
         # The first sample is due at once.
@@ -137,36 +135,29 @@ class LiveServer:
 
     def _publish(self, ns: int, sample: Mapping[str, np.ndarray]) -> None:
         """Publish a sample on the topics that are subscribed."""
-        # Without clients only the first sample is made into messages, which advertises the topics.
-        if len(self._channels) > 2 and not any(c.has_sinks() for c in self._channels.values()):
-            return
-        self._server.broadcast_time(ns)
-        for topic, kind, content in messages(sample, self._names, ns, self._is_wanted):
-            if topic not in self._channels:
-                schema = foxglove.Schema(
-                    name=kind, encoding="ros2msg", data=definition(kind).encode()
-                )
-                self._channel(topic, schema, "cdr")
-                self._encoders[topic] = encoder(kind)
-            self._channels[topic].log(self._encoders[topic](content), log_time=ns)
-        if self._links.has_sinks():
-            self._links.log(self._scene.links(sample, ns), log_time=ns)
-        if self._shapes.has_sinks():
+        if not self._topics:
+            self._topics = topics(sample, self._names) | {LINKS: self._scene.links}
+            for name, topic in self._topics.items():
+                text = definition(topic.kind).encode()
+                schema = foxglove.Schema(name=topic.kind, encoding="ros2msg", data=text)
+                self._channels[name] = self._channel(name, schema, "cdr")
+        wanted = [name for name, channel in self._channels.items() if channel.has_sinks()]
+        if wanted:
+            self._server.broadcast_time(ns)
+        for name in wanted:
+            channel = self._channels[name]
+            if name != SCENE:
+                channel.log(self._topics[name].encode(sample, ns), log_time=ns)
+                continue
             if self._scene.follow(sample) or self._listener.has_new_viewer:
                 self._listener.has_new_viewer = False
-                self._shapes.log(self._scene.still, log_time=ns)
-            self._shapes.log(self._scene.forces(sample, ns), log_time=ns)
+                channel.log(self._scene.still, log_time=ns)
+            channel.log(self._scene.forces(sample, ns), log_time=ns)
 
-    def _is_wanted(self, topic: str) -> bool:
-        """Return whether a topic is subscribed, or not advertised yet."""
-        return topic not in self._channels or self._channels[topic].has_sinks()
-
-    def _channel(self, topic: str, schema: foxglove.Schema, encoding: str) -> foxglove.Channel:
-        channel = foxglove.Channel(
-            topic, schema=schema, message_encoding=encoding, context=self._context
+    def _channel(self, name: str, schema: foxglove.Schema, encoding: str) -> foxglove.Channel:
+        return foxglove.Channel(
+            name, schema=schema, message_encoding=encoding, context=self._context
         )
-        self._channels[topic] = channel
-        return channel
 
 
 class _Listener(ServerListener):
@@ -222,12 +213,13 @@ def serve(
 
     Raises:
         InvalidInput: The server cannot listen there.
+        InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
     steered = isinstance(run, ClosedLoopRun)
     server = LiveServer(run.robot, run.ground, steered=steered, host=host, port=port, pace=pace)
     run.watch(server.show, pace / RATE)
     # Advertise the topics before the run begins.
-    server.show(np.array([run.step * run.dt]), sample_channels(run, run.first))
+    server.show(np.array([run.step * run.dt]), run.channels(run.first))
     if isinstance(run, ClosedLoopRun):
         run.override = server.velocity
     try:

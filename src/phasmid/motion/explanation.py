@@ -101,7 +101,7 @@ class PostureExplanation:
         )
 
 
-def explain_posture(robot: Robot, pose: Float[np.ndarray, "6"]) -> PostureExplanation:
+def explain_posture(robot: Robot, pose: object) -> PostureExplanation:
     """Explain whether a robot can stand in a posture on its neutral feet.
 
     Args:
@@ -139,7 +139,7 @@ def _clearance_and_margin(robot: Robot, pose: np.ndarray) -> tuple[float, float]
     if not within_reach(robot, hip_feet).all():
         return clearance, math.nan
     com = centre_of_mass(robot, joint_angles(robot.arrays, hip_feet))
-    com = rotation_rpy(*pose[3:]) @ com + pose[:3]
+    com = rotation_rpy(*pose[3:, None])[0] @ com + pose[:3]
     stance = np.ones(len(feet), dtype=bool)
     return clearance, float(support_margin(feet[:, :2], stance, com[:2]))
 

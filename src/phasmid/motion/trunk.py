@@ -131,7 +131,8 @@ def trunk_motion(step: Float[np.ndarray, "3"], height: float, steps: Path) -> Tr
     vx, vy = c * twist[0] - s * twist[1], s * twist[0] + c * twist[1]
     x = composed(pose[..., 0], vx, -twist[2] * vy, steps)
     y = composed(pose[..., 1], vy, twist[2] * vx, steps)
-    yaw, none = composed(pose[..., 2], twist[2], 0 * c, steps), steps * 0.0
+    yaw = composed(pose[..., 2], np.full_like(c, twist[2]), 0 * c, steps)
+    none = steps * 0.0
     return TrunkMotion(*vector(x, y, none + height), *vector(none, none, yaw))
 
 

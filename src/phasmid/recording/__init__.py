@@ -4,7 +4,7 @@ from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Chann
 from phasmid.recording.file import load_recording, save_recording
 from phasmid.recording.log import DamagedRecording, RecordingLog, check_log
 from phasmid.recording.recording import FORMAT, Recording, new_recording
-from phasmid.recording.ros import check_mcap, save_mcap
+from phasmid.recording.ros import save_mcap
 from phasmid.recording.table import save_csv
 
 __all__ = [
@@ -18,7 +18,6 @@ __all__ = [
     "Recording",
     "RecordingLog",
     "check_log",
-    "check_mcap",
     "load_recording",
     "new_recording",
     "save_csv",

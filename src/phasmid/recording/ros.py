@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -49,20 +48,149 @@ _MESSAGES = {
 }
 """Standard message types by the fields that they are made of."""
 
-MESSAGE_GROUPS: tuple[set[str], ...] = (
-    {"joint_position"},
-    {"joint_position_target"},
-    {"body_position", "body_orientation"},
-    {"imu_orientation", "imu_angular_velocity", "imu_acceleration"},
-    {"foot_force"},
-)
-"""Channels that make a message; others only fill it."""
+_NUMBERS = {"int32": "<i4", "uint32": "<u4", "float64": "<f8"}
+"""Types of numbers, which are aligned by their size."""
 
 WORLD, BODY = "world", "base_link"
 """Names of the frames, as ROS has them."""
 
-Message = tuple[str, str, dict[str, Any]]
-"""Topic, type and content."""
+XYZW = [1, 2, 3, 0]
+"""Order of a quaternion w x y z in ROS."""
+
+Sample = Mapping[str, np.ndarray]
+"""Channels of a recording at one instant."""
+
+Values = Callable[[Sample], Sequence[np.ndarray]]
+"""Returns numbers of a message from a sample."""
+
+
+class Topic:
+    """Encoder of a topic's messages, which differ in time stamps and float64 values only.
+
+    One message is encoded in advance, as by ROS 2 (CDR, little-endian). The numbers are then
+    replaced for each sample.
+
+    Args:
+        kind: Type of the messages.
+        content: The constant fields by name, nested as in the definition. Absent numbers, and
+            elements None of a list, vary.
+        values: Returns the varying float64 values of a sample, in the order of the definition.
+
+    Attributes:
+        kind: Type of the messages.
+    """
+
+    def __init__(self, kind: str, content: Mapping[str, Any], values: Values) -> None:
+        self.kind, self._values = kind, values
+        # Words of four bytes that hold the stamps' seconds and nanoseconds, and the values.
+        stamp_words: list[int] = []
+        value_words: list[int] = []
+        data = bytearray(b"\0\1\0\0")
+
+        def append(kind: str, content: Any) -> None:
+            kind, is_array, length = kind.partition("[")
+            if is_array:
+                if length == "]":
+                    append("uint32", len(content))
+                for element in content:
+                    append(kind, element)
+            elif kind == "string":
+                text = content.encode() + b"\0"
+                append("uint32", len(text))
+                data.extend(text)
+            elif kind in _NUMBERS:
+                number = np.array(content or 0, _NUMBERS[kind])
+                # The first four bytes do not count for the alignment.
+                data.extend(bytes((4 - len(data)) % number.itemsize))
+                if content is None:
+                    words = value_words if kind == "float64" else stamp_words
+                    words.extend(range(len(data) // 4, (len(data) + number.itemsize) // 4))
+                data.extend(number.tobytes())
+            else:
+                for line in (_MESSAGES | _PARTS)[kind].splitlines():
+                    part, name = line.split()
+                    append(part, (content or {}).get(name))
+
+        append(kind, content)
+        # Every message ends with a number or a count, and so with a whole word.
+        self._words = np.frombuffer(data, "<u4").copy()
+        self._stamp_words = np.reshape(stamp_words, (-1, 2))
+        self._value_words = np.array(value_words)
+
+    def encode(self, sample: Sample, ns: int) -> bytes:
+        """Return the message of a sample at a time [ns]."""
+        values = np.concatenate([part.ravel() for part in self._values(sample)], dtype="<f8")
+        self._words[self._stamp_words] = divmod(ns, 10**9)
+        self._words[self._value_words] = values.view("<u4")
+        return self._words.tobytes()
+
+
+def topics(sample: Sample, leg_names: Sequence[str]) -> dict[str, Topic]:
+    """Return the topics of samples with the same channels, by name.
+
+    Args:
+        sample: One of the samples.
+        leg_names: Names of the legs, in order.
+    """
+    found: dict[str, Topic] = {}
+    world, body = {"frame_id": WORLD}, {"frame_id": BODY}
+    joints = [f"{leg}.{joint}" for leg in leg_names for joint in JOINTS]
+    for suffix in ("", "_target"):
+        # Targets have no torque.
+        names = [f"joint_{name}{suffix}" for name in ("position", "velocity", "torque")]
+        if names[0] in sample:
+            content: dict[str, Any] = {"header": body, "name": joints}
+            for field, name in zip(("position", "velocity", "effort"), names, strict=True):
+                content[field] = [None] * np.size(sample.get(name, ()))
+            values = _channels(*(name for name in names if name in sample))
+            topic = Topic("sensor_msgs/msg/JointState", content, values)
+            found[f"/joint_states{suffix}"] = topic
+    if {"body_position", "body_orientation"} <= sample.keys():
+        stamped = {"header": world, "child_frame_id": BODY}
+        found["/tf"] = Topic("tf2_msgs/msg/TFMessage", {"transforms": [stamped]}, _pose)
+        if {"body_velocity", "body_angular_velocity"} <= sample.keys():
+            unknown = {"covariance": [0.0] * 36}
+            content = stamped | {"pose": unknown, "twist": unknown}
+            found["/odom"] = Topic("nav_msgs/msg/Odometry", content, _odometry)
+    if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= sample.keys():
+        content = {"header": body}
+        for name in ("orientation", "angular_velocity", "linear_acceleration"):
+            # A covariance that begins with 0 is unknown.
+            content[f"{name}_covariance"] = [0.0] * 9
+        found["/imu"] = Topic("sensor_msgs/msg/Imu", content, _imu)
+    for leg, name in enumerate(leg_names[: len(sample.get("foot_force", ()))]):
+        content = {"header": world, "wrench": {"torque": dict.fromkeys("xyz", 0.0)}}
+        topic = Topic("geometry_msgs/msg/WrenchStamped", content, _channels("foot_force", at=leg))
+        found[f"/feet/{name}/force"] = topic
+    return found
+
+
+def _channels(*names: str, at: Any = ...) -> Values:
+    """Return the function that takes channels from a sample, at an index."""
+    return lambda sample: [sample[name][at] for name in names]
+
+
+def _pose(sample: Sample) -> tuple[np.ndarray, ...]:
+    return sample["body_position"], sample["body_orientation"][XYZW]
+
+
+def _odometry(sample: Sample) -> tuple[np.ndarray, ...]:
+    """Return the body's pose in the world, and its velocities in its own axes."""
+    w, x, y, z = sample["body_orientation"].tolist()
+    R_world_body = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    velocities = sample["body_velocity"], sample["body_angular_velocity"]
+    return *_pose(sample), *(velocity @ R_world_body for velocity in velocities)
+
+
+def _imu(sample: Sample) -> tuple[np.ndarray, ...]:
+    turn, acceleration = sample["imu_angular_velocity"], sample["imu_acceleration"]
+    return sample["imu_orientation"][XYZW], turn, acceleration
 
 
 def save_mcap(
@@ -86,51 +214,40 @@ def save_mcap(
         rate: Most messages of a topic a second [1/s].
 
     Raises:
-        InvalidInput: The extra ``ros`` is not installed, the rate is not positive, the names are
-            not one text for each leg, or the recording has no channel of any message.
+        InvalidInput: The rate is not positive, the names are not one text for each leg, or the
+            recording has no channel of any message.
         OutputError: The file cannot be written.
     """
-    check_mcap()
+    # Lazy import: 0.07 s.
+    from mcap.writer import Writer
+
     path = Path(path)
     if not rate > 0:
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
-    if not any(group <= {str(name) for name in recording.data_vars} for group in MESSAGE_GROUPS):
+    names = names_of_legs(recording, leg_names)
+    time = np.asarray(recording["time"].values)
+    arrays = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
+    found = topics({name: values[0] for name, values in arrays.items()}, names)
+    if not found:
         raise InvalidInput(
             "none of these channels has a message of its own.",
             hint="joint_position, foot_force, or body_position with body_orientation",
         )
-    names = names_of_legs(recording, leg_names)
-    from mcap_ros2.writer import Writer
-
-    time = np.asarray(recording["time"].values)
-    arrays = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
     file = io.BytesIO()
     writer: Any = Writer(file)
-    schemas: dict[str, Any] = {}
+    writer.start("ros2")
+    channels = {}
+    for name, topic in found.items():
+        text = definition(topic.kind).encode()
+        schema = writer.register_schema(topic.kind, "ros2msg", text)
+        channels[name] = writer.register_channel(name, "cdr", schema)
     for row in rows_at(time, rate).tolist():
         ns = round(1e9 * float(time[row]))
         sample = {name: values[row] for name, values in arrays.items()}
-        for topic, kind, content in messages(sample, names, ns):
-            if kind not in schemas:
-                schemas[kind] = writer.register_msgdef(kind, definition(kind))
-            writer.write_message(topic, schemas[kind], content, log_time=ns, publish_time=ns)
+        for name, topic in found.items():
+            writer.add_message(channels[name], ns, topic.encode(sample, ns), ns)
     writer.finish()
     write_whole(path, file.getvalue())
-
-
-def check_mcap() -> None:
-    """Refuse to write MCAP files without the packages for it; called before a run starts.
-
-    Raises:
-        InvalidInput: The extra ``ros`` is not installed.
-    """
-    try:
-        import_module("mcap_ros2.writer")
-    except ImportError as error:
-        raise InvalidInput(
-            "an MCAP file needs the packages mcap and mcap-ros2-support, which were not found.",
-            hint='pip install "phasmid[ros]"',
-        ) from error
 
 
 def names_of_legs(recording: Recording, names: Sequence[str] | None) -> Sequence[str]:
@@ -174,91 +291,3 @@ def definition(kind: str) -> str:
     for part in found:
         text += f"\n{'=' * 80}\nMSG: {part}\n{_PARTS[part]}"
     return text
-
-
-def encoder(kind: str) -> Callable[[dict[str, Any]], bytes]:
-    """Return the function that encodes contents of messages of a type (extra ``ros``)."""
-    # The package has no public encoder of messages that go elsewhere than into a file.
-    from mcap_ros2._dynamic import serialize_dynamic
-
-    found: Callable[[dict[str, Any]], bytes] = serialize_dynamic(kind, definition(kind))[kind]
-    return found
-
-
-def messages(
-    sample: Mapping[str, np.ndarray],
-    names: Sequence[str],
-    ns: int,
-    wanted: Callable[[str], bool] = lambda topic: True,  # noqa: ARG005
-) -> Iterator[Message]:
-    """Yield the messages of one sample.
-
-    Args:
-        sample: Channels of a recording at one instant.
-        names: Names of the legs, in order.
-        ns: Time of the sample [ns].
-        wanted: Whether a topic's message is made.
-    """
-    stamp = {"sec": ns // 10**9, "nanosec": ns % 10**9}
-    world, body = ({"stamp": stamp, "frame_id": frame} for frame in (WORLD, BODY))
-    joints = [f"{leg}.{joint}" for leg in names for joint in JOINTS]
-    for suffix in ("", "_target"):
-        if not wanted(f"/joint_states{suffix}"):
-            continue
-        # Targets have no torque.
-        fields = {"position": "position", "velocity": "velocity", "effort": "torque"}
-        state = {
-            field: np.ravel(sample.get(f"joint_{name}{suffix}", ())).tolist()
-            for field, name in fields.items()
-        }
-        if state["position"]:
-            content = {"header": body, "name": joints} | state
-            yield f"/joint_states{suffix}", "sensor_msgs/msg/JointState", content
-    if {"body_position", "body_orientation"} <= sample.keys():
-        position, orientation = sample["body_position"], _quaternion(sample["body_orientation"])
-        transform = {"translation": _vector(position), "rotation": orientation}
-        stamped = {"header": world, "child_frame_id": BODY, "transform": transform}
-        yield "/tf", "tf2_msgs/msg/TFMessage", {"transforms": [stamped]}
-        if {"body_velocity", "body_angular_velocity"} <= sample.keys() and wanted("/odom"):
-            twist = {
-                "linear": _in_body(sample, "body_velocity"),
-                "angular": _in_body(sample, "body_angular_velocity"),
-            }
-            pose = {"position": _vector(position), "orientation": orientation}
-            content = {"header": world, "child_frame_id": BODY}
-            content["pose"] = {"pose": pose, "covariance": [0.0] * 36}
-            content["twist"] = {"twist": twist, "covariance": [0.0] * 36}
-            yield "/odom", "nav_msgs/msg/Odometry", content
-    if {"imu_orientation", "imu_angular_velocity", "imu_acceleration"} <= sample.keys():
-        content = {
-            "header": body,
-            "orientation": _quaternion(sample["imu_orientation"]),
-            "angular_velocity": _vector(sample["imu_angular_velocity"]),
-            "linear_acceleration": _vector(sample["imu_acceleration"]),
-        }
-        # A covariance that begins with 0 is unknown.
-        unknown = {f"{name}_covariance": [0.0] * 9 for name in content if name != "header"}
-        yield "/imu", "sensor_msgs/msg/Imu", content | unknown
-    for name, force in zip(names, sample.get("foot_force", ()), strict=False):
-        if not wanted(f"/feet/{name}/force"):
-            continue
-        wrench = {"force": _vector(force), "torque": _vector(np.zeros(3))}
-        content = {"header": world, "wrench": wrench}
-        yield f"/feet/{name}/force", "geometry_msgs/msg/WrenchStamped", content
-
-
-def _vector(values: np.ndarray) -> dict[str, float]:
-    return dict(zip("xyz", values.tolist(), strict=True))
-
-
-def _quaternion(values: np.ndarray) -> dict[str, float]:
-    return dict(zip("wxyz", values.tolist(), strict=True))
-
-
-def _in_body(sample: Mapping[str, np.ndarray], name: str) -> dict[str, float]:
-    """Return a world vector in the axes of the body."""
-    # Lazy import: scipy takes 0.2 s.
-    from scipy.spatial.transform import Rotation
-
-    rotation = Rotation.from_quat(sample["body_orientation"], scalar_first=True)
-    return _vector(rotation.inv().apply(sample[name]))

@@ -11,7 +11,6 @@ from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.recording import (
     CHANNELS,
     Recording,
-    check_mcap,
     save_csv,
     save_mcap,
     save_recording,
@@ -39,8 +38,7 @@ def export(
 
     Args:
         recording: The recording.
-        path: The file; its ending selects the format: ``.csv``, ``.nc``, or ``.mcap`` with the
-            extra ``ros``.
+        path: The file; its ending selects the format: ``.csv``, ``.nc`` or ``.mcap``.
         channels: Names of the channels that are written; by default all.
         rate: Most samples per second [1/s]; by default all, of MCAP 100.
         force: Replace an older file of that name.
@@ -49,7 +47,7 @@ def export(
         The file.
 
     Raises:
-        InvalidInput: The file exists; there is no such format or channel; an extra is absent.
+        InvalidInput: The file exists; there is no such format or channel.
         OutputError: The file cannot be written; nothing is left behind.
     """
     path = Path(path)
@@ -78,8 +76,7 @@ def check_export(path: str | Path, *, force: bool = False) -> str:
         force: Replace an older file of that name.
 
     Raises:
-        InvalidInput: It exists and may not be replaced; its ending belongs to no format, or the
-            extra of the format is not installed.
+        InvalidInput: It exists and may not be replaced; its ending belongs to no format.
         OutputError: The name is impossible.
     """
     path = Path(path)
@@ -88,8 +85,6 @@ def check_export(path: str | Path, *, force: bool = False) -> str:
         hint = f'"{path.with_suffix(".csv")}"' if path.name else "walk.csv"
         raise InvalidInput(f'"{path}" does not end in {", ".join(ENDINGS)}; it must.', hint=hint)
     check_new_file(path, option="--out FILE", force=force)
-    if ending == ".mcap":
-        check_mcap()
     return ending
 
 

@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
-from phasmid.recording import Recording, check_mcap, save_mcap, save_recording
+from phasmid.recording import Recording, save_mcap, save_recording
 from phasmid.recording.file import cannot_write, check_place
 from phasmid.reporting.catalogue import CATALOGUE, report_figures
 from phasmid.reporting.drawing import walk_picture
@@ -54,16 +54,13 @@ def report(
         The folder.
 
     Raises:
-        InvalidInput: The folder exists, or the recording does not carry its robot and scenario, or
-            the extra ``ros`` is not installed.
+        InvalidInput: The folder exists, or the recording does not carry its robot and scenario.
         OutputError: The disk is full or the folder cannot be written; nothing is left behind.
     """
     folder = Path(folder)
     check_folder(folder, force=force)
     # A recording without its robot is refused before anything is written.
     run = read_run(recording)
-    if mcap:
-        check_mcap()
     target = folder.resolve()
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     try:

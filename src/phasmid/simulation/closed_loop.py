@@ -386,9 +386,6 @@ class ClosedLoopRun(Run):
         )
         return Failure(Ending.INCOMPLETE, self.step, reason)
 
-    def _check_load(self) -> None:
-        """Check nothing: the controller's motion is not known beforehand."""
-
     def _check_telemetry(self, decision: Decision) -> None:
         """Refuse telemetry with other channels than those of a controller."""
         known = CHANNELS.keys() - {*TARGETS, *sample_channels(self, self.first)}

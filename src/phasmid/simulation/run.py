@@ -398,7 +398,8 @@ class Run:
         Raises:
             InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
         """
-        self._check_load()
+        # A plan whose load the feet cannot share is refused here.
+        first = self.channels(self.first)
         blocks: list[dict[str, np.ndarray]] = []
 
         def keep(rows: Samples) -> None:
@@ -407,7 +408,7 @@ class Run:
         with noticed_interrupts() if interrupted is None else nullcontext(interrupted) as seen:
             failure = self.advance(progress, keep=keep, interrupted=seen) or self.shortfall()
         attributes = {**self.attributes(), **self._outcome(failure)}
-        channels = {name: np.concatenate([each[name] for each in blocks]) for name in blocks[0]}
+        channels = {name: np.concatenate([each[name] for each in blocks]) for name in first}
         recording = new_recording(self.time[: self.done], channels, attributes)
         return with_sensors(self.scenario, recording)
 
@@ -429,7 +430,6 @@ class Run:
             InvalidInput: The file exists and may not be replaced.
             OutputError: It cannot be written.
         """
-        self._check_load()
 
         def keep(rows: Samples) -> None:
             log.append(*self._watched(rows))
@@ -461,10 +461,19 @@ class Run:
         return with_sensors(self.scenario, load_recording(log))
 
     def channels(self, samples: Samples) -> dict[str, np.ndarray]:
-        """Return the channels of the samples that are recorded next, beside those of the model."""
+        """Return the channels of the samples that are recorded next, with those of the model.
+
+        Raises:
+            InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+        """
         walk, time = self.walk, self.time[self.done : self.done + len(samples)]
         model = walk.channels(time) if isinstance(walk, JointTrajectory) else self._model.at(time)
         return {**model, **sample_channels(self, samples)}
+
+    @cached_property
+    def _model(self) -> ModelReference:
+        assert isinstance(self.walk, Walk)
+        return ModelReference(self.scenario, self.walk, float(self.time[-1]))
 
     def attributes(self) -> Attributes:
         """Return the recording's attributes, except for how the run ended."""
@@ -495,11 +504,6 @@ class Run:
 
     def _outcome(self, failure: Failure | None) -> Attributes:
         return {**ending_attributes(failure), **self.final_attributes()}
-
-    def _check_load(self) -> None:
-        """Refuse a plan whose load the feet cannot share, and prepare its model's channels."""
-        if isinstance(self.walk, Walk):
-            self._model = ModelReference(self.scenario, self.walk, float(self.time[-1]))
 
 
 def _new_drive(

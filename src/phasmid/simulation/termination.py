@@ -19,6 +19,9 @@ FASTEST_BODY = 20.0
 FASTEST_JOINT = 200.0
 """Angular velocity of joint or trunk above which the simulation has diverged [rad/s]."""
 
+UNDERSIDE = np.array([[x, y, -1.0] for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0)])
+"""Points of the trunk's underside, in halves of its size."""
+
 STEEPEST_TILT = math.radians(60)
 """Tilt of the trunk beyond which the robot has fallen [rad]."""
 
@@ -113,10 +116,8 @@ def check_termination(
 def trunk_clearance(
     robot: Robot, qpos: Float[np.ndarray, "samples q"], ground: Ground
 ) -> Float[np.ndarray, " samples"]:
-    """Return the least height over the ground of nine points of the trunk's underside [m], (N,)."""
-    sides = np.array([-1.0, 0.0, 1.0])
-    points = np.stack(np.meshgrid(sides, sides, [-1.0]), axis=-1).reshape(-1, 3)
+    """Return the least height over the ground of the trunk's underside [m], (N,)."""
     R = quaternion_rotation(qpos[:, 3:7])
-    position = qpos[:, None, :3] + (points * robot.body.size / 2) @ np.swapaxes(R, 1, 2)
+    position = qpos[:, None, :3] + (UNDERSIDE * robot.body.size / 2) @ np.swapaxes(R, 1, 2)
     x, y, z = np.moveaxis(position, -1, 0)
     return (z - ground.height(x, y)).min(axis=1)

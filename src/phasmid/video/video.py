@@ -10,7 +10,7 @@ from pathlib import Path
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, check_new_file
-from phasmid.reporting.renderer import VIDEO_EXTRA, Lack, SceneRenderer, opengl_lack
+from phasmid.reporting.renderer import VIDEO_EXTRA, SceneRenderer, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose
 from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import styled
@@ -60,8 +60,8 @@ def save_video(
         The file.
 
     Raises:
-        InvalidInput: The file exists or is of another kind; the pose is not recorded; the machine
-            lacks a prerequisite, see `phasmid.video.lack`.
+        InvalidInput: The file exists or is of another kind; the pose is not recorded; PyAV or
+            OpenGL is missing.
         OutputError: The file cannot be written; nothing is left behind.
     """
     path = check_video(path, force=force)
@@ -71,7 +71,7 @@ def save_video(
     speed = _checked_rate("speed", speed, 1000.0)
     run = read_run(recording, appearance)
     frames = frames_of(run, fps=fps, speed=speed)
-    missing = lack(suffix)
+    missing = opengl_lack()
     if missing is not None:
         raise InvalidInput(f"{missing.sentence}.", hint=missing.advice)
     try:
@@ -101,17 +101,6 @@ def _draw(
                 progress(number + 1, count)
 
 
-def lack(suffix: str = ".mp4") -> Lack | None:
-    """Return the first prerequisite of a video that this machine lacks, or None.
-
-    Args:
-        suffix: Ending of the file: ``.mp4`` or ``.gif``; only the first needs an encoder.
-    """
-    if suffix == ".mp4" and find_spec("av") is None:
-        return Lack("PyAV", VIDEO_EXTRA)
-    return opengl_lack()
-
-
 def check_video(path: str | Path, *, force: bool = False) -> Path:
     """Raise where no video can be written to a file, before a run starts.
 
@@ -123,7 +112,8 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
         The file.
 
     Raises:
-        InvalidInput: It is of another kind, or exists and may not be replaced.
+        InvalidInput: It is of another kind, or exists and may not be replaced; it is an MP4, and
+            PyAV is missing.
         OutputError: It cannot be made there.
     """
     path = Path(path)
@@ -131,6 +121,10 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
         raise InvalidInput(
             f'"{path}" does not end in {" or ".join(SIZES)}; a video must.',
             hint=f'"{path.with_suffix(".mp4") if path.name else "walk.mp4"}"',
+        )
+    if path.suffix.lower() == ".mp4" and find_spec("av") is None:
+        raise InvalidInput(
+            "a video as .mp4 needs PyAV, which was not found.", hint=f"{VIDEO_EXTRA}, or a .gif"
         )
     check_new_file(path, option="--video FILE", force=force)
     return path
