@@ -11,7 +11,14 @@ import pytest
 from phasmid.control import Command
 from phasmid.control.sequences import packing
 from phasmid.errors import InvalidInput
-from phasmid.hardware import DriverSettings, Reaction, RobotBus, default_calibration, inspect, model
+from phasmid.hardware import (
+    DriverSettings,
+    Reaction,
+    RobotBus,
+    default_calibration,
+    inspect_servos,
+    model,
+)
 from phasmid.hardware.paced_targets import PacedTargets
 from phasmid.recording import load_recording
 from phasmid.scenario import load_scenario
@@ -306,7 +313,7 @@ def inspected(monkeypatch, *, name="AX-12A", change=None, rate=RATE, **settings)
         _, robot, calibration, bus, emulator, _ = parts
         if change is not None:
             change(emulator, calibration)
-        return inspect(bus, robot, calibration, rate)
+        return inspect_servos(bus, robot, calibration, rate)
 
 
 @pytest.mark.parametrize("name", ["AX-12A", "XL430-W250"])

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from phasmid.cli.live import check_live, served_driver
 from phasmid.cli.options import Number, declare
 from phasmid.cli.output import print_table, say
 from phasmid.cli.result_folder import log_of, result_folder
@@ -71,9 +72,10 @@ def run(
         script: The commands.
         words: Parts of the log's name.
     """
-    from phasmid.hardware import Bus, Driver, DriverSettings, RobotBus, inspect
+    from phasmid.hardware import Bus, Driver, DriverSettings, RobotBus, inspect_servos
 
     _refuse(options)
+    check_live(options)
     robot = scenario.load_robot()
     rate = options.rate or RATE
     calibration = _calibration(options, robot)
@@ -84,7 +86,7 @@ def run(
             port = stack.enter_context(_emulated(options, robot, calibration))
         protocol = _protocol(calibration)
         bus = stack.enter_context(Bus(port, options.baud, protocol))
-        found = inspect(bus, robot, calibration, rate)
+        found = inspect_servos(bus, robot, calibration, rate)
         if not options.quiet:
             _print_inspection(found.rows, found.notes)
         if found.refusals:
@@ -112,7 +114,7 @@ def run(
             if sys.stdin.isatty():
                 say("Space: torque off at once. q, Escape or Ctrl-C: sit down.")
             driver.on_event = _print_event
-        with _keys(driver):
+        with _keys(driver), served_driver(driver, options):
             report = driver.drive(scenario.duration)
     if not options.quiet:
         _print_report(report, rate)

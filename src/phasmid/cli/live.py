@@ -13,6 +13,8 @@ from phasmid.cli.output import say
 from phasmid.errors import plain
 
 if TYPE_CHECKING:
+    from phasmid.hardware import Driver
+    from phasmid.live import LiveServer
     from phasmid.simulation import Run
 
 PORT = 8765
@@ -61,13 +63,32 @@ def served(run: Run, options: argparse.Namespace) -> Iterator[None]:
     from phasmid.live import serve
 
     with serve(run, host=options.live_host, port=options.live, pace=options.live_pace) as server:
-        if not options.quiet:
-            say(
-                f"phasmid: live at {plain(server.address)}; in Foxglove choose Open connection, "
-                "Foxglove WebSocket.",
-                file=sys.stderr,
-            )
-            if options.live_host not in ("127.0.0.1", "localhost", "::1"):
-                note = "others on the network can watch the run and send velocity commands"
-                say(f"phasmid: note: {note}.", file=sys.stderr)
+        _announce(server, options)
         yield
+
+
+@contextmanager
+def served_driver(driver: Driver, options: argparse.Namespace) -> Iterator[None]:
+    """Serve a robot on a bus while the body drives it, if the options ask for it."""
+    if options.live is None:
+        yield
+        return
+    from phasmid.hardware.live_view import serve_driver
+
+    with serve_driver(driver, host=options.live_host, port=options.live) as server:
+        _announce(server, options)
+        yield
+
+
+def _announce(server: LiveServer, options: argparse.Namespace) -> None:
+    """Print where the server listens."""
+    if options.quiet:
+        return
+    say(
+        f"phasmid: live at {plain(server.address)}; in Foxglove choose Open connection, Foxglove "
+        "WebSocket.",
+        file=sys.stderr,
+    )
+    if options.live_host not in ("127.0.0.1", "localhost", "::1"):
+        note = "others on the network can watch the run and send velocity commands"
+        say(f"phasmid: note: {note}.", file=sys.stderr)

@@ -13,7 +13,7 @@ from phasmid.hardware.calibration import (
 from phasmid.hardware.control_table import Model, Register, model, models
 from phasmid.hardware.driver import Driver, DriveReport
 from phasmid.hardware.emulator import Emulator, make_servos
-from phasmid.hardware.inspection import Inspection, inspect
+from phasmid.hardware.inspection import Inspection, inspect_servos
 from phasmid.hardware.plant import Bench, Plant, SimulatedRobot
 from phasmid.hardware.protection import DriverSettings, Reaction
 from phasmid.hardware.rates import achievable_rate, exchange_time, read_time, write_time
@@ -41,7 +41,7 @@ __all__ = [
     "Traffic",
     "achievable_rate",
     "default_calibration",
-    "inspect",
+    "inspect_servos",
     "exchange_time",
     "load_calibration",
     "make_servos",

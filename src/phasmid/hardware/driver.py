@@ -122,7 +122,7 @@ class Driver:
     the robot stands up slowly. At the end it sits down and its torque is switched off.
 
     Args:
-        robot: The robot, whose servos have been inspected, see `phasmid.hardware.inspect`.
+        robot: The robot, whose servos have been inspected, see `phasmid.hardware.inspect_servos`.
         scenario: Scenario of the robot, for the log.
         controller: Any controller; one that is no `SafetyFilter` is wrapped in posture sequences
             and a safety filter.
@@ -132,7 +132,6 @@ class Driver:
         settings: Limits and times.
         log: Path of the log; None: no log.
         force: Whether an older log is replaced.
-        watch: Receives each sample that is logged.
         sensors: Returns what other sensors measure, at each update: fields of
             `phasmid.control.Observation` such as ``orientation`` and ``angular_velocity``.
 
@@ -140,6 +139,8 @@ class Driver:
         stage: Present stage.
         report: What has happened so far.
         stop_requested: Strongest reaction that `stop` has requested.
+        watch: Receives each sample; None: nothing does.
+        override: Returns a velocity that replaces that of the next command, or None.
         on_event: Receives the time [s] and the sentence of each event; None: nothing does.
     """
 
@@ -154,7 +155,6 @@ class Driver:
         settings: DriverSettings | None = None,
         log: str | Path | None = None,
         force: bool = False,
-        watch: Watch | None = None,
         sensors: Sensors | None = None,
     ) -> None:
         if not (math.isfinite(rate) and rate > 0):
@@ -172,7 +172,9 @@ class Driver:
         self.stop_requested = Reaction.NONE
         self.on_event: Callable[[float, str], None] | None = None
         self._scenario, self._commands = scenario, commands
-        self._period, self._log_path, self._force, self._watch = 1 / rate, log, force, watch
+        self._period, self._log_path, self._force = 1 / rate, log, force
+        self.watch: Watch | None = None
+        self.override: Callable[[], tuple[float, float, float] | None] | None = None
         self._sensors = sensors
         self._measured: Mapping[str, Any] = {}
         self._protection = Protection(robot, self.settings)
@@ -219,7 +221,7 @@ class Driver:
             self._period,
             duration=duration,
             force=self._force,
-            watch=self._watch,
+            watch=self.watch,
         )
         with log, self._guarded() as alive, self._signals():
             # Objects that stay need not be examined during the drive.
@@ -388,6 +390,9 @@ class Driver:
         if self.stage is Stage.SIT:
             return Command(posture=Posture.PACKED)
         commands, now = self._commands, self._clock - self._walk_clock
+        velocity = self.override() if self.override is not None else None
+        if velocity is not None:
+            return replace(self._command, posture=Posture.WALKING, velocity=velocity)
         if isinstance(commands, Command):
             return commands
         found = (

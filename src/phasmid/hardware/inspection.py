@@ -40,7 +40,7 @@ class Inspection:
 HEADER = ["joint", "id", "model", "angle", "supply", "temp.", "errors"]
 
 
-def inspect(
+def inspect_servos(
     bus: Bus, robot: Robot, calibration: Sequence[ServoCalibration], rate: float
 ) -> Inspection:
     """Inspect the servos of a robot; nothing is written to them.
