@@ -46,7 +46,7 @@ class Sampling:
     def latest(self, elapsed: float | Float[np.ndarray, " time"]) -> Int[np.ndarray, "..."]:
         """Return the number, from 0, of the latest reading that has arrived after each time [s]."""
         number = np.floor((elapsed - self.delay + ROUNDING) * self.rate)
-        return np.maximum(number, 0.0).astype(np.int64)
+        return np.asarray(np.maximum(number, 0.0), dtype=np.int64)
 
     def row(self, reading: int, interval: float) -> int:
         """Return the index of the last sample that is not later than a reading.

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Shaped
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
@@ -249,7 +249,7 @@ class Run:
 
     # Plan ----------------------------------------------------------------------------------------
 
-    def targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
+    def targets(self, start: int, stop: int) -> Shaped[np.ndarray, "..."]:
         """Return the commands of the drive at the steps from `start` to before `stop`, (N, 3 L)."""
         if self._cycle is not None:
             return self._cycle[np.arange(start, stop) % len(self._cycle)]
@@ -262,7 +262,7 @@ class Run:
             torque = walking_torque(self.scenario, walk)
         return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque))
 
-    def _cycle_targets(self) -> Float[np.ndarray, "samples joints"] | None:
+    def _cycle_targets(self) -> Shaped[np.ndarray, "..."] | None:
         """Return the commands of one cycle, where it serves all and is a whole number of steps."""
         if not self.walk.is_periodic:
             return None
