@@ -157,6 +157,15 @@ def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
     ]
 
 
+def test_loads_count_as_heat_while_the_clock_stands_still():
+    servo, monitor, load = ROBOT.servo, SafetyMonitor(ROBOT), np.full((6, 3), 0.8)
+    monitor.reset(Observation(0.0, HOME))
+    monitor.add_load(load, 10.0)
+    monitor.check(Observation(DT, HOME, joint_load=load), AHEAD)
+    heat = 0.8**2 * servo.rated_voltage * servo.stall_current * (10.0 + DT)
+    assert monitor.temperature[0, 0] == pytest.approx(AMBIENT + heat / servo.heat_capacity)
+
+
 def test_commands_beyond_any_robot_of_this_size_are_brought_into_range():
     monitor = SafetyMonitor(ROBOT)
     monitor.reset(Observation(0.0, HOME))

@@ -218,11 +218,20 @@ class SafetyMonitor:
             what = f"the predicted tilt of the body is {now:.0f}°; it tips over at {most:.0f}°"
             self._restrict("tilt", mode, 0.0, what)
 
+    def add_load(self, load: Float[np.ndarray, "legs 3"], duration: float) -> None:
+        """Add the heat of a time without an observation, while the controller's clock stands still.
+
+        Args:
+            load: Output of the servos, as a share of the largest, shape (L, 3).
+            duration: The time [s].
+        """
+        self._load_interval += duration
+        self._squared_load = self._squared_load + duration * load**2
+
     def _check_loads(self, load: Float[np.ndarray, "legs 3"]) -> None:
         """Integrate overload and temperature of the servos; restrict by both."""
         set_, servo = self.settings, self._servo
-        self._load_interval += self.dt
-        self._squared_load = self._squared_load + self.dt * load**2
+        self.add_load(load, self.dt)
         if self._load_interval < HEAT_STEP:
             return
         interval, self._load_interval = self._load_interval, 0.0

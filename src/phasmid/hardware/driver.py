@@ -280,7 +280,10 @@ class Driver:
             self._check()
             if self.stage is Stage.OFF:
                 return
+            clock = self._clock
             self._plan(duration)
+            if self._clock == clock:
+                self.controller.monitor.add_load(self.robot.load, period)
             self._sample(log)
             due += period
             time.sleep(max(due - time.monotonic(), 0.0))
