@@ -3,6 +3,7 @@
 import json
 import math
 import os
+from contextlib import contextmanager
 from itertools import pairwise
 
 import numpy as np
@@ -223,14 +224,25 @@ FAULTS = {
     "wrong id": ([f"5 answers as 6 {W}"], [], "its leg is lost"),
     "brown-out": ([f"brown-out to 5 V {W} for 0.5 s"], [], "servos have restarted"),
     "no supply": ([f"brown-out to 5 V {W}"], [], "hold their goals"),
-    "low supply": ([], [(WALKS_AT, low_supply)], "the supply is 6.1 V"),
+    "supply comes back": ([f"brown-out to 5 V {W} for 4 s"], [], "output of the servos falls"),
+    "low supply": ([], [(WALKS_AT, low_supply)], "is 6.1 V"),
     "port": ([], [(WALKS_AT, fail_port)], "switch the supply off"),
     "sit": ([], [(WALKS_AT, stop(Reaction.SIT))], "stopped by the user: the robot sits"),
     "limp": ([], [(WALKS_AT, stop(Reaction.LIMP))], "stopped by the user: the torque"),
 }
 
 
-SHORT = "1 % lost", "silence", "gap", "two dead servos", "hot", "brown-out", "port", "limp"
+SHORT = (
+    "1 % lost",
+    "silence",
+    "gap",
+    "two dead servos",
+    "low supply",
+    "brown-out",
+    "supply comes back",
+    "port",
+    "limp",
+)
 """Faults of the short run."""
 
 
@@ -247,7 +259,8 @@ def test_a_fault_ends_in_its_reaction(monkeypatch, fault, seed):
     if fault == "port":
         # Nothing reaches the servos.
         assert enabled[-1].all()
-    elif fault not in ("silence", "no supply"):
+    elif fault != "silence":
+        # What is lost for ever reaches no servo; without supply they are limp anyway.
         assert not np.delete(enabled[-1], dead).any()
 
 
@@ -279,6 +292,64 @@ def test_an_x_servo_that_restarts_switches_all_torque_off(monkeypatch):
     assert found + driver._begin < WALKS_AT + 2.0
     check_reactions(driver, emulator)
     assert not emulator.traces()[1][-1].any()
+
+
+def test_torque_is_off_after_the_process_that_guards_it_has_ended(monkeypatch):
+    @contextmanager
+    def guard(port, packet, hold, silence):
+        del port, packet, hold, silence
+        yield lambda: len(driver.report.events) < 2
+
+    monkeypatch.setattr("phasmid.hardware.driver.torque_off_after_exit", guard)
+    with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, clock):
+        driver = new_driver(*robot, bus, settings=DriverSettings())
+        report = driver.drive(3.0)
+        clock.sleep(1.0)
+    event(report, "has ended: the torque is switched off")
+    assert not emulator.traces()[1][-1].any()
+
+
+def test_servos_hold_the_measured_angles_even_if_packets_are_lost(monkeypatch):
+    for seed in range(5):
+        with virtual_bus(monkeypatch, plant=folded(), seed=seed) as (_, robot, rows, bus, emu, _):
+            joints = RobotBus(bus, robot, rows)
+            joints.read_all()
+            for servo in emu.servos:
+                # An old goal, far from the present angle.
+                servo["goal_position"] = 400
+            emu.faults.add("lost 0.05", emu.faults.time)
+            joints.hold(math.radians(30))
+            step = joints.bus.models[1].register("goal_position").scale
+            for servo, row, q in zip(emu.servos, rows, joints.position.flat, strict=True):
+                assert abs(row.joint_angle(servo._setting().goal) - q) <= step
+                assert servo._setting().speed == pytest.approx(math.radians(30), abs=0.012)
+                assert servo["torque_limit"] == 0
+                assert servo["torque_enable"] == 1
+
+
+def test_heat_begins_with_the_measured_temperature(monkeypatch):
+    plant = folded()
+    plant.temperature[:] = 50.0
+    with virtual_bus(monkeypatch, plant=plant) as (*robot, bus, _, _):
+        report = new_driver(*robot, bus).drive(1.0)
+    assert report.hottest == 50.0
+    assert report.hottest_predicted >= 49.0
+
+
+def test_a_lost_link_of_a_steering_client_stops_the_robot(monkeypatch):
+    commanded = []
+
+    def velocity():
+        return (0.05, 0.0, 0.0) if len(commanded) < 300 else None
+
+    with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, _, _):
+        driver = new_driver(*robot, bus, velocity=(0.06, 0.0, 0.0))
+        driver.override = velocity
+        driver.watch = lambda _, channels: commanded.append(channels["velocity_command"][0, 0])
+        driver.drive(4.0)
+    assert 0.05 in commanded
+    assert 0.06 not in commanded
+    assert commanded[-1] == 0.0
 
 
 @pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
@@ -346,6 +417,7 @@ def turn_away(emulator, calibration):
         (set_register(7, "id", 99), "servo 7 (right_rear.coxa): no answer"),
         (set_register(7, "temperature_limit", 28), "its limit is 28"),
         (set_register(7, "min_voltage_limit", 125), "reports voltage"),
+        (set_register(7, "shutdown", 4), "does not shut down on overload"),
         (set_register(7, "status_return_level", 1), "status_return_level must be 2"),
         (set_register(7, "max_position_limit", 0), "wheel mode"),
         (set_register(7, "model_number", 29), "is an MX-28"),

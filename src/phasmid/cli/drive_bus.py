@@ -266,6 +266,9 @@ def _keys(driver: Driver) -> Iterator[None]:
         while not ended.is_set():
             if select.select([number], [], [], 0.02)[0]:
                 key = os.read(number, 1).decode(errors="replace")
+                if not key:
+                    # The terminal is gone, of which a signal informs the driver.
+                    return
                 if key in LIMP_KEYS:
                     driver.stop(Reaction.LIMP)
                 elif key in SIT_KEYS:
@@ -275,6 +278,10 @@ def _keys(driver: Driver) -> Iterator[None]:
     thread = threading.Thread(target=listen, name="keys", daemon=True)
     try:
         tty.setcbreak(number)
+        setting = termios.tcgetattr(number)
+        # Ctrl-S would stop the output, and with it the drive.
+        setting[0] &= ~termios.IXON
+        termios.tcsetattr(number, termios.TCSANOW, setting)
         thread.start()
         yield
     finally:

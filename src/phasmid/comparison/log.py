@@ -39,6 +39,9 @@ RATE_CHANNELS = ("imu_angular_velocity", "body_angular_velocity")
 TEMPERATURE_CHANNELS = ("servo_temperature_measured", "servo_temperature")
 """Channels of a recording; the first that it holds is read."""
 
+JOINT_CHANNELS = *TEMPERATURE_CHANNELS, "servo_voltage_measured", "joint_position_time"
+"""Further channels of the joints that a CSV export holds."""
+
 STANDS = 2.0
 """Value of the channel ``sequence`` while a robot stands or walks."""
 
@@ -196,7 +199,7 @@ def _exported(name: str, frame: Any, robot: Robot) -> RobotLog:
         **dict.fromkeys(("joint_position_target", *POSITION_CHANNELS), joint_names(robot)),
         **dict.fromkeys(ORIENTATION_CHANNELS, ("w", "x", "y", "z")),
         **dict.fromkeys((*RATE_CHANNELS, "body_position"), ("x", "y", "z")),
-        "servo_temperature": joint_names(robot),
+        **dict.fromkeys(JOINT_CHANNELS, joint_names(robot)),
     }
     channels: dict[str, np.ndarray] = {}
     for channel, order in orders.items():

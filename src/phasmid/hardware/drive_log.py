@@ -65,6 +65,11 @@ class DriveLog:
         self._rows: list[dict[str, np.ndarray]] = []
         self._file: RecordingLog | None = None
         self._stack = ExitStack()
+        if self._path is not None:
+            # What takes time is done before the robot moves.
+            import mcap.writer  # noqa: F401
+
+            self._attributes = self._first_attributes()
 
     def __enter__(self) -> DriveLog:
         return self
@@ -119,13 +124,13 @@ class DriveLog:
         self._times, self._rows = [], []
         if self._path is not None and self._file is None:
             file = RecordingLog(
-                self._path, channels, self._attributes(), time=self._planned, force=self._force
+                self._path, channels, self._attributes, time=self._planned, force=self._force
             )
             self._file = self._stack.enter_context(file)
         if self._file is not None:
             self._file.append(time, channels)
 
-    def _attributes(self) -> Attributes:
+    def _first_attributes(self) -> Attributes:
         """Return the attributes of a log that may be cut off."""
         motion = standing(self._scenario, self._scenario.load_robot())
         return {

@@ -48,6 +48,9 @@ LATE = 5e-3
 READING_SHARE = 0.7
 """Share of a period after which no further servo is read."""
 
+LONGEST_RISE = 60.0
+"""Longest time for standing up [s]."""
+
 STEADY_TIME = 0.2
 """Time for which servos must answer again before the robot goes on [s]."""
 
@@ -79,6 +82,10 @@ class Stage(Enum):
     SIT = "the robot sits down"
     RELEASE = "the output of the servos falls"
     OFF = "the torque is off"
+
+
+MOVING = Stage.RAMP, Stage.RISE, Stage.WALK, Stage.SIT
+"""Stages in which goals are written."""
 
 
 @dataclass
@@ -140,7 +147,8 @@ class Driver:
         report: What has happened so far.
         stop_requested: Strongest reaction that `stop` has requested.
         watch: Receives each sample; None: nothing does.
-        override: Returns a velocity that replaces that of the next command, or None.
+        override: Returns a velocity that replaces that of the next command, or None. After the
+            first velocity the robot stands where it returns None.
         on_event: Receives the time [s] and the sentence of each event; None: nothing does.
     """
 
@@ -167,6 +175,11 @@ class Driver:
         self.robot, self.settings = robot, settings or DriverSettings()
         if not isinstance(controller, SafetyFilter):
             controller = SafetyFilter(Sequencer(controller, robot.robot), robot.robot)
+        if not isinstance(controller.controller, Sequencer):
+            raise InvalidInput(
+                "a safety filter without posture sequences lets no robot stand up or sit down.",
+                hint="phasmid.control.Sequencer within it, or the controller alone",
+            )
         self.controller: SafetyFilter = controller
         self.report, self.stage = DriveReport(), Stage.RAMP
         self.stop_requested = Reaction.NONE
@@ -184,7 +197,7 @@ class Driver:
             inverse_law(servo, scenario.servo.supply(servo)) if servo.stall_current else None
         )
         self._memory = goal_memory(robot.position.size)
-        self._written_at = self._logged_at = 0.0
+        self._written_at = 0.0
         self._shift = np.zeros_like(robot.position)
         self._begin = self._entered = time.monotonic()
         self._clock = self._walk_clock = 0.0
@@ -194,7 +207,7 @@ class Driver:
         self._error: Exception | None = None
         self._goals = self._written = self._written_before = robot.position.copy()
         self._before_hold, self._steady_since = Stage.WALK, math.inf
-        self._rows: list[dict[str, Any]] = []
+        self._steered = False
         self._telemetry: dict[str, Any] = {}
 
     def stop(self, reaction: Reaction = Reaction.SIT) -> None:
@@ -208,8 +221,8 @@ class Driver:
 
         Raises:
             BusError: The servos do not answer before the start.
-            Exception: The controller has raised it; the robot is limp then.
-            OutputError: The log cannot be written; the robot is limp then.
+            Exception: The controller or a watcher has raised it; the robot has sat down then.
+            OutputError: The log cannot be written; the robot has sat down then.
         """
         robot, report = self.robot, self.report
         self._compile()
@@ -235,9 +248,10 @@ class Driver:
                 report.ending = Failure(Ending.FAILED, report.ticks, error.what.rstrip("."))
             finally:
                 gc.unfreeze()
-                if self.stage is not Stage.OFF:
+                with suppress(PortLost):
                     self._torque_off()
-            log.finish(report.ending, report.events)
+            if self._error is None:
+                log.finish(report.ending, report.events)
         if self._error is not None:
             raise self._error
         traffic = robot.bus.traffic
@@ -254,13 +268,10 @@ class Driver:
             self.controller.update(Observation(k * self._period, q), Command((1e-3, 0.0, 0.0)))
 
     def _start(self) -> None:
-        """Let the servos hold the measured angles with little output."""
-        robot = self.robot
-        robot.set_torque_limit(0.0)
-        robot.write_goals(robot.position, self.settings.start_speed)
-        robot.set_torque(True)
+        """Let the servos hold the measured angles without output."""
+        self.robot.hold(self.settings.start_speed)
         self._begin = self._entered = time.monotonic()
-        robot.answered_at = self._begin
+        self.robot.answered_at = self._begin
 
     def _run(self, duration: float, log: DriveLog, alive: Callable[[], bool]) -> None:
         """Tick until the torque is off."""
@@ -275,16 +286,17 @@ class Driver:
             report.worst_delay = max(report.worst_delay, delay)
             if not alive():
                 self._react(Reaction.LIMP, "the process that switches the torque off has ended")
-            self._write()
-            self.robot.read(due + READING_SHARE * period)
-            self._check()
+            if self.stage is not Stage.OFF:
+                self._write()
+                self.robot.read(due + READING_SHARE * period)
+                self._check()
             if self.stage is Stage.OFF:
                 return
+            self._sample(log)
             clock = self._clock
             self._plan(duration)
             if self._clock == clock:
                 self.controller.monitor.add_load(self.robot.load, period)
-            self._sample(log)
             due += period
             time.sleep(max(due - time.monotonic(), 0.0))
 
@@ -296,7 +308,9 @@ class Driver:
         event = time.monotonic() - self._begin, sentence
         self.report.events.append(event)
         if self.on_event is not None:
-            self.on_event(*event)
+            # A terminal that was closed must not end the drive.
+            with suppress(OSError):
+                self.on_event(*event)
 
     # Goals ---------------------------------------------------------------------------------------
 
@@ -306,16 +320,19 @@ class Driver:
         share = (time.monotonic() - self._entered) / max(settings.ramp_time, 1e-9)
         if stage is Stage.RAMP:
             robot.set_torque_limit(min(share, 1.0))
+        elif stage is Stage.RISE:
+            # One packet may be lost.
+            robot.set_torque_limit(1.0)
         elif stage is Stage.RELEASE:
             robot.set_torque_limit(max(1.0 - share, 0.0))
             if share >= 1.0:
                 self._torque_off()
-        elif stage is not Stage.HOLD:
-            # The servos' own limit protects where the driver ends during the motion.
+        if stage in MOVING:
             goals = np.clip(self._goals + self._shift, robot.low, robot.high)
+            # The servos' own limit protects where the driver ends during the motion.
             robot.write_goals(goals, 0.0 if stage is Stage.WALK else self._speed())
             self._written_before, self._written = self._written, goals
-            self._written_at = time.monotonic()
+        self._written_at = time.monotonic()
 
     def _speed(self) -> float:
         """Return the largest joint speed of the stage [rad/s]."""
@@ -329,6 +346,7 @@ class Driver:
         if stage is Stage.RAMP:
             if elapsed >= self.settings.ramp_time:
                 self.controller.reset(self._observe())
+                self.controller.monitor.temperature = self.robot.temperature.copy()
                 self._paced = PacedTargets(self._goals, self._period, self._update)
                 self._enter(Stage.RISE)
             return
@@ -347,6 +365,10 @@ class Driver:
         if stage is Stage.RISE and posture == Sequence.STANDING.value:
             self._walk_clock = self._clock
             self._enter(Stage.WALK)
+        elif stage is Stage.RISE and elapsed > LONGEST_RISE:
+            cause = f"it does not stand after {LONGEST_RISE:g} s"
+            self.report.ending = Failure(Ending.FAILED, self.report.ticks, cause)
+            self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
         elif stage is Stage.WALK:
             self.report.walked = self._clock - self._walk_clock
             if self._ended_command or self.report.walked >= duration:
@@ -362,7 +384,8 @@ class Driver:
         observation = self._observe()
         self._command = self._commanded(observation)
         targets = self.controller.update(observation, self._command)
-        self._shift = self._feed_forward(targets)
+        shift, most = self._feed_forward(targets), self.controller.speed * self._period
+        self._shift = self._shift + np.clip(shift - self._shift, -most, most)
         telemetry = self.controller.telemetry()
         known = self._telemetry or {name: None for name in telemetry if name in CHANNELS}
         # Channels that an update lacks keep their values.
@@ -394,8 +417,10 @@ class Driver:
             return Command(posture=Posture.PACKED)
         commands, now = self._commands, self._clock - self._walk_clock
         velocity = self.override() if self.override is not None else None
-        if velocity is not None:
-            return replace(self._command, posture=Posture.WALKING, velocity=velocity)
+        self._steered |= velocity is not None
+        if self._steered:
+            # Where commands no longer arrive, the robot stands.
+            return Command(velocity=velocity or (0.0, 0.0, 0.0))
         if isinstance(commands, Command):
             return commands
         found = (
@@ -455,7 +480,9 @@ class Driver:
             self._steady_since = math.inf
             if now - self._entered > self.settings.hold_time:
                 self.report.ending = Failure(Ending.FAILED, self.report.ticks, cause)
-                self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
+                # Goals to a silent bus would move servos whose supply comes back.
+                stage = Stage.RELEASE if robot.is_silent else Stage.SIT
+                self._enter(stage, f"{cause}: {stage.value}.")
             return
         self._steady_since = min(self._steady_since, now)
         if now - self._steady_since < STEADY_TIME:
@@ -467,11 +494,11 @@ class Driver:
 
     def _torque_off(self) -> None:
         """Switch the torque off, and send it again in case that a packet is lost."""
-        with suppress(PortLost):
-            for _ in range(TORQUE_OFF_REPEATS):
-                self.robot.set_torque(False)
-                time.sleep(2e-3)
-        self._enter(Stage.OFF)
+        for _ in range(TORQUE_OFF_REPEATS):
+            self.robot.torque_off()
+            time.sleep(2e-3)
+        if self.stage is not Stage.OFF:
+            self._enter(Stage.OFF)
 
     @contextmanager
     def _guarded(self) -> Iterator[Callable[[], bool]]:
@@ -486,12 +513,14 @@ class Driver:
 
     @contextmanager
     def _signals(self) -> Iterator[None]:
-        """Sit down at Ctrl-C, the end of a session, or a lost terminal; go limp at the second."""
+        """Sit down at Ctrl-C, SIGTERM or a lost terminal; go limp at a second Ctrl-C."""
+        interrupts = 0
 
         def request(number: int, frame: Any) -> None:
-            del number, frame
-            again = self.stop_requested is not Reaction.NONE
-            self.stop(Reaction.LIMP if again else Reaction.SIT)
+            nonlocal interrupts
+            del frame
+            interrupts += number == signal.SIGINT
+            self.stop(Reaction.LIMP if interrupts > 1 else Reaction.SIT)
 
         names = [name for name in STOP_SIGNALS if hasattr(signal, name)]
         before = {}
@@ -506,15 +535,12 @@ class Driver:
 
     def _sample(self, log: DriveLog) -> None:
         """Log the channels of a tick; the first ones come with the controller's first update."""
-        robot, telemetry = self.robot, self._telemetry
-        if not telemetry or self._written_at == self._logged_at:
+        robot, telemetry, measured = self.robot, self._telemetry, self._measured
+        if not telemetry or self._error is not None:
             return
-        self._logged_at = self._written_at
         channels = {
             **telemetry,
-            **{
-                name: self._measured[key] for name, key in OBSERVED.items() if key in self._measured
-            },
+            **{name: measured[key] for name, key in OBSERVED.items() if key in measured},
             COMMANDED: self._command.velocity,
             "joint_position_target": self._written,
             "joint_velocity_target": (self._written - self._written_before) / self._period,
@@ -526,4 +552,9 @@ class Driver:
             "servo_voltage_measured": robot.voltage,
             "servo_shutdown": ~robot.running,
         }
-        log.append(self._written_at - self._begin, channels)
+        try:
+            log.append(self._written_at - self._begin, channels)
+        except Exception as error:
+            # Without its log the robot must not walk on; the error is raised when it lies.
+            self._error = error
+            self._react(Reaction.SIT, "the log cannot be written")

@@ -10,6 +10,7 @@ from phasmid.hardware.bus import MOST_LATENCY, Bus, BusError, latency_advice
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.control_table import Model
 from phasmid.hardware.rates import achievable_rate
+from phasmid.hardware.status import StatusError, shutdown_errors
 from phasmid.robot import JOINTS, Robot
 
 LIMIT_TOLERANCE = math.radians(5)
@@ -17,6 +18,9 @@ LIMIT_TOLERANCE = math.radians(5)
 
 COOL = 5.0
 """Least distance of a servo from its temperature limit at the start [K]."""
+
+TIME_BASED = 4
+"""Bit of ``drive_mode`` with which ``goal_speed`` is a time."""
 
 LONG_DELAY = 100e-6
 """Return delay above which a note is given [s]."""
@@ -122,6 +126,20 @@ def _inspect_servo(
         result.notes.append(
             f"{servo}: its position limits allow {min(own):.0f}° to {max(own):.0f}° of the joint."
         )
+    known_low, known_high = row.joint_range
+    if not known_low - LIMIT_TOLERANCE <= angle <= known_high + LIMIT_TOLERANCE:
+        refuse(
+            f"{servo} is at {math.degrees(angle):.0f}°, outside its calibrated range "
+            f"({math.degrees(known_low):.0f}° to {math.degrees(known_high):.0f}°)."
+        )
+    protected = shutdown_errors(model.protocol, int(read("shutdown")))
+    missing = (StatusError.OVERLOAD | StatusError.OVERHEATING) & ~protected
+    if missing:
+        refuse(f"{servo} does not shut down on {' and '.join(missing.names)}: see its shutdown.")
+    if "bus_watchdog" in model.registers and read("bus_watchdog") < 0:
+        refuse(f"{servo} was stopped by its bus_watchdog; write 0 to it.")
+    if model.protocol == 2 and int(read("drive_mode")) & TIME_BASED:
+        refuse(f"{servo} has a time-based profile (drive_mode 4), which ignores speed limits.")
     if read("status_return_level") < 2:
         refuse(f"{servo} does not answer writes: its status_return_level must be 2.")
     if "operating_mode" in model.registers and read("operating_mode") != 3:

@@ -48,6 +48,9 @@ class Port(PortHandler):  # type: ignore[misc]
         self.ser.reset_input_buffer()
         return True
 
+    def clearPort(self) -> None:
+        """Do nothing: the library waits here until all is sent, which a lost port never ends."""
+
     def readPort(self, length: int) -> bytes:
         """Read bytes that arrive before the timeout.
 
@@ -88,7 +91,6 @@ class Port(PortHandler):  # type: ignore[misc]
         while time.monotonic() - last < silence and last - begin < LONGEST_DRAIN:
             if self.readPort(256):
                 last = time.monotonic()
-        self.ser.reset_input_buffer()
 
 
 def open_error(path: str, error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from typing import Literal
@@ -10,12 +11,17 @@ from typing import Literal
 import numpy as np
 
 from phasmid.control import Mode, SafetyMonitor
+from phasmid.control.sequences.leg_loss import LOSS_TIME
 from phasmid.errors import InvalidInput
-from phasmid.hardware.robot_bus import SILENCE, RobotBus
+from phasmid.hardware.robot_bus import CONFIRMED, SILENCE, RobotBus
 
 DEBOUNCE = 3
-"""Readings in a row that confirm a temperature of one servo, or the supply of any. A single one
-may be damaged without being detected."""
+"""Readings in a row of one servo that confirm its temperature or supply. A single one may be
+damaged without being detected."""
+
+
+LOWEST_SPEED = 0.05
+"""Least speed that servos can be limited to: some steps of their register [rad/s]."""
 
 
 class Reaction(IntEnum):
@@ -94,34 +100,39 @@ class Protection:
         self._hottest = limits[..., 0] - settings.temperature_margin
         self._lowest = limits[..., 1] + settings.voltage_margin
         self._seen = robot.health_readings.copy()
-        self._hot, self._low = np.zeros(shape, dtype=int), 0
+        self._hot, self._low = np.zeros((2, *shape), dtype=int)
+        self._runs_at = np.full(shape, time.monotonic())
+        self._lost = np.zeros(shape[0], dtype=bool)
 
     def check(self, monitor: SafetyMonitor) -> tuple[Reaction, str]:
         """Return a reaction to the last readings, and the sentence on its cause."""
-        robot, settings = self._robot, self._settings
+        robot, settings, now = self._robot, self._settings, time.monotonic()
         new = robot.health_readings != self._seen
         self._seen = robot.health_readings.copy()
-        self._hot[new] = np.where(robot.temperature > self._hottest, self._hot + 1, 0)[new]
-        low = new & (robot.voltage < self._lowest)
-        if new.any():
-            # All servos have one supply.
-            self._low = self._low + int(low.sum()) if (low == new).all() else 0
-        lost = ~robot.running.all(axis=1)
+        for count, exceeds in (
+            (self._hot, robot.temperature > self._hottest),
+            (self._low, robot.voltage < self._lowest),
+        ):
+            count[new] = np.where(exceeds, count + 1, 0)[new]
         if robot.is_silent:
+            self._runs_at[:] = now
             return Reaction.HOLD, f"no servo answers for {SILENCE:g} s"
-        if self._low >= DEBOUNCE:
-            return Reaction.SIT, f"the supply is {robot.voltage[low].min():.1f} V"
+        self._runs_at[robot.running] = now
+        # As for the controller, a leg that was lost stays lost.
+        self._lost |= (now - self._runs_at > LOSS_TIME).any(axis=1)
+        if (robot.limp >= CONFIRMED).any():
+            name = robot.names[int(np.argmax(robot.limp))]
+            return Reaction.LIMP, f"the servo of {name} has restarted, and is limp"
+        if self._low.max() >= DEBOUNCE:
+            k = int(np.argmax(self._low))
+            return Reaction.SIT, f"the supply of {robot.names[k]} is {robot.voltage.flat[k]:.1f} V"
         if self._hot.max() >= DEBOUNCE:
             k = int(np.argmax(self._hot))
             warm = robot.temperature.flat[k]
             return Reaction.SIT, f"the servo of {robot.names[k]} has {warm:.0f} °C"
-        if lost.sum() > settings.lost_legs:
-            names = " and ".join(robot.robot.leg_names[k] for k in np.flatnonzero(lost))
+        if self._lost.sum() > settings.lost_legs:
+            names = " and ".join(robot.robot.leg_names[k] for k in np.flatnonzero(self._lost))
             return Reaction.SIT, f"the legs {names} have servos that do not run"
-        limp = robot.running & ~robot.has_torque
-        if limp.any():
-            name = robot.names[int(np.argmax(limp))]
-            return Reaction.LIMP, f"the servo of {name} has restarted, and is limp"
         if monitor.mode is Mode.SIT:
             return Reaction.SIT, "the safety monitor lets the robot sit down"
         return Reaction.NONE, ""

@@ -10,10 +10,10 @@ from jaxtyping import Bool, Float, Int
 
 from phasmid.control import Observation
 from phasmid.errors import InvalidInput
-from phasmid.hardware.bus import MONITORED, Bus, BusError, PortLost, ServoReading
+from phasmid.hardware.bus import MONITORED, Bus, BusError, ServoReading
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.rates import read_time
-from phasmid.hardware.status import StatusError
+from phasmid.hardware.status import StatusError, hardware_error
 from phasmid.robot import JOINTS, Robot
 
 SHUTDOWNS = StatusError.OVERHEATING | StatusError.OVERLOAD | StatusError.SHOCK
@@ -39,7 +39,7 @@ CONFIRMED = 2
 FAST = {1: MONITORED, 2: ("present_position", "present_load")}
 """Registers that are read most often, by protocol: those of protocol 2.0 lie far apart."""
 
-HEALTH = "torque_enable", "present_voltage", "present_temperature"
+HEALTH = "torque_enable", "hardware_error_status", "present_voltage", "present_temperature"
 """Registers of one servo in turn, where they are not read with the others."""
 
 LONGEST_HEALTH_GAP = 0.1
@@ -79,8 +79,8 @@ class RobotBus:
         shutdowns: Readings in a row that report a shutdown, shape (L, 3).
         readings: Number of credible readings of the angle of each servo, shape (L, 3).
         health_readings: The same of supply and temperature, shape (L, 3).
-        has_torque: Whether the torque of each servo was found on since it was set last, shape
-            (L, 3); protocol 1.0 does not read it, since a goal switches it on.
+        limp: Readings in a row of torque that is off without a shutdown, shape (L, 3); protocol 1.0
+            does not read it, since a goal switches the torque on.
         answered_at: Time of the last answer of any servo [s].
 
     Raises:
@@ -98,10 +98,15 @@ class RobotBus:
         self._sign = np.array([row.direction for row in rows], dtype=float).reshape(shape)
         self._zero = np.array([row.zero for row in rows]).reshape(shape)
         self._models = [bus.model(id_) for id_ in self.ids]
-        calibrated = np.reshape([row.joint_range for row in rows], (*shape, 2))
-        limits = robot.arrays.joint_limits
-        self.low = np.maximum(calibrated[..., 0], limits[..., 0])
-        self.high = np.minimum(calibrated[..., 1], limits[..., 1])
+        ranges = [row.joint_range for row in rows], [self._servo_range(row) for row in rows]
+        limits = np.stack([np.reshape(each, (*shape, 2)) for each in ranges])
+        limits = np.concatenate([limits, robot.arrays.joint_limits[None]])
+        self.low, self.high = limits[..., 0].max(axis=0), limits[..., 1].min(axis=0)
+        self._full = {
+            id_: bus.read(id_, "max_torque" if "max_torque" in model.registers else "pwm_limit")
+            for id_, model in zip(self.ids, self._models, strict=True)
+        }
+        self._limit = "torque_limit" if "torque_limit" in self._models[0].registers else "goal_pwm"
         stall = robot.servo.stall_current or 1.0
         in_ampere = ["current_limit" in model.registers for model in self._models]
         self._load_scale = np.where(in_ampere, 1 / stall, 1.0)
@@ -112,7 +117,7 @@ class RobotBus:
         self.shutdowns: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.readings: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.health_readings = np.zeros(shape, dtype=int)
-        self.has_torque: Bool[np.ndarray, "legs 3"] = np.ones(shape, dtype=bool)
+        self.limp: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.answered_at = self._health_at = time.monotonic()
         self._doubted, self._tried = np.full(shape, np.nan), np.full(shape, -np.inf)
         self._queue = list(range(len(rows)))
@@ -121,7 +126,15 @@ class RobotBus:
         self._delay = bus.read(self.ids[0], "return_delay_time")
         self._latency = bus.measure_latency(self.ids[0])
         self._read_time = self._time_of(self._names)
-        self._health_time = self._time_of(HEALTH)
+        self._health_time = self._time_of(HEALTH) if bus.protocol == 2 else 0.0
+
+    def _servo_range(self, row: ServoCalibration) -> tuple[float, float]:
+        """Return lowest and highest angle of a joint within the servo's own position limits."""
+        names = "min_position_limit", "max_position_limit"
+        to_si = self.bus.model(row.id).register("goal_position").to_si
+        raw = (self.bus.read_raw(row.id, self.bus.model(row.id).register(name)) for name in names)
+        low, high = sorted(row.joint_angle(to_si(each)) for each in raw)
+        return low, high
 
     def _time_of(self, names: Sequence[str]) -> float:
         """Return the time to read registers of one servo [s]."""
@@ -207,6 +220,8 @@ class RobotBus:
             if not self._common_read and time.monotonic() + self._read_time > until:
                 return
         now = time.monotonic()
+        if self.bus.protocol == 1:
+            return
         if now + self._health_time < until or now - self._health_at > LONGEST_HEALTH_GAP:
             self._health_at = now
             self._take_health(self._queue[0])
@@ -214,14 +229,17 @@ class RobotBus:
             self._queue.append(self._queue.pop(0))
 
     def _take_health(self, k: int) -> None:
-        """Read supply, temperature and torque of a servo, where the other readings lack them."""
+        """Read supply, temperature, torque and errors of a servo, where no other reading does."""
         if self.bus.protocol == 1:
             return
         reading, at = self.bus.read_all([self.ids[k]], HEALTH)[self.ids[k]], divmod(k, 3)
-        if reading is not None and reading.values:
-            torque, self.voltage[at], self.temperature[at] = reading.values.values()
-            self.has_torque[at] = bool(torque)
-            self.health_readings[at] += 1
+        if reading is None or not reading.values:
+            return
+        torque, errors, self.voltage[at], self.temperature[at] = reading.values.values()
+        self.health_readings[at] += 1
+        has_shut_down = bool(hardware_error(int(errors)) & SHUTDOWNS)
+        self.shutdowns[at] = self.shutdowns[at] + 1 if has_shut_down else 0
+        self.limp[at] = 0 if torque or has_shut_down else self.limp[at] + 1
 
     def _take(self, k: int, reading: ServoReading | None) -> None:
         """Take the reading of a servo."""
@@ -250,18 +268,8 @@ class RobotBus:
         if health:
             self.voltage[at], self.temperature[at] = health
             self.health_readings[at] += 1
-        self.shutdowns[at] = self.shutdowns[at] + 1 if self._has_shut_down(k, reading.error) else 0
-
-    def _has_shut_down(self, k: int, error: StatusError) -> bool:
-        """Return whether a servo reports a shutdown."""
-        if error & StatusError.ALERT:
-            try:
-                error = self.bus.errors(self.ids[k])
-            except PortLost:
-                raise
-            except BusError:
-                return False
-        return bool(error & SHUTDOWNS)
+            has_shut_down = bool(reading.error & SHUTDOWNS)
+            self.shutdowns[at] = self.shutdowns[at] + 1 if has_shut_down else 0
 
     # Settings and goals --------------------------------------------------------------------------
 
@@ -274,25 +282,48 @@ class RobotBus:
         values = {id_: (angle, speed) for id_, angle in zip(self.ids, angles.tolist(), strict=True)}
         self.bus.write_all(("goal_position", "goal_speed"), values)
 
-    def set_torque(self, on: bool) -> None:
-        """Switch the torque of all servos on or off; a servo's answer is not awaited."""
-        self.bus.write_all("torque_enable", dict.fromkeys(self.ids, float(on)))
-        self.has_torque[:] = True
+    def hold(self, speed: float) -> None:
+        """Switch the torque on without output, with the measured angles as goals.
+
+        Each servo confirms each write: a lost goal would turn it to an old one.
+
+        Args:
+            speed: The servos' own speed limit [rad/s].
+
+        Raises:
+            BusError: A servo does not confirm.
+        """
+        goals = (self._zero + self._sign * np.clip(self.position, self.low, self.high)).ravel()
+        for id_, goal in zip(self.ids, goals.tolist(), strict=True):
+            self.bus.write(id_, self._limit, 0.0)
+            self.bus.write(id_, "goal_speed", speed)
+            self.bus.write(id_, "goal_position", goal)
+            self.bus.write(id_, "torque_enable", 1.0)
+        # Before, all servos were limp.
+        self.limp[:] = 0
+
+    def torque_off(self) -> None:
+        """Switch the torque of all servos off; none confirms it."""
+        self.bus.write_all("torque_enable", dict.fromkeys(self.ids, 0.0))
 
     def set_torque_limit(self, share: float) -> None:
-        """Limit the output of the servos that run to a share of the full one.
+        """Limit the output of servos to a share of their largest.
 
-        Servos of the AX and MX series that have shut down would start again.
+        Servos that have shut down are left out: those of the AX and MX series would start again.
         """
-        name = "torque_limit" if "torque_limit" in self._models[0].registers else "goal_pwm"
-        running = [id_ for id_, runs in zip(self.ids, self.running.flat, strict=True) if runs]
-        if running:
-            self.bus.write_all(name, dict.fromkeys(running, share))
+        down = (self.shutdowns > 0).ravel()
+        limits = {
+            id_: share * full
+            for (id_, full), is_down in zip(self._full.items(), down, strict=True)
+            if not is_down
+        }
+        if limits:
+            self.bus.write_all(self._limit, limits)
 
     def torque_is_on(self) -> bool:
-        """Read whether the torque of all servos that answer is on."""
-        for id_ in self.ids:
-            reading = self.bus.read_all([id_], ["torque_enable"])[id_]
+        """Read whether the torque is on of all servos that run."""
+        for id_, runs in zip(self.ids, self.running.flat, strict=True):
+            reading = self.bus.read_all([id_], ["torque_enable"])[id_] if runs else None
             if reading is not None and not reading.values.get("torque_enable", 1.0):
                 return False
         return True

@@ -89,3 +89,8 @@ def hardware_error(byte: int) -> StatusError:
 def hardware_byte(error: StatusError) -> int:
     """Return the value of the register ``hardware_error_status``."""
     return sum(1 << bit for bit, flag in HARDWARE.items() if flag & error)
+
+
+def shutdown_errors(protocol: int, byte: int) -> StatusError:
+    """Return the errors on which a servo shuts down, from its register ``shutdown``."""
+    return StatusError(byte & 0x7F) if protocol == 1 else hardware_error(byte)

@@ -40,7 +40,12 @@ def torque_off_after_exit(
     """
     command = [sys.executable, "-I", __file__, str(port), f"{hold:g}", f"{silence:g}"]
     with subprocess.Popen(  # noqa: S603
-        [*command, packet.hex()], stdin=subprocess.PIPE, pass_fds=(port,), bufsize=0
+        [*command, packet.hex()],
+        stdin=subprocess.PIPE,
+        pass_fds=(port,),
+        bufsize=0,
+        # Signals to the driver's group must not reach it.
+        start_new_session=True,
     ) as program:
         pipe = program.stdin
         assert pipe is not None
@@ -61,9 +66,8 @@ def main() -> None:
     """Wait for the end of the driver, then switch the torque off."""
     port, hold, silence = int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3])
     packet = bytes.fromhex(sys.argv[4])
-    # Ctrl-C reaches all processes of a terminal; the driver decides what happens then.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    for ignored in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(ignored, signal.SIG_IGN)
     while select.select([0], [], [], silence)[0]:
         received = os.read(0, 4096)
         if b"q" in received:
