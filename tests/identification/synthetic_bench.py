@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from phasmid.identification import BenchLog, Pendulum, simulate_bench
-from phasmid.identification.parameters import bench_parameters, start_values
+from phasmid.identification import BenchLog, Pendulum, simulate_logs
+from phasmid.identification.parameters import servo_records, start_values
+from phasmid.identification.simulation import STEP
 
 NOISE = math.radians(0.1)
 RATE = 100.0
@@ -49,8 +50,8 @@ def synthetic_logs(servo, model, values, rng, names=(), mass=0.3):
         for name, goal, on in motions(time)
         if not names or name in names
     ]
-    parameters = bench_parameters(servo, model, values, [12.0] * len(logs))
-    angles = simulate_bench(logs, parameters, values["delay"], values["hanging"])
+    parameters = servo_records(servo, model, values, [12.0] * len(logs), STEP)
+    angles = simulate_logs(logs, parameters, values["delay"], values["hanging"])
     step = servo.resolution
     return [
         replace(log, position=np.round((one + rng.normal(0, NOISE, len(one))) / step) * step)
