@@ -48,7 +48,7 @@ FINER = 1000
 angles are rougher in the parameters."""
 
 LEAST_LOAD = 0.1
-"""Mean torque of gravity on a joint, as a share of the leg's largest, from which it is compared."""
+"""Torque of gravity on a joint, as a share of the leg's largest, from which it is compared."""
 
 RESTART = 0.4
 """Time after which the first simulations restart from measured states [s]."""
@@ -306,8 +306,8 @@ def compared_rows(log: Log) -> Bool[np.ndarray, "n joints"]:
     """Return which readings of a log are compared.
 
     Where a joint that friction holds comes to rest depends on where it was at first, which a coarse
-    sensor does not show. A joint without load floats in its backlash, as a coxa does whose axis is
-    vertical.
+    sensor does not show. A joint without load floats in its backlash: a coxa with a vertical axis,
+    and a tibia while it hangs down.
     """
     angles = joint_columns(log)[1]
     read = np.isfinite(angles)
@@ -315,7 +315,7 @@ def compared_rows(log: Log) -> Bool[np.ndarray, "n joints"]:
     turned = np.abs(angles - first) > FIRST_TURN * np.nanmax(np.abs(angles - first), axis=0)
     compared: np.ndarray = read & (log.time[:, None] >= log.time[turned.argmax(axis=0)] + SETTLING)
     if isinstance(log, LegLog):
-        load = np.abs(leg_matrices(log.leg, np.nan_to_num(angles)).G).mean(axis=0)
+        load = np.abs(leg_matrices(log.leg, np.nan_to_num(angles)).G)
         compared &= load >= LEAST_LOAD * load.max()
     return compared
 
