@@ -254,9 +254,11 @@ def identify(
     # direction a parameter is wrong: short stretches come first.
     problem.period = RESTART
     problem.solve(FIRST_ITERATIONS)
+    problem.forget_backlash()
     problem.period = math.inf
     problem.solve(MOST_ITERATIONS)
     margin = problem.round_margin()
+    problem.try_again()
     return Identification(
         servo,
         model,
@@ -279,6 +281,9 @@ FIRST_ITERATIONS, MOST_ITERATIONS = 4, 20
 
 LEAST_GAIN = 1e-3
 """Share of the squared errors below which an iteration gains nothing."""
+
+FURTHER_STARTS, APART = 1, 0.2
+"""Further starts after a solution, and their distance in shares of the sizes."""
 
 DERIVATIVES = 4
 """Derivatives for intervals."""
@@ -495,6 +500,21 @@ class _Problem:
                 i = self.names.index(name)
                 self.x[i] = value / self.scale[i]
         self.x = np.clip(self.x, self._low, self._high)
+
+    def forget_backlash(self) -> None:
+        """Set the backlash to its start: where a rotor is in it no measured state shows."""
+        if "backlash" in self.names:
+            i = self.names.index("backlash")
+            self.x[i] = self._start[i]
+
+    def try_again(self) -> None:
+        """Solve from further starts around the solution, and keep the best."""
+        best = self.solve(0), self.x
+        for _ in range(FURTHER_STARTS):
+            moved = best[1] + APART * self._rng.normal(size=len(best[1]))
+            self.x = np.clip(moved, self._low, self._high)
+            best = min(best, (self.solve(MOST_ITERATIONS), self.x), key=lambda one: one[0])
+        self.x = best[1]
 
     def simulate(self, x: Float[np.ndarray, " p"]) -> list[np.ndarray]:
         """Return the simulated angles of each log [rad]."""
