@@ -294,6 +294,9 @@ PATIENCE = 3
 DAMPINGS = 0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0
 """Weights on the change of each parameter that an iteration tries (Levenberg and Marquardt)."""
 
+AT_BOUND = 1e-3
+"""Distance from a bound up to which a parameter counts as at it, as a share of its size."""
+
 FIRST_WIDTH = 0.05
 """Change of each parameter for the first derivative, as a share of its size."""
 
@@ -597,8 +600,11 @@ class _Problem:
             for one in (_limited(middle, 0.0) + prior, _limited(plain, PRIOR**-2))
         )
         larger = np.sqrt(np.maximum(np.diag(simple) / np.diag(robust), 1.0))
-        # Logs never tell less than the prior.
-        return _limited(robust * np.outer(larger, larger), 0.0, PRIOR**2)
+        # Logs never tell less than the prior; at a bound a parameter has hardly any derivative.
+        is_bound = (x <= self._low + AT_BOUND) | (x >= self._high - AT_BOUND)
+        return _limited(robust * np.outer(larger, larger), 0.0, PRIOR**2) + np.diag(
+            is_bound * PRIOR**2
+        )
 
 
 def _product(
