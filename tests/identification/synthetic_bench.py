@@ -55,7 +55,7 @@ def synthetic_logs(servo, model, values, rng, names=(), mass=0.3):
 
 
 def walks(robot, names=()):
-    """Joint targets of the robot's first leg in walks of 6 s, slow to fast, as logs without a supply."""
+    """Joint targets of the robot's first leg in walks of 6 s, as logs that follow them exactly."""
     time = np.arange(0.0, 6.0, 1 / RATE)
     for name, period in (("slow", 2.0), ("middle", 1.0), ("fast", 0.7)):
         if not names or name in names:

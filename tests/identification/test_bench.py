@@ -17,13 +17,13 @@ from phasmid.identification import (
     save_bam,
     simulate_logs,
 )
-from phasmid.identification.simulation import STEP
 from phasmid.identification.parameters import (
-    servo_records,
     identified_motor,
     identified_servo,
+    servo_records,
     start_values,
 )
+from phasmid.identification.simulation import STEP
 from phasmid.robot import Friction, load_servo
 
 AX = load_servo("AX-12A")

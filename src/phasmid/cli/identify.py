@@ -50,8 +50,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "logs",
         nargs="+",
         metavar="LOG",
-        help="CSV with the columns time [s], target [deg], position [deg], powered; or a recording; "
-        "with --robot a log as of phasmid compare",
+        help="CSV with the columns time [s], target [deg], position [deg], powered; or a "
+        "recording; with --robot a log as for phasmid compare",
     )
 
 
@@ -109,7 +109,9 @@ def _robot(options: argparse.Namespace) -> Robot | None:
     for flag in BENCH_FLAGS:
         if vars(options)[flag]:
             name = f"--{flag.replace('_', '-')}"
-            raise InvalidInput(f"{name} is for a pendulum; --robot is for a leg.", hint="one of them")
+            raise InvalidInput(
+                f"{name} is for a pendulum; --robot is for a leg.", hint="one of them"
+            )
     robot = load_robot(options.robot)
     if options.servo is None:
         return robot
@@ -130,11 +132,12 @@ def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list
         if name not in known:
             guess = nearest(name, known)
             raise InvalidInput(
-                f'{robot.name} has no leg "{plain(name)}".', hint=guess or f"one of {', '.join(known)}"
+                f'{robot.name} has no leg "{plain(name)}".',
+                hint=guess or f"one of {', '.join(known)}",
             )
-    volts = [None] * len(options.logs)
+    volts: list[float | None] = [None] * len(options.logs)
     if options.voltage:
-        volts = _numbers("--voltage", options.voltage, len(options.logs))
+        volts = [*_numbers("--voltage", options.voltage, len(options.logs))]
     logs = []
     for text, supply in zip(options.logs, volts, strict=True):
         path = Path(text)
@@ -244,7 +247,7 @@ def _print(found: Identification) -> None:
     if found.rms_error > LARGE_ERROR * found.servo.resolution:
         say(
             "That is too much for this model: intervals and values may be wrong. Check load, "
-            "supply, units and --hanging-deg, or try another --model."
+            "supply, units and --hanging-deg, or try another --model. A leg must touch nothing."
         )
     motor = found.motor
     volts = found.servo.rated_voltage
@@ -254,13 +257,26 @@ def _print(found: Identification) -> None:
     )
 
 
-LARGE_ERROR = 1.0
+LARGE_ERROR = 1.5
 """Error in steps of the sensor above which a model is doubted; a step alone gives 0.29."""
 
 
 SLOPE_ERROR = 0.05
 """Share by which the slope of a table may differ from the fitted one without a remark."""
 
+
+REMEDIES = {
+    "viscous_friction": "a part with the torque off, on a bench",
+    "backlash": "a slow motion to and fro through the angle without load",
+    "compliance_margin": "steps of one to five ticks, or read it from the servo and --fix it",
+    "punch": "steps of one to five ticks, or read it from the servo and --fix it",
+    "compliance_slope": "read it from the servo and --fix it",
+    "p_gain": "read it from the servo and --fix it",
+    "load_loss": "the same slow motion with another load",
+    "armature": "a fast sweep",
+    "stribeck_speed": "slow motion at several loads",
+}
+"""What would determine a parameter that trades off with others."""
 
 MOST_NAMES = 4
 """Most parameters that are named in a trade-off; they come by size."""
@@ -278,7 +294,11 @@ def _print_trade_offs(found: Identification) -> None:
             say(f"  {next(iter(one.changes))}: unknown by {one.deviation:.0%}")
         else:
             say(f"  {', '.join(parts)} (together, unknown by {one.deviation:.0%})")
-    say("More loads, faster motion, a part with the torque off, or --fix would help.")
+    named = {name for one in found.trade_offs for name in one.changes}
+    for name, remedy in REMEDIES.items():
+        if name in named:
+            say(f"{name}: {remedy}.")
+    say("More loads and faster motion help with all, and so does --fix NAMES for what is known.")
 
 
 def _write(found: Identification, options: argparse.Namespace) -> None:

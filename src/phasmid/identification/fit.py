@@ -36,16 +36,16 @@ FIRST_TURN = 0.1
 """Share of a joint's largest turn in a log up to which it is not compared."""
 
 CHANGE, LEAST_CHANGE, LAST_CHANGE = 0.3, 0.005, 0.05
-"""Changes of a parameter for a derivative, by the share of the squared errors that they make: first,
-least, and for intervals. Simulated angles are rough in the parameters, since sensors have steps and
-friction holds: small changes would measure that roughness."""
+"""Changes of a parameter for a derivative, by the share of the squared errors that they make:
+first, least, and for intervals. Simulated angles are rough in the parameters, since sensors have
+steps and friction holds: small changes would measure that roughness."""
 
 WIDEST = 0.3
 """Largest change of a parameter for a derivative, as a share of its size."""
 
 FINER = 1000
-"""How much finer the servo's sensor is taken at first and for intervals: with its steps, the simulated
-angles are rougher in the parameters."""
+"""How much finer the servo's sensor is taken at first and for intervals: with its steps, the
+simulated angles are rougher in the parameters."""
 
 LEAST_LOAD = 0.1
 """Torque of gravity on a joint, as a share of the leg's largest, from which it is compared."""
@@ -119,7 +119,7 @@ class Identification:
     margin: float | None
     values: Float[np.ndarray, " p"]
     covariance: Float[np.ndarray, "p p"]
-    simulated: tuple[Float[np.ndarray, " m"], ...]
+    simulated: tuple[np.ndarray, ...]
     evaluations: int
 
     @property
@@ -168,15 +168,19 @@ class Identification:
         return tuple(found)
 
     @property
-    def residuals(self) -> tuple[Float[np.ndarray, " m"], ...]:
+    def residuals(self) -> tuple[np.ndarray, ...]:
         """Measured less simulated angles of each log [rad]."""
         return tuple(log.position - one for log, one in zip(self.logs, self.simulated, strict=True))
 
+    @cached_property
+    def compared(self) -> tuple[np.ndarray, ...]:
+        """Which readings of each log are compared, in the form of its positions."""
+        return tuple(compared_rows(log).reshape(log.position.shape) for log in self.logs)
+
     @property
     def rms_error(self) -> float:
-        """Root mean square of the residuals after the settling time [rad]."""
-        pairs = zip(self.residuals, self.logs, strict=True)
-        kept = [r[compared_rows(log).reshape(r.shape)] for r, log in pairs]
+        """Root mean square of the residuals that are compared [rad]."""
+        kept = [r[which] for r, which in zip(self.residuals, self.compared, strict=True)]
         return float(np.sqrt(np.mean(np.concatenate(kept) ** 2)))
 
     @property
@@ -483,13 +487,15 @@ class _Problem:
             for ticks in sorted(new):
                 self.kept["compliance_margin"], self.x = float(ticks), best[2]
                 self._shift(ticks - best[1])
-                best = min(best, (self.solve(MOST_ITERATIONS), ticks, self.x), key=lambda one: one[0])
+                best = min(
+                    best, (self.solve(MOST_ITERATIONS), ticks, self.x), key=lambda one: one[0]
+                )
             tried |= new
         self.kept["compliance_margin"], self.x = float(best[1]), best[2]
         return width
 
     def _shift(self, ticks: float) -> None:
-        """Change free punch and slope so that the output stays while the margin changes by ticks."""
+        """Change free punch and slope as keeps the output while the margin changes by ticks."""
         own = self._all_values(self.x)
         punch, slope = own["punch"] / FULL_PUNCH, own["compliance_slope"]
         raised = min(max(punch + ticks * (1 - punch) / slope, 0.0), 0.5)

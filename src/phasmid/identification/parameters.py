@@ -100,7 +100,7 @@ START = {
 
 
 def parameter_names(servo: Servo, model: Model) -> list[str]:
-    """Return the parameters of a servo on a bench with a friction model; the last is the bench's."""
+    """Return the parameters of a servo and a friction model, and of the bench, the last."""
     common = ["motor_constant", "resistance", "armature", "friction", "viscous_friction"]
     return [*common, *_LOSSES[model], *_LAWS[servo.law], "backlash", "delay", "hanging"]
 
