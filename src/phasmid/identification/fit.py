@@ -271,7 +271,7 @@ def identify(
         problem.kept,
         margin,
         problem.values,
-        problem.covariance() * np.outer(problem.scale, problem.scale),
+        (problem.covariance() + problem.bound_variance) * np.outer(problem.scale, problem.scale),
         tuple(problem.simulate(problem.x)),
         problem.evaluations,
     )
@@ -606,11 +606,15 @@ class _Problem:
             for one in (_limited(middle, 0.0) + prior, _limited(plain, PRIOR**-2))
         )
         larger = np.sqrt(np.maximum(np.diag(simple) / np.diag(robust), 1.0))
-        # Logs never tell less than the prior; at a bound a parameter has hardly any derivative.
-        is_bound = (x <= self._low + AT_BOUND) | (x >= self._high - AT_BOUND)
-        return _limited(robust * np.outer(larger, larger), 0.0, PRIOR**2) + np.diag(
-            is_bound * PRIOR**2
-        )
+        # Logs never tell less than the prior.
+        return _limited(robust * np.outer(larger, larger), 0.0, PRIOR**2)
+
+    @property
+    def bound_variance(self) -> Float[np.ndarray, "p p"]:
+        """Variance of parameters at a bound, where the errors hardly depend on them."""
+        is_bound = (self.x <= self._low + AT_BOUND) | (self.x >= self._high - AT_BOUND)
+        variance: np.ndarray = np.diag(is_bound * PRIOR**2)
+        return variance
 
 
 def _product(
