@@ -1,5 +1,7 @@
 """The live view of a robot on a bus."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,17 @@ pytest.importorskip("websockets")
 from foxglove_client import FoxgloveClient
 from phasmid.hardware.live_view import serve_driver
 from virtual_bus import FollowingPlant, new_driver, virtual_bus
+
+
+def is_subscribed(server):
+    return "/joint_states" in server._channels and server._channels["/joint_states"].has_sinks()
+
+
+def until(condition):
+    end = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
 
 
 def test_a_client_sees_the_measured_angles_and_its_velocity_is_followed(monkeypatch):
@@ -27,7 +40,8 @@ def test_a_client_sees_the_measured_angles_and_its_velocity_is_followed(monkeypa
             server._listener.command = np.inf, (0.05, 0.0, 0.0)
             client = FoxgloveClient(server.address, ["/joint_states"])
             try:
-                clock.at(3.0, lambda: client.wait(lambda c: "/joint_states" in c.advertised))
+                # Virtual time stands still until the subscription is in force.
+                clock.at(3.0, lambda: until(lambda: is_subscribed(server)))
                 driver.drive(1.0)
                 client.wait(lambda c: len(c.received["/joint_states"]) > 0)
                 _, message = client.received["/joint_states"][-1]
