@@ -41,6 +41,10 @@ def serve_driver(driver: Driver, *, host: str = HOST, port: int = PORT) -> Itera
         shown = {"joint_position": q, "body_position": place, "body_orientation": level}
         server.show(times, {**channels, **shown})
 
+    # Clients miss topics that are advertised later.
+    angles = np.zeros((1, len(robot.legs), 3))
+    names = "joint_position_measured", "joint_position_target", "joint_velocity_target"
+    show(np.zeros(1), dict.fromkeys(names, angles))
     driver.watch, driver.override = show, server.velocity
     try:
         yield server
