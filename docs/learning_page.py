@@ -35,6 +35,7 @@ from phasmid.learning import (  # noqa: E402
     WalkVectorEnv,
     policy_names,
 )
+from phasmid.learning.task import RandomisationTable  # noqa: E402
 from phasmid.reporting.style import save_figure, styled  # noqa: E402
 from phasmid.scenario import Scenario  # noqa: E402
 from phasmid.simulation.loop import Samples  # noqa: E402
@@ -153,7 +154,9 @@ def survivors(name: str, *, randomised: bool, robots: int = 100) -> dict[str, fl
     policy = Policy(name)
     assert policy.task is not None
     task = policy.task.replace(
-        fidelity="full", terrain={"kinds": ()}, randomisation=RANDOMISED if randomised else {}
+        fidelity="full",
+        terrain={"kinds": ()},
+        randomisation=RANDOMISED if randomised else RandomisationTable().model_dump(),
     )
     env = WalkVectorEnv(robots, task=task, threads=cores(), autoreset_mode="Disabled")
     observations, _ = env.reset(seed=5000)

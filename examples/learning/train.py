@@ -134,8 +134,10 @@ def train(
 
 def load_actor(model: PPO, path: Path) -> None:
     """Begin with the actor of a policy file that `export` wrote for the same observations."""
-    weights = {w.name: torch.tensor(onnx.numpy_helper.to_array(w))
-               for w in onnx.load(path).graph.initializer}
+    weights = {
+        w.name: torch.tensor(onnx.numpy_helper.to_array(w))
+        for w in onnx.load(path).graph.initializer
+    }
     Actor(model).load_state_dict(weights)
 
 

@@ -1,16 +1,25 @@
 """`phasmid drive --bus`: refusals, a drive of an emulated robot, and the end of a killed one."""
 
+import io
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import warnings
 
 import pytest
 
-from phasmid.cli import main
-from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
+from phasmid.cli import drive_bus, main
+from phasmid.hardware import (
+    Emulator,
+    Reaction,
+    default_calibration,
+    make_servos,
+    model,
+    save_calibration,
+)
 from phasmid.recording import load_recording
 from phasmid.recording.log import DamagedRecording
 from phasmid.robot import load_robot
@@ -46,6 +55,76 @@ def test_what_a_robot_on_a_bus_cannot_do_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_emulated_robot_is_that_of_the_scenario(capsys, tmp_path, monkeypatch):
+    # The rate is refused after the inspection of the servos, so that the emulator has started.
+    monkeypatch.chdir(tmp_path)
+    assert main(["drive", "--bus", "emulated", "--velocity", "0,0,0", "--rate", "1000"]) == 2
+    assert "1000 are wanted" in capsys.readouterr().err
+
+
+def test_the_reason_is_given_where_the_emulated_robot_does_not_start(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["drive", "--bus", "emulated", "--velocity", "0,0,0", "--baud", "1234"]) == 2
+    assert "did not start: " in (error := capsys.readouterr().err)
+    assert "1234" in error
+
+
+class StopRecorder:
+    """Stands for a driver; records the requests to stop."""
+
+    def __init__(self):
+        self.requests, self.changed = [], threading.Event()
+
+    def stop(self, reaction):
+        self.requests.append(reaction)
+        self.changed.set()
+
+
+@pytest.mark.parametrize(
+    ("key", "reaction"),
+    [
+        (b"q", Reaction.SIT),
+        (b"\x1b", Reaction.SIT),
+        # Ctrl-Z must not stop the process under a robot that stands.
+        (b"\x1a", Reaction.SIT),
+        (b" ", Reaction.LIMP),
+    ],
+)
+def test_keys_stop_the_robot(key, reaction, monkeypatch):
+    driver = StopRecorder()
+    master, slave = os.openpty()
+    with os.fdopen(slave) as terminal:
+        monkeypatch.setattr(sys, "stdin", terminal)
+        with drive_bus._keys(driver):
+            os.write(master, b"x" + key)
+            assert driver.changed.wait(PATIENCE)
+        assert driver.requests == [reaction]
+    os.close(master)
+
+
+def test_a_lost_terminal_is_no_key(monkeypatch):
+    # The empty string that a lost terminal gives must not count as the space bar. The thread ends
+    # at it, which is waited for.
+    driver = StopRecorder()
+    master, slave = os.openpty()
+    with os.fdopen(slave) as terminal:
+        monkeypatch.setattr(sys, "stdin", terminal)
+        with drive_bus._keys(driver):
+            os.close(master)
+            wait(lambda: all(thread.name != "keys" for thread in threading.enumerate()))
+        assert driver.requests == []
+
+
+def test_an_event_without_a_reader_raises_nothing(monkeypatch):
+    # An exception would end the drive with the torque off: the robot would fall.
+    class Unread(io.StringIO):
+        def write(self, text):
+            raise BrokenPipeError
+
+    monkeypatch.setattr(sys, "stdout", Unread())
+    drive_bus._print_event(1.0, "the robot walks.")
+
+
 def command(port, *arguments):
     base = [sys.executable, "-m", "phasmid", "drive", "--bus", port, "--robot", "phantomx-ax"]
     return [*base, "--velocity", "0.05,0,0", *arguments]
@@ -53,7 +132,7 @@ def command(port, *arguments):
 
 def test_an_emulated_robot_is_driven_and_its_log_is_written(tmp_path):
     done = subprocess.run(
-        command("emulated", "--duration", "1", "--out", "walk"),
+        command("emulated", "--duration", "1", "--out", "walk.mcap"),
         cwd=tmp_path,
         capture_output=True,
         text=True,

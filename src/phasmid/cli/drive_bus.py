@@ -8,9 +8,10 @@ import os
 import select
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from phasmid.cli.live import check_live, served_driver
@@ -31,14 +32,14 @@ EMULATED = "emulated"
 RATE = 50.0
 """Updates a second where no rate is given."""
 
-SIT_KEYS, LIMP_KEYS = "q\x1b", " "
-"""Keys that let the robot sit down (q, Escape), and go limp at once (the space bar)."""
+SIT_KEYS, LIMP_KEYS = (b"q", b"Q", b"\x1b", b"\x1a"), (b" ",)
+"""Keys that let the robot sit down (q, Escape, Ctrl-Z), and go limp at once (the space bar)."""
 
 OPTIONS: dict[str, str | tuple[str, str] | Number] = {
     "--bus PORT": "drive a robot on this port, such as /dev/ttyUSB0, in place of the simulated "
     "one; emulated: an emulated robot",
-    "--calibration FILE": "its servos, from phasmid bus calibrate; default: ids leg by leg from 1, "
-    "the middle of each servo at the middle of its joint's limits",
+    "--calibration FILE": "its servos, from phasmid bus calibrate; an emulated robot needs none: "
+    "its ids count leg by leg from 1, the middle of each servo at the middle of its joint's limits",
     "--baud N": Number(
         "baud rate; default: 1000000", 1_000, 10_000_000, 1_000_000, is_whole=True, hint="1000000"
     ),
@@ -79,11 +80,13 @@ def run(
     robot = scenario.load_robot()
     rate = options.rate or RATE
     calibration = _calibration(options, robot)
-    log = log_of(result_folder(options, scenario, [*words, "bus"]))
+    log = result_folder(options, scenario, [*words, "bus"])
+    if log.suffix != ".mcap":
+        log = log_of(log)
     with ExitStack() as stack:
         port = options.bus
         if port == EMULATED:
-            port = stack.enter_context(_emulated(options, robot, calibration))
+            port = stack.enter_context(_emulated(options, scenario, calibration))
         protocol = _protocol(calibration)
         bus = stack.enter_context(Bus(port, options.baud, protocol))
         found = inspect_servos(bus, robot, calibration, rate)
@@ -112,7 +115,11 @@ def run(
         if not options.quiet:
             say(f"The robot stands up, walks for {scenario.duration:g} s and sits down.")
             if sys.stdin.isatty():
-                say("Space: torque off at once. q, Escape or Ctrl-C: sit down.")
+                say("q, Escape or Ctrl-C: sit down.")
+                say("Space or a second Ctrl-C: torque off at once; the robot falls.")
+                if port == options.bus:
+                    say("Compare the angles above with the robot, then press Enter.")
+                    input()
             driver.on_event = _print_event
         with _keys(driver), served_driver(driver, options):
             report = driver.drive(scenario.duration)
@@ -175,28 +182,33 @@ def _protocol(calibration: Sequence[ServoCalibration]) -> int:
 
 @contextmanager
 def _emulated(
-    options: argparse.Namespace, robot: Robot, calibration: Sequence[ServoCalibration]
+    options: argparse.Namespace, scenario: Scenario, calibration: Sequence[ServoCalibration]
 ) -> Iterator[str]:
     """Run an emulated robot in another process; yield its port."""
-    given = vars(options)["field:robot"] or options.scenario
-    command = [sys.executable, "-m", "phasmid", "bus", "emulate", "--robot", str(given)]
+    command = [sys.executable, "-m", "phasmid", "bus", "emulate", "--robot", str(scenario.robot)]
     command += ["--baud", str(options.baud), "--return-delay-us", "0"]
     command += ["--model", calibration[0].model]
     if options.calibration:
         command += ["--calibration", str(options.calibration)]
-    with subprocess.Popen(  # noqa: S603
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        start_new_session=True,
-    ) as process:
+    with (
+        tempfile.TemporaryFile("w+", encoding="utf-8") as errors,
+        subprocess.Popen(  # noqa: S603
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+            start_new_session=True,
+        ) as process,
+    ):
         assert process.stdout is not None
         try:
             first = process.stdout.readline()
             if not first.startswith("The port is "):
-                raise InvalidInput(f"the emulator of {robot.name} did not start.")
+                process.wait()
+                errors.seek(0)
+                reason = plain(errors.read().strip().removeprefix("phasmid: "))
+                raise InvalidInput(f"the emulated robot did not start: {reason}")
             yield first.removeprefix("The port is ").strip()
         finally:
             process.terminate()
@@ -246,7 +258,9 @@ def _print_report(report: DriveReport, rate: float) -> None:
 
 
 def _print_event(time: float, sentence: str) -> None:
-    say(f"{time:6.1f} s  {plain(sentence)}")
+    # A robot must not fall because its terminal or the reader of a pipe is gone.
+    with suppress(OSError):
+        say(f"{time:6.1f} s  {plain(sentence)}")
 
 
 @contextmanager
@@ -265,25 +279,31 @@ def _keys(driver: Driver) -> Iterator[None]:
     def listen() -> None:
         while not ended.is_set():
             if select.select([number], [], [], 0.02)[0]:
-                key = os.read(number, 1).decode(errors="replace")
-                if not key:
-                    # The terminal is gone, of which a signal informs the driver.
-                    return
+                key = b""
+                with suppress(OSError):
+                    key = os.read(number, 1)
                 if key in LIMP_KEYS:
                     driver.stop(Reaction.LIMP)
                 elif key in SIT_KEYS:
                     driver.stop(Reaction.SIT)
+                elif not key:
+                    # The terminal is gone; SIGHUP lets the robot sit down.
+                    return
 
     before = termios.tcgetattr(number)
     thread = threading.Thread(target=listen, name="keys", daemon=True)
     try:
         tty.setcbreak(number)
-        setting = termios.tcgetattr(number)
-        # Ctrl-S would stop the output, and with it the drive.
-        setting[0] &= ~termios.IXON
-        termios.tcsetattr(number, termios.TCSANOW, setting)
+        # Ctrl-Z and Ctrl-S would stop the driver under a robot that stands.
+        mode = termios.tcgetattr(number)
+        mode[0] &= ~termios.IXON
+        mode[6][termios.VSUSP] = bytes([os.fpathconf(number, "PC_VDISABLE")])
+        termios.tcsetattr(number, termios.TCSADRAIN, mode)
         thread.start()
         yield
     finally:
         ended.set()
-        termios.tcsetattr(number, termios.TCSADRAIN, before)
+        if thread.is_alive():
+            thread.join()
+        with suppress(termios.error):
+            termios.tcsetattr(number, termios.TCSADRAIN, before)

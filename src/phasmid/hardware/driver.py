@@ -57,6 +57,9 @@ STEADY_TIME = 0.2
 HANG_TIME = 1.0
 """Time without a tick after which the driver's process counts as hanging [s]."""
 
+STOPPED = "stopped by the user"
+"""Cause of an end that the user requested."""
+
 STOP_SIGNALS = "SIGINT", "SIGTERM", "SIGHUP"
 """Signals at which the robot sits down: Ctrl-C, the end of a session, and a lost terminal."""
 
@@ -245,7 +248,7 @@ class Driver:
                 self._run(duration, log, alive)
             except PortLost as error:
                 self._note(f"{error.what} The servos hold their last goals: switch the supply off.")
-                report.ending = Failure(Ending.FAILED, report.ticks, error.what.rstrip("."))
+                self._end("the port is lost")
             finally:
                 gc.unfreeze()
                 with suppress(PortLost):
@@ -304,6 +307,14 @@ class Driver:
         self.stage, self._entered = stage, time.monotonic()
         self._note(sentence or f"{stage.value}.")
 
+    def _end(self, cause: str) -> None:
+        """Set how the drive ends."""
+        at = f"at {time.monotonic() - self._begin:.1f} s"
+        ending, reason = Ending.ABORTED, f"{at}: {cause}"
+        if cause == STOPPED:
+            ending, reason = Ending.STOPPED, at
+        self.report.ending = Failure(ending, self.report.ticks, reason)
+
     def _note(self, sentence: str) -> None:
         event = time.monotonic() - self._begin, sentence
         self.report.events.append(event)
@@ -357,7 +368,7 @@ class Driver:
         except Exception as error:
             # The robot must not stay as it is; the error is raised when it lies.
             self._error = error
-            self.report.ending = Failure(Ending.FAILED, self.report.ticks, f"its error: {error}")
+            self._end(f"the controller failed: {error}")
             self._enter(Stage.RELEASE, f"the controller failed: {Stage.RELEASE.value}.")
             return
         self._take_events()
@@ -367,7 +378,7 @@ class Driver:
             self._enter(Stage.WALK)
         elif stage is Stage.RISE and elapsed > LONGEST_RISE:
             cause = f"it does not stand after {LONGEST_RISE:g} s"
-            self.report.ending = Failure(Ending.FAILED, self.report.ticks, cause)
+            self._end(cause)
             self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
         elif stage is Stage.WALK:
             self.report.walked = self._clock - self._walk_clock
@@ -445,7 +456,7 @@ class Driver:
         known = robot.voltage[robot.voltage > 0]
         report.lowest_voltage = min(report.lowest_voltage, float(known.min(initial=math.inf)))
         if self.stop_requested:
-            self._react(self.stop_requested, "stopped by the user")
+            self._react(self.stop_requested, STOPPED)
         reaction, cause = self._protection.check(self.controller.monitor)
         if self.stage is Stage.HOLD and reaction is not Reaction.LIMP:
             self._hold(reaction, cause, now)
@@ -460,9 +471,8 @@ class Driver:
         stops = reaction is Reaction.LIMP or stage is Stage.RAMP
         if not stops and stage in (Stage.SIT, Stage.RELEASE, Stage.HOLD):
             return
-        ending = Ending.STOPPED if cause == "stopped by the user" else Ending.FAILED
         if reaction is not Reaction.HOLD:
-            self.report.ending = Failure(ending, self.report.ticks, cause)
+            self._end(cause)
         if stops:
             self._note(f"{cause}: the torque is switched off.")
             self._torque_off()
@@ -479,7 +489,7 @@ class Driver:
         if reaction is not Reaction.NONE:
             self._steady_since = math.inf
             if now - self._entered > self.settings.hold_time:
-                self.report.ending = Failure(Ending.FAILED, self.report.ticks, cause)
+                self._end(cause)
                 # Goals to a silent bus would move servos whose supply comes back.
                 stage = Stage.RELEASE if robot.is_silent else Stage.SIT
                 self._enter(stage, f"{cause}: {stage.value}.")

@@ -38,6 +38,7 @@ class Ending(Enum):
     DIVERGED = "The simulation diverged."
     FAILED = "The controller failed."
     STOPPED = "The run was stopped by the user."
+    ABORTED = "The driver ended the walk."
     CUT = "The run was cut off."
 
 
