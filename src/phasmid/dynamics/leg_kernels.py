@@ -1,4 +1,4 @@
-"""Compiled dynamics of one leg on a fixed trunk, as ufuncs that `dynamics.leg` calls.
+"""Compiled dynamics of one leg on a fixed trunk: ufuncs that `dynamics.leg` calls, and one instant.
 
 ``lengths``, ``mass``, ``first`` and
 ``second`` are the links' lengths [m], masses [kg], first moments [kg·m] and inertias [kg·m²] about
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.compiled import gufunc, inlined
+from phasmid.compiled import compiled, gufunc, inlined
 from phasmid.kinematics.leg_kernels import Triple, sincos
 
 
@@ -109,6 +109,54 @@ def elevated(
     )
 
 
+@inlined
+def elevation_forces(
+    e: Elevated, w1: float, w2: float, w3: float, a1: float, a2: float, a3: float
+) -> Triple:
+    """Return the generalised forces of coxa angle and elevations for their speeds w and motion a.
+
+    Source: Lagrange's equations in the coordinates of `Elevated`.
+    """
+    tau1 = e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + e.g1
+    tau1 += w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3) + e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2
+    tau2 = e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2
+    tau2 += e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
+    tau3 = e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3
+    tau3 -= e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
+    return tau1, tau2, tau3
+
+
+@compiled
+def leg_acceleration(
+    lengths: np.ndarray,
+    mass: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    gravity: np.ndarray,
+    q: np.ndarray,
+    qd: np.ndarray,
+    torque: np.ndarray,
+    qdd: np.ndarray,
+) -> None:
+    """Write the joint accelerations [rad/s²] of a leg in the air under joint torques [N·m].
+
+    Source: `leg_torque_ufunc`, solved for the accelerations.
+    """
+    (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
+    g = into_coxa(gravity[0], gravity[1], gravity[2], s1, c1)
+    e = elevated(lengths, mass, first, second, g, (s2, c2), (s3, c3))
+    f1, f2, f3 = elevation_forces(e, qd[0], qd[1], qd[1] + qd[2], 0.0, 0.0, 0.0)
+    f1, f2, f3 = torque[0] - f1, torque[1] - torque[2] - f2, torque[2] - f3
+    # The inverse of the symmetric matrix h by its cofactors.
+    i11, i22, i33 = e.h22 * e.h33 - e.h23**2, e.h11 * e.h33 - e.h13**2, e.h11 * e.h22 - e.h12**2
+    i12, i13 = e.h13 * e.h23 - e.h12 * e.h33, e.h12 * e.h23 - e.h13 * e.h22
+    i23 = e.h12 * e.h13 - e.h11 * e.h23
+    determinant = e.h11 * i11 + e.h12 * i12 + e.h13 * i13
+    qdd[0] = (i11 * f1 + i12 * f2 + i13 * f3) / determinant
+    qdd[1] = (i12 * f1 + i22 * f2 + i23 * f3) / determinant
+    qdd[2] = (i13 * f1 + i23 * f2 + i33 * f3) / determinant - qdd[1]
+
+
 @gufunc("(n),(),(n),(n,n),(n,n,n),(n),(n),(n),(n),(n)->(n)")
 def leg_torque_ufunc(
     lengths: np.ndarray,
@@ -130,15 +178,9 @@ def leg_torque_ufunc(
     (s1, c1), (s2, c2), (s3, c3) = sincos(q[0]), sincos(q[1]), sincos(q[1] + q[2])
     g = into_coxa(gravity[0], gravity[1], gravity[2], s1, c1)
     e = elevated(lengths, mass, first, second, g, (s2, c2), (s3, c3))
-    w1, w2, w3 = qd[0], qd[1], qd[1] + qd[2]
-    a1, a2, a3 = qdd[0], qdd[1], qdd[1] + qdd[2]
-    # Generalised forces of the coxa angle and the elevations.
-    tau1 = e.h11 * a1 + e.h12 * a2 + e.h13 * a3 + e.g1
-    tau1 += w1 * (e.h11_by_2 * w2 + e.h11_by_3 * w3) + e.h12_by_2 * w2**2 + e.h13_by_3 * w3**2
-    tau2 = e.h12 * a1 + e.h22 * a2 + e.h23 * a3 + e.g2
-    tau2 += e.h23_by_3 * w3**2 - e.h11_by_2 * w1**2 / 2
-    tau3 = e.h13 * a1 + e.h23 * a2 + e.h33 * a3 + e.g3
-    tau3 -= e.h23_by_3 * w2**2 + e.h11_by_3 * w1**2 / 2
+    tau1, tau2, tau3 = elevation_forces(
+        e, qd[0], qd[1], qd[1] + qd[2], qdd[0], qdd[1], qdd[1] + qdd[2]
+    )
     # The columns of the foot's Jacobian, in the axes of the coxa.
     out3, up3 = lengths[2] * c3, lengths[2] * s3
     out, up = lengths[1] * c2 + out3, lengths[1] * s2 + up3
