@@ -21,7 +21,6 @@ from phasmid.motion.trajectory import joint_names
 from phasmid.recording import Recording, load_recording
 from phasmid.robot import Robot, Servo
 from phasmid.scenario import Scenario, load_scenario, recorded_scenario
-from phasmid.toml import is_file
 
 LEAST_EXCITATION = math.radians(2)
 """Least range of the joint that moves most [rad]."""
@@ -189,8 +188,6 @@ def _read(
     if isinstance(source, str | Path):
         path = Path(source)
         if path.suffix.lower() == ".csv":
-            if not is_file(path):
-                raise InvalidInput(f"log {path} does not exist or is not a file.")
             scenario = scenario or load_scenario()
             robot = scenario.load_robot()
             return read_csv_log(path, robot), scenario, robot

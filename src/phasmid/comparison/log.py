@@ -1,6 +1,6 @@
 """Log of a real robot: its joint targets, measured joints, and whatever else was measured.
 
-`read_log` reads a recording or a CSV file; `phasmid.comparison.compare` compares the result.
+`phasmid.comparison.compare` compares it with a replay.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from phasmid.errors import InvalidInput, located, nearest
 from phasmid.motion.trajectory import LARGEST_ANGLE, joint_names
 from phasmid.recording import Recording
 from phasmid.robot import Robot
+from phasmid.toml import is_file
 from phasmid.units import UNITS, split_unit
 
 QUANTITIES = {
@@ -108,8 +109,10 @@ def read_csv_log(path: Path, robot: Robot) -> RobotLog:
     """Read a CSV log; see docs/recordings.md for its columns.
 
     Raises:
-        InvalidInput: The file is too large, not well formed, or lacks a column.
+        InvalidInput: The file is absent, too large, not well formed, or lacks a column.
     """
+    if not is_file(path):
+        raise InvalidInput(f"log {path} does not exist or is not a file.")
     check_size(path, "log")
     with located(path.name):
         frame = read_csv_table(path, "log")
