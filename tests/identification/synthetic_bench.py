@@ -1,12 +1,14 @@
-"""Logs of a simulated bench: a servo with known parameters, a coarse sensor and its noise."""
+"""Logs of a simulated bench or leg: known parameters, a coarse sensor and its noise."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
 
-from phasmid.identification import BenchLog, Pendulum, simulate_bench
-from phasmid.identification.parameters import bench_parameters, start_values
+from phasmid import load_scenario, plan
+from phasmid.identification import BenchLog, LegLog, Pendulum, simulate_logs
+from phasmid.identification.parameters import servo_records, start_values
+from phasmid.identification.simulation import STEP
 
 NOISE = math.radians(0.1)
 RATE = 100.0
@@ -49,10 +51,25 @@ def synthetic_logs(servo, model, values, rng, names=(), mass=0.3):
         for name, goal, on in motions(time)
         if not names or name in names
     ]
-    parameters = bench_parameters(servo, model, values, [12.0] * len(logs))
-    angles = simulate_bench(logs, parameters, values["delay"], values["hanging"])
+    return read(logs, servo, model, values, rng)
+
+
+def walks(robot, names=()):
+    """Joint targets of the robot's first leg in walks of 6 s, as logs that follow them exactly."""
+    time = np.arange(0.0, 6.0, 1 / RATE)
+    for name, period in (("slow", 2.0), ("middle", 1.0), ("fast", 0.7)):
+        if not names or name in names:
+            scenario = load_scenario("paper").replace(robot=robot, period=period, duration=6.0)
+            target = plan(scenario).sample(time).q[:, 0]
+            yield LegLog(name, time, target, target, robot.legs[0], 12.0)
+
+
+def read(logs, servo, model, values, rng):
+    """The logs with simulated angles, in steps of the servo's sensor."""
+    parameters = servo_records(servo, model, values, [12.0] * len(logs), STEP)
+    angles = simulate_logs(logs, parameters, values["delay"], values["hanging"])
     step = servo.resolution
     return [
-        replace(log, position=np.round((one + rng.normal(0, NOISE, len(one))) / step) * step)
+        replace(log, position=np.round((one + rng.normal(0, NOISE, one.shape)) / step) * step)
         for log, one in zip(logs, angles, strict=True)
     ]

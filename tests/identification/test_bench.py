@@ -15,15 +15,15 @@ from phasmid.identification import (
     load_bam,
     load_bench_log,
     save_bam,
-    simulate_bench,
+    simulate_logs,
 )
-from phasmid.identification.bench import STEP
 from phasmid.identification.parameters import (
-    bench_parameters,
     identified_motor,
     identified_servo,
+    servo_records,
     start_values,
 )
+from phasmid.identification.simulation import STEP
 from phasmid.robot import Friction, load_servo
 
 AX = load_servo("AX-12A")
@@ -42,10 +42,10 @@ def test_a_released_pendulum_without_friction_keeps_its_period():
     # inertia J on stiff gears without play. An amplitude of 0.1 rad lengthens it by a^2/16, 0.06 %.
     values = start_values(AX, "m1", 0.0)
     values |= {"friction": 0.0, "viscous_friction": 0.0, "backlash": 0.0}
-    parameters = bench_parameters(AX, "m1", values, [12.0])
+    parameters = servo_records(AX, "m1", values, [12.0], STEP)
     parameters["stiffness"], parameters["damping"] = 600.0, 0.0
     log = released(0.3, 5.0)
-    (angle,) = simulate_bench([log], parameters, 0.0, 0.2)
+    (angle,) = simulate_logs([log], parameters, 0.0, 0.2)
     swings = np.flatnonzero((angle[:-1] < 0.2) & (angle[1:] >= 0.2))
     measured = np.diff(log.time[swings]).mean()
     inertia = LOAD.inertia + values["armature"]
@@ -55,11 +55,11 @@ def test_a_released_pendulum_without_friction_keeps_its_period():
 
 def test_a_delayed_servo_does_the_same_later():
     values = start_values(AX, "own", 0.0)
-    parameters = bench_parameters(AX, "own", values, [12.0])
+    parameters = servo_records(AX, "own", values, [12.0], STEP)
     time = np.arange(0.0, 2.0, STEP)
     on = np.ones(len(time), bool)
     log = BenchLog("steps", time, 0.8 * (time > 0.5), 0 * time, on, LOAD, 12.0)
-    prompt, late = (simulate_bench([log], parameters, delay, 0.0)[0] for delay in (0.0, 0.05))
+    prompt, late = (simulate_logs([log], parameters, delay, 0.0)[0] for delay in (0.0, 0.05))
     assert np.allclose(late[50:], prompt[:-50], 0, 1e-12)
     assert np.ptp(late) > 0.7
 

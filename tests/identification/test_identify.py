@@ -40,6 +40,7 @@ def test_what_is_determined_is_within_five_per_cent(name, model):
     assert sure >= 8
     if name == "AX-12A":
         assert found.all_values["compliance_margin"] == values["compliance_margin"]
+        assert Determined.NO not in found.determined
     # The noise, and the step's 1/sqrt(12) in which it is read.
     step = load_servo(name).resolution
     expected = math.hypot(math.radians(0.1), step / math.sqrt(12))

@@ -1,4 +1,4 @@
-"""``phasmid identify``: fit a servo's parameters to logs of a pendulum bench."""
+"""``phasmid identify``: fit a servo's parameters to logs of a pendulum bench or of a leg."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from phasmid.cli.plot import check_figure_path, write_figure
 from phasmid.errors import InvalidInput, nearest, plain
 
 if TYPE_CHECKING:
-    from phasmid.identification import BenchLog, Identification
+    from phasmid.identification import BenchLog, Identification, LegLog
+    from phasmid.robot import Robot
 
 OPTIONS = {
-    "--servo NAME": ("the servo, one of the catalogue; default: AX-12A", "AX-12A"),
+    "--servo NAME": "the servo, one of the catalogue; default: AX-12A, or that of the robot",
     "--model MODEL": ("friction model: own, or m1 to m6 of BAM; default: own", "own"),
     "--mass-g G": "mass of the weight; several with commas between, one for each log",
     "--length-mm MM": "from the axis to the weight's centre; one or one for each log",
@@ -29,7 +30,9 @@ OPTIONS = {
         0,
     ),
     "--fix NAMES": "parameters that keep the servo's values, with commas between",
-    "--joint LEG.JOINT": ("joint of recordings; not for CSV", ""),
+    "--joint LEG.JOINT": ("joint of recordings of a bench; not for CSV", ""),
+    "--robot ROBOT": "the logs are of this robot, its legs in the air; no pendulum",
+    "--leg NAMES": "legs whose servos are fitted, with commas between; default: the first",
     "--out FILE": "write the servo as a table for robot files, .toml",
     "--bam FILE": "write the parameters for BAM, .json (m1 to m6)",
     "--figure FILE": "draw measured and simulated angles: svg, png or pdf",
@@ -40,13 +43,15 @@ OPTIONS = {
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.usage = (
-        "phasmid identify LOG... --mass-g G --length-mm MM [--servo NAME] [--model MODEL]"
+        "phasmid identify LOG... --mass-g G --length-mm MM [--servo NAME] [--model MODEL]\n"
+        "       phasmid identify LOG... --robot ROBOT [--leg NAMES] [--model MODEL]"
     )
     parser.add_argument(
         "logs",
         nargs="+",
         metavar="LOG",
-        help="CSV with the columns time [s], target [deg], position [deg], powered; or a recording",
+        help="CSV with the columns time [s], target [deg], position [deg], powered; or a "
+        "recording; with --robot a log as for phasmid compare",
     )
 
 
@@ -71,9 +76,11 @@ def run(options: argparse.Namespace) -> int:
             if Path(name).suffix != ending:
                 raise InvalidInput(f'--{flag} is "{plain(name)}"; it must end in {ending}.')
             check_new_file(Path(name), option=f"--{flag} FILE", force=options.force)
-    servo = load_servo(options.servo)
+    robot = _robot(options)
+    servo = load_servo(options.servo or "AX-12A") if robot is None else robot.servo
+    volts = servo.rated_voltage
     found = identify(
-        _logs(options, servo.rated_voltage),
+        _bench_logs(options, volts) if robot is None else _leg_logs(options, robot, volts),
         servo,
         model=options.model,
         fixed=options.fix.split(",") if options.fix else (),
@@ -84,8 +91,79 @@ def run(options: argparse.Namespace) -> int:
     return 0 if any(one is not Determined.NO for one in found.determined) else 1
 
 
-def _logs(options: argparse.Namespace, voltage: float) -> list[BenchLog]:
-    """Read the logs, each with its load and supply."""
+BENCH_FLAGS = "mass_g", "length_mm", "joint"
+"""Options that belong to a pendulum alone."""
+
+
+def _robot(options: argparse.Namespace) -> Robot | None:
+    """Return the robot of the options, with their servo; None: the logs are of a bench."""
+    from dataclasses import replace
+
+    from phasmid.formats import load_robot
+    from phasmid.robot import load_servo
+
+    if options.robot is None:
+        if options.leg:
+            raise InvalidInput("--leg needs the robot of the log.", hint="--robot phantomx-ax")
+        return None
+    for flag in BENCH_FLAGS:
+        if vars(options)[flag]:
+            name = f"--{flag.replace('_', '-')}"
+            raise InvalidInput(
+                f"{name} is for a pendulum; --robot is for a leg.", hint="one of them"
+            )
+    robot = load_robot(options.robot)
+    if options.servo is None:
+        return robot
+    return replace(robot, servo=load_servo(options.servo))
+
+
+def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list[LegLog]:
+    """Read the logs of a robot, one of each leg, with their supply."""
+    import numpy as np
+
+    from phasmid.comparison.log import log_of_recording, read_csv_log
+    from phasmid.identification import LegLog
+    from phasmid.recording import load_recording
+
+    known = [leg.name for leg in robot.legs]
+    chosen = options.leg.split(",") if options.leg else known[:1]
+    for name in chosen:
+        if name not in known:
+            guess = nearest(name, known)
+            raise InvalidInput(
+                f'{robot.name} has no leg "{plain(name)}".',
+                hint=guess or f"one of {', '.join(known)}",
+            )
+    volts: list[float | None] = [None] * len(options.logs)
+    if options.voltage:
+        volts = [*_numbers("--voltage", options.voltage, len(options.logs))]
+    logs = []
+    for text, supply in zip(options.logs, volts, strict=True):
+        path = Path(text)
+        if path.suffix.lower() == ".csv":
+            log, contact = read_csv_log(path, robot), None
+        else:
+            recording = load_recording(path)
+            log = log_of_recording(recording, path.stem, robot)
+            contact = recording.get("contact")
+        if supply is None:
+            supply = float(np.nanmean(log.measured.get("voltage", voltage)))
+        for name in chosen:
+            i = known.index(name)
+            if contact is not None and np.asarray(contact.values)[:, i].any():
+                raise InvalidInput(
+                    f"{path.name}: {name} touches the ground; its load is known in the air only.",
+                    hint="a log with the robot on a stand",
+                )
+            target, position = log.target[:, i], log.position[:, i]
+            title = f"{log.name}, {name}"
+            logs.append(LegLog(title, log.time, target, position, robot.legs[i], supply))
+    return logs
+
+
+def _bench_logs(options: argparse.Namespace, voltage: float) -> list[BenchLog]:
+    """Read the logs of a bench, each with its load and supply."""
     from phasmid.identification import Pendulum
     from phasmid.identification.log_file import load_bench_log
 
@@ -93,7 +171,9 @@ def _logs(options: argparse.Namespace, voltage: float) -> list[BenchLog]:
     for flag in ("mass_g", "length_mm"):
         if vars(options)[flag] is None:
             name = f"--{flag.replace('_', '-')}"
-            raise InvalidInput(f"{name} is missing: the load of the servo.", hint=f"{name} 150")
+            raise InvalidInput(
+                f"{name} is missing: the load of the servo.", hint=f"{name} 150, or --robot"
+            )
     supply = options.voltage or str(voltage)
     columns = [
         _numbers(flag, text, len(paths))
@@ -167,7 +247,7 @@ def _print(found: Identification) -> None:
     if found.rms_error > LARGE_ERROR * found.servo.resolution:
         say(
             "That is too much for this model: intervals and values may be wrong. Check load, "
-            "supply, units and --hanging-deg, or try another --model."
+            "supply, units and --hanging-deg, or try another --model. A leg must touch nothing."
         )
     motor = found.motor
     volts = found.servo.rated_voltage
@@ -177,13 +257,26 @@ def _print(found: Identification) -> None:
     )
 
 
-LARGE_ERROR = 1.0
+LARGE_ERROR = 1.5
 """Error in steps of the sensor above which a model is doubted; a step alone gives 0.29."""
 
 
 SLOPE_ERROR = 0.05
 """Share by which the slope of a table may differ from the fitted one without a remark."""
 
+
+REMEDIES = {
+    "viscous_friction": "a part with the torque off, on a bench",
+    "backlash": "a slow motion to and fro through the angle without load",
+    "compliance_margin": "steps of one to five ticks, or read it from the servo and --fix it",
+    "punch": "steps of one to five ticks, or read it from the servo and --fix it",
+    "compliance_slope": "read it from the servo and --fix it",
+    "p_gain": "read it from the servo and --fix it",
+    "load_loss": "the same slow motion with another load",
+    "armature": "a fast sweep",
+    "stribeck_speed": "slow motion at several loads",
+}
+"""What would determine a parameter that trades off with others."""
 
 MOST_NAMES = 4
 """Most parameters that are named in a trade-off; they come by size."""
@@ -201,7 +294,11 @@ def _print_trade_offs(found: Identification) -> None:
             say(f"  {next(iter(one.changes))}: unknown by {one.deviation:.0%}")
         else:
             say(f"  {', '.join(parts)} (together, unknown by {one.deviation:.0%})")
-    say("More loads, faster motion, a part with the torque off, or --fix would help.")
+    named = {name for one in found.trade_offs for name in one.changes}
+    for name, remedy in REMEDIES.items():
+        if name in named:
+            say(f"{name}: {remedy}.")
+    say("More loads and faster motion help with all, and so does --fix NAMES for what is known.")
 
 
 def _write(found: Identification, options: argparse.Namespace) -> None:

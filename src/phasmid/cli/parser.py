@@ -29,7 +29,7 @@ COMMANDS = {
     "check": "check whether a robot or scenario is physically possible",
     "explain": "say why a foot position, posture or walk is impossible, and the nearest possible",
     "advise": "compute load, heat and battery time of the servos, and compare other servos",
-    "identify": "fit a servo's motor, friction and law to logs of a pendulum bench",
+    "identify": "fit a servo's motor, friction and law to logs of a bench or a leg",
     "gaits": "list the gaits of a robot with support margins and largest speeds",
     "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
     "export-firmware": "write leg kinematics and gait as a C header for microcontrollers",

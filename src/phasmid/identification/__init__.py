@@ -1,10 +1,11 @@
-"""Identification of servos from logs of a bench."""
+"""Identification of servos from logs of a pendulum bench or of a leg in the air."""
 
 from phasmid.identification.bam import BamParameters, load_bam, save_bam
-from phasmid.identification.bench import BenchLog, Pendulum, simulate_bench
 from phasmid.identification.fit import Determined, Identification, TradeOff, identify
 from phasmid.identification.log_file import load_bench_log
+from phasmid.identification.logs import BenchLog, LegLog, Pendulum
 from phasmid.identification.parameters import MODELS, Model
+from phasmid.identification.simulation import simulate_logs
 
 __all__ = [
     "MODELS",
@@ -12,6 +13,7 @@ __all__ = [
     "BenchLog",
     "Determined",
     "Identification",
+    "LegLog",
     "Model",
     "Pendulum",
     "TradeOff",
@@ -19,5 +21,5 @@ __all__ = [
     "load_bam",
     "load_bench_log",
     "save_bam",
-    "simulate_bench",
+    "simulate_logs",
 ]

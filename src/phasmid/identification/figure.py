@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from phasmid.identification.fit import SETTLING, Identification
+from phasmid.identification.fit import Identification
+from phasmid.identification.logs import LegLog
 from phasmid.reporting.panels import Entry, Panels
 from phasmid.reporting.style import (
     FAINT,
@@ -17,30 +18,55 @@ from phasmid.reporting.style import (
     Layout,
     styled,
 )
+from phasmid.robot import JOINTS
 
-MOST_LOGS = 6
-"""Most logs that are drawn: the ones of the largest errors."""
+MOST_PANELS = 6
+"""Most joints of logs that are drawn: the ones of the largest errors."""
+
+
+Panel: TypeAlias = tuple[str, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Title, time [s], target, position and simulated angle [rad], and which are compared."""
 
 
 @styled()
 def identification_figure(found: Identification) -> Figure:
-    """Draw the angles of the logs with the largest errors, and measured less simulated angles."""
-    errors = [float(np.sqrt(np.mean(r**2))) for r in found.residuals]
-    chosen = sorted(np.argsort(errors)[::-1][:MOST_LOGS].tolist())
+    """Draw the angles of the joints with the largest errors, and measured less simulated angles."""
+    panels: list[Panel] = []
+    for log, modelled, kept in zip(found.logs, found.simulated, found.compared, strict=True):
+        is_leg = isinstance(log, LegLog)
+        for j, joint in enumerate(JOINTS if is_leg else ("",)):
+            columns = [
+                each.reshape(len(log.time), -1)[:, j]
+                for each in (log.target, log.position, modelled, kept)
+            ]
+            title = f"{log.name}, {joint}" if is_leg else log.name
+            if columns[3].any():
+                panels.append((title, log.time - log.time[0], *columns))
+    panels.sort(key=_error, reverse=True)
+    panels = panels[:MOST_PANELS]
     drawing = Panels(
-        Layout(), [1.5] * len(chosen), columns=2, share_x=True, share_y=False, left=0.9
+        Layout(), [1.5] * len(panels), columns=2, share_x=True, share_y=False, left=0.9
     )
     goal: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": (0, (4, 2))}
     measured: dict[str, Any] = {"color": INK, "linewidth": 1.6}
     simulated: dict[str, Any] = {"color": RUN_COLOURS[1], "linewidth": 1.0}
-    for (left, right), i in zip(drawing.rows, chosen, strict=True):
-        log, time = found.logs[i], found.logs[i].time - found.logs[i].time[0]
-        left.plot(time, np.degrees(log.target), drawstyle="steps-post", **goal)
-        left.plot(time, np.degrees(log.position), **measured)
-        left.plot(time, np.degrees(found.simulated[i]), **simulated)
-        right.plot(time, np.degrees(found.residuals[i]), color=INK, linewidth=0.6)
-        right.axvspan(0, SETTLING, color=LACKING_COLOUR, linewidth=0)
-        left.set_title(log.name, loc="left")
+    for (left, right), (title, time, *angles, kept) in zip(drawing.rows, panels, strict=True):
+        target, position, modelled = np.degrees(angles)
+        left.plot(time, target, drawstyle="steps-post", **goal)
+        left.plot(time, position, **measured)
+        left.plot(time, modelled, **simulated)
+        right.plot(time, position - modelled, color=INK, linewidth=0.6)
+        right.fill_between(
+            time,
+            0,
+            1,
+            where=~kept,
+            step="post",
+            transform=right.get_xaxis_transform(),
+            color=LACKING_COLOUR,
+            linewidth=0,
+        )
+        left.set_title(title, loc="left")
         left.set_ylabel("angle [°]")
         right.set_title("measured − simulated [°]", loc="left")
     for axis in drawing.rows[-1]:
@@ -55,4 +81,10 @@ def identification_figure(found: Identification) -> Figure:
         f"{found.servo.name}, model {found.model}",
         f"rms error {np.degrees(found.rms_error):.2f}°",
     ]
-    return drawing.complete("Identified servo on the bench", notes, entries)
+    return drawing.complete("Identified servo", notes, entries)
+
+
+def _error(panel: Panel) -> float:
+    """Return the mean square of a panel's compared residuals [rad²]."""
+    *_, position, simulated, kept = panel
+    return float(np.mean((position - simulated)[kept] ** 2))

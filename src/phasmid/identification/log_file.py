@@ -9,7 +9,7 @@ import numpy as np
 
 from phasmid.csv_table import check_size, check_times, read_csv_table
 from phasmid.errors import InvalidInput, located, nearest
-from phasmid.identification.bench import BenchLog, Pendulum
+from phasmid.identification.logs import BenchLog, Pendulum
 from phasmid.recording import load_recording
 from phasmid.toml import is_file
 from phasmid.units import UNITS

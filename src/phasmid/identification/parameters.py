@@ -1,4 +1,4 @@
-"""Parameters of a servo that logs of a bench may determine, by model."""
+"""Parameters of a servo that logs may determine, by model."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from phasmid.control.feed_forward.servo_goal import FULL_PUNCH, FULL_PWM
 from phasmid.errors import InvalidInput, nearest
-from phasmid.identification.bench import STEP
 from phasmid.robot import Friction, Motor, Servo
 from phasmid.robot.servo import FLATTEST_SLOPE, STEEPEST_SLOPE
 from phasmid.simulation.servo import servo_parameters
@@ -101,7 +100,7 @@ START = {
 
 
 def parameter_names(servo: Servo, model: Model) -> list[str]:
-    """Return the parameters of a servo with a friction model."""
+    """Return the parameters of a servo and a friction model, and of the bench, the last."""
     common = ["motor_constant", "resistance", "armature", "friction", "viscous_friction"]
     return [*common, *_LOSSES[model], *_LAWS[servo.law], "backlash", "delay", "hanging"]
 
@@ -144,7 +143,7 @@ def start_values(servo: Servo, model: Model, hanging: float) -> dict[str, float]
         "compliance_margin": sum(servo.compliance_margin) / 2,
         "compliance_slope": sum(servo.effective_slope) / 2,
         "punch": servo.punch,
-        "p_gain": servo.p_gain,
+        "p_gain": servo.gain_scale * servo.p_gain,
         "backlash": servo.backlash,
         "delay": servo.delay,
         "hanging": hanging,
@@ -180,15 +179,22 @@ def identified_motor(model: Model, values: Mapping[str, float]) -> Motor:
     return Motor(values["resistance"], values["motor_constant"], friction)
 
 
-def bench_parameters(
-    servo: Servo, model: Model, values: Mapping[str, float], voltages: Sequence[float]
+def servo_records(
+    servo: Servo, model: Model, values: Mapping[str, float], voltages: Sequence[float], dt: float
 ) -> np.ndarray:
     """Return the parameters of `servo_step` for a servo at several voltages.
 
     The servo is cold and never shuts down.
+
+    Args:
+        servo: Where all else is from.
+        model: Friction model.
+        values: Of its parameters.
+        voltages: Supplies [V].
+        dt: Time step [s].
     """
     motor = identified_motor(model, values)
-    records = np.concatenate([servo_parameters(servo, STEP, voltage, 25.0) for voltage in voltages])
+    records = np.concatenate([servo_parameters(servo, dt, voltage, 25.0) for voltage in voltages])
     changes = {
         **vars(motor.friction),
         "constant": motor.constant,
@@ -250,6 +256,7 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
         stribeck_exponent=friction.stribeck_exponent,
         backlash=values["backlash"],
         delay=values["delay"],
+        gain_scale=1.0,
         **law,
     )
 
