@@ -262,7 +262,7 @@ def identify(
     problem.period = math.inf
     problem.solve(MOST_ITERATIONS)
     margin = problem.round_margin()
-    problem.try_again()
+    problem.try_again(BENCH_STARTS if is_bench else LEG_STARTS)
     return Identification(
         servo,
         model,
@@ -286,8 +286,11 @@ FIRST_ITERATIONS, MOST_ITERATIONS = 4, 20
 LEAST_GAIN = 1e-3
 """Share of the squared errors below which an iteration gains nothing."""
 
-FURTHER_STARTS, APART = 1, 0.2
-"""Further starts after a solution, and their distance in shares of the sizes."""
+BENCH_STARTS, LEG_STARTS = 1, 3
+"""Further starts after a solution; legs that rattle in their backlash have more local minima."""
+
+APART = 0.2
+"""Distance of these starts in shares of the sizes."""
 
 DERIVATIVES = 4
 """Derivatives for intervals."""
@@ -454,7 +457,8 @@ class _Problem:
         if jacobian is None:
             return np.eye(count) * FIRST_WIDTH
         _, values, directions = np.linalg.svd(np.linalg.qr(jacobian, mode="r"))
-        widths = np.minimum(np.sqrt(2 * change) / values, WIDEST)
+        # The prior makes no singular value smaller; an average of one-sided changes may.
+        widths = np.minimum(np.sqrt(2 * change) / np.maximum(values, 1 / PRIOR), WIDEST)
         # No direction twice: where a fit rests, others show a way on.
         turn, _ = np.linalg.qr(self._rng.normal(size=(count, count)))
         columns: np.ndarray = directions.T * widths @ turn
@@ -516,10 +520,10 @@ class _Problem:
             i = self.names.index("backlash")
             self.x[i] = self._start[i]
 
-    def try_again(self) -> None:
+    def try_again(self, starts: int) -> None:
         """Solve from further starts around the solution, and keep the best."""
         best = self.solve(0), self.x
-        for _ in range(FURTHER_STARTS):
+        for _ in range(starts):
             moved = best[1] + APART * self._rng.normal(size=len(best[1]))
             self.x = np.clip(moved, self._low, self._high)
             best = min(best, (self.solve(MOST_ITERATIONS), self.x), key=lambda one: one[0])
