@@ -61,13 +61,16 @@ def angles_figure(comparison: Comparison) -> Figure:
     time = log.time[shown]
     drawing = Panels(Layout(), [1.7] * 3, share_y=False)
     for k, axis in enumerate(drawing.axes):
+        axis.plot(time, np.degrees(log.target[shown, leg, k]), **TARGET)
+        # Of a servo bus each row has readings of some joints, each with a time of its own.
+        read = shown & np.isfinite(log.position[:, leg, k])
+        times = log.time if log.read_time is None else log.read_time[:, leg, k]
         for angles, look in (
-            (log.target, TARGET),
             (log.position, ROBOT),
             (comparison.simulated, SIMULATION),
             (comparison.fitted, FITTED),
         ):
-            axis.plot(time, np.degrees(angles[shown, leg, k]), **look)
+            axis.plot(times[read], np.degrees(angles[read, leg, k]), **look)
         axis.set_ylabel(f"{JOINTS[k]} [°]")
     time_axis(drawing.axes[-1], time)
     entries: list[Entry] = [
