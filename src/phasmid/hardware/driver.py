@@ -87,6 +87,10 @@ class Stage(Enum):
     OFF = "the torque is off"
 
 
+REPEATED = 0.2
+"""Time after which a walk no longer sends that servos have no speed limit [s]: one packet may be
+lost."""
+
 MOVING = Stage.RAMP, Stage.RISE, Stage.WALK, Stage.SIT
 """Stages in which goals are written."""
 
@@ -328,7 +332,8 @@ class Driver:
     def _write(self) -> None:
         """Write what the stage needs."""
         robot, settings, stage = self.robot, self.settings, self.stage
-        share = (time.monotonic() - self._entered) / max(settings.ramp_time, 1e-9)
+        elapsed = time.monotonic() - self._entered
+        share = elapsed / max(settings.ramp_time, 1e-9)
         if stage is Stage.RAMP:
             robot.set_torque_limit(min(share, 1.0))
         elif stage is Stage.RISE:
@@ -341,7 +346,10 @@ class Driver:
         if stage in MOVING:
             goals = np.clip(self._goals + self._shift, robot.low, robot.high)
             # The servos' own limit protects where the driver ends during the motion.
-            robot.write_goals(goals, 0.0 if stage is Stage.WALK else self._speed())
+            speed: float | None = self._speed()
+            if stage is Stage.WALK:
+                speed = 0.0 if elapsed < REPEATED else None
+            robot.write_goals(goals, speed)
             self._written_before, self._written = self._written, goals
         self._written_at = time.monotonic()
 
