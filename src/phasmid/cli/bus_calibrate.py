@@ -77,10 +77,7 @@ def calibrate(
             _follow(calibrator, sweep, calibrator.turns)
             pending = calibrator.set_directions(sweep, pending)
             if pending:
-                say(
-                    f"Turned too little, or both ways: {_named(calibrator, pending)}. Let these "
-                    "legs rest again."
-                )
+                say(f"Turned too little, or both ways: {_named(calibrator, pending)}.")
                 say("Let these legs rest, away from their stops.")
 
     say("\n3. Ranges. Turn every joint to both ends of its range. Then press Enter.")

@@ -34,3 +34,7 @@ def __getattr__(name: str) -> Any:
             "the derivation needs sympy, which is not installed.", hint="pip install sympy"
         ) from error
     return getattr(symbolic, name)
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]
