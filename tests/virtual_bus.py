@@ -111,7 +111,7 @@ class VirtualEmulator(Emulator):
             state = [
                 (one.enabled, one._setting().goal, one.reading.position) for one in self.servos
             ]
-            self.history.append((now, *np.array(state, dtype=float).T))
+            self.history.append((self._simulated, *np.array(state, dtype=float).T))
 
     def traces(self):
         """Return times (N,), enabled (N, S), goals and positions [rad], (N, S)."""

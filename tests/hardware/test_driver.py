@@ -74,7 +74,8 @@ def check_reactions(driver, emulator, dead=()):
         elif "sits down" in sentence:
             # The servos' own limit of 60°/s counts: feed-forward moves the goals, too. Its register
             # has steps of 0.111 rpm, 0.7°/s.
-            speed = np.abs(np.diff(position[rows], axis=0)).max(initial=0.0) / emulator.plant.dt
+            way = np.abs(np.diff(position[rows], axis=0)).max(axis=1, initial=0.0)
+            speed = (way / np.diff(time[rows])).max(initial=0.0)
             assert speed <= driver.settings.sit_speed + math.radians(0.7)
 
 
