@@ -170,7 +170,11 @@ class Bus:
         """Return the model number of a servo, or None where none answers."""
         self._await(14, margin=PING_MARGIN)
         for _ in range(2):
-            number, result, _error = self._packets.ping(self._port, id_)
+            try:
+                number, result, _error = self._packets.ping(self._port, id_)
+            except IndexError:
+                # The library expects data where the servo answers that the request was damaged.
+                continue
             if result == self._sdk.COMM_SUCCESS:
                 return int(number)
             if result == self._sdk.COMM_RX_TIMEOUT:
@@ -211,7 +215,7 @@ class Bus:
         block = register.address, register.size
         for tries in range(TRIES, 0, -1):
             data, result, error = self._read_block(id_, *block, silence=LONG_SILENCE)
-            if result == self._sdk.COMM_SUCCESS or tries == 1:
+            if self._is_intact(result, error) or tries == 1:
                 break
         return register.from_bytes(self._checked(id_, data, result, error, work))
 
@@ -233,9 +237,15 @@ class Bus:
                 self._port, id_, register.address, len(data), data
             )
             self._count(result, LONG_SILENCE)
-            if result == self._sdk.COMM_SUCCESS or tries == 1:
+            if self._is_intact(result, error) or tries == 1:
                 break
         self._checked(id_, b"", result, error, f"writing {value} to {register.name}")
+
+    def _is_intact(self, result: int, error: int) -> bool:
+        """Return whether an answer came, and the request had arrived undamaged."""
+        if result != self._sdk.COMM_SUCCESS:
+            return False
+        return not status_error(self.protocol, error) & StatusError.CHECKSUM
 
     def _read_block(
         self, id_: int, address: int, size: int, silence: float = SILENCE
