@@ -75,9 +75,11 @@ def main() -> None:
         if not received:
             time.sleep(hold)
             break
-    for _ in range(REPEATS):
-        os.write(port, packet)
-        time.sleep(PAUSE)
+    # An adapter that was unplugged takes no packet.
+    with suppress(OSError):
+        for _ in range(REPEATS):
+            os.write(port, packet)
+            time.sleep(PAUSE)
 
 
 if __name__ == "__main__":
