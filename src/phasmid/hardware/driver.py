@@ -87,10 +87,6 @@ class Stage(Enum):
     OFF = "the torque is off"
 
 
-REPEATED = 0.2
-"""Time after which a walk no longer sends that servos have no speed limit [s]: one packet may be
-lost."""
-
 MOVING = Stage.RAMP, Stage.RISE, Stage.WALK, Stage.SIT
 """Stages in which goals are written."""
 
@@ -332,8 +328,7 @@ class Driver:
     def _write(self) -> None:
         """Write what the stage needs."""
         robot, settings, stage = self.robot, self.settings, self.stage
-        elapsed = time.monotonic() - self._entered
-        share = elapsed / max(settings.ramp_time, 1e-9)
+        share = (time.monotonic() - self._entered) / max(settings.ramp_time, 1e-9)
         if stage is Stage.RAMP:
             robot.set_torque_limit(min(share, 1.0))
         elif stage is Stage.RISE:
@@ -346,10 +341,7 @@ class Driver:
         if stage in MOVING:
             goals = np.clip(self._goals + self._shift, robot.low, robot.high)
             # The servos' own limit protects where the driver ends during the motion.
-            speed: float | None = self._speed()
-            if stage is Stage.WALK:
-                speed = 0.0 if elapsed < REPEATED else None
-            robot.write_goals(goals, speed)
+            robot.write_goals(goals, 0.0 if stage is Stage.WALK else self._speed())
             self._written_before, self._written = self._written, goals
         self._written_at = time.monotonic()
 

@@ -273,20 +273,14 @@ class RobotBus:
 
     # Settings and goals --------------------------------------------------------------------------
 
-    def write_goals(self, q: Float[np.ndarray, "legs 3"], speed: float | None) -> None:
-        """Write goals, within the limits; they switch the torque of the AX and MX series on.
+    def write_goals(self, q: Float[np.ndarray, "legs 3"], speed: float = 0.0) -> None:
+        """Write goals, within the limits, with the servos' own speed limit [rad/s]; 0: none.
 
-        Args:
-            q: Joint angles [rad], shape (L, 3).
-            speed: The servos' own speed limit [rad/s]; 0: none; None: as it was written before.
+        Goals switch the torque of the AX and MX series on.
         """
         angles = (self._zero + self._sign * np.clip(q, self.low, self.high)).ravel()
-        goals = dict(zip(self.ids, angles.tolist(), strict=True))
-        if speed is None:
-            self.bus.write_all("goal_position", goals)
-        else:
-            both = {id_: (goal, speed) for id_, goal in goals.items()}
-            self.bus.write_all(("goal_position", "goal_speed"), both)
+        values = {id_: (angle, speed) for id_, angle in zip(self.ids, angles.tolist(), strict=True)}
+        self.bus.write_all(("goal_position", "goal_speed"), values)
 
     def hold(self, speed: float) -> None:
         """Switch the torque on without output, with the measured angles as goals.
