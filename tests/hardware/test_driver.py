@@ -226,6 +226,11 @@ FAULTS = {
     "brown-out": ([f"brown-out to 5 V {W} for 0.5 s"], [], "servos have restarted"),
     "no supply": ([f"brown-out to 5 V {W}"], [], "hold their goals"),
     "supply comes back": ([f"brown-out to 5 V {W} for 4 s"], [], "output of the servos falls"),
+    "supply lost while sitting": (
+        [f"brown-out to 5 V at {WALKS_AT + 2.5:g} s for 4 s"],
+        [],
+        "hold their goals",
+    ),
     "low supply": ([], [(WALKS_AT, low_supply)], "is 6.1 V"),
     "port": ([], [(WALKS_AT, fail_port)], "switch the supply off"),
     "sit": ([], [(WALKS_AT, stop(Reaction.SIT))], "stopped by the user: the robot sits"),
@@ -241,6 +246,7 @@ SHORT = (
     "low supply",
     "brown-out",
     "supply comes back",
+    "supply lost while sitting",
     "port",
     "limp",
 )

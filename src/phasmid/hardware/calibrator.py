@@ -13,6 +13,7 @@ from phasmid.hardware.bus import Bus, BusError
 from phasmid.hardware.calibration import POSITIONS, ServoCalibration
 from phasmid.hardware.control_table import Model
 from phasmid.kinematics import joint_angles
+from phasmid.motion.trajectory import joint_names
 from phasmid.robot import JOINTS, Robot
 
 READINGS = 9
@@ -111,7 +112,7 @@ class Calibrator:
 
     def __init__(self, bus: Bus, robot: Robot, ids: Sequence[int] | None = None) -> None:
         self.bus, self.robot = bus, robot
-        self.joints = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
+        self.joints = list(joint_names(robot))
         self.ids = list(range(1, len(self.joints) + 1) if ids is None else ids)
         self.model = self._common_model()
         self._register = self.model.register("present_position")

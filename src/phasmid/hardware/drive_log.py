@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -32,7 +31,7 @@ Watch = Callable[[np.ndarray, Mapping[str, np.ndarray]], None]
 
 
 class DriveLog:
-    """Log of a drive; as a context manager it closes the file.
+    """Log of a drive, to be closed.
 
     Args:
         path: The file; None: there is none.
@@ -71,15 +70,7 @@ class DriveLog:
 
             self._attributes = self._first_attributes()
 
-    def __enter__(self) -> DriveLog:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
         """Close the file."""
         self._stack.close()
 

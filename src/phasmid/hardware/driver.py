@@ -7,7 +7,7 @@ import math
 import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
@@ -239,7 +239,7 @@ class Driver:
             force=self._force,
             watch=self.watch,
         )
-        with log, self._guarded() as alive, self._signals():
+        with closing(log), self._guarded() as alive, self._signals():
             # Objects that stay need not be examined during the drive.
             gc.collect()
             gc.freeze()
@@ -469,9 +469,10 @@ class Driver:
         if reaction is Reaction.NONE or stage is Stage.OFF:
             return
         stops = reaction is Reaction.LIMP or stage is Stage.RAMP
-        if not stops and stage in (Stage.SIT, Stage.RELEASE, Stage.HOLD):
+        sits = stage is Stage.SIT and reaction is Reaction.SIT
+        if not stops and (sits or stage in (Stage.RELEASE, Stage.HOLD)):
             return
-        if reaction is not Reaction.HOLD:
+        if stops or reaction is not Reaction.HOLD:
             self._end(cause)
         if stops:
             self._note(f"{cause}: the torque is switched off.")

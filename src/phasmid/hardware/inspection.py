@@ -10,8 +10,10 @@ from phasmid.hardware.bus import MOST_LATENCY, Bus, BusError, latency_advice
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.control_table import Model
 from phasmid.hardware.rates import achievable_rate
+from phasmid.hardware.robot_bus import servo_range
 from phasmid.hardware.status import StatusError, shutdown_errors
-from phasmid.robot import JOINTS, Robot
+from phasmid.motion.trajectory import joint_names
+from phasmid.robot import Robot
 
 LIMIT_TOLERANCE = math.radians(5)
 """Excess of a measured angle over its joint's limit that is accepted [rad]: limp legs sag."""
@@ -58,8 +60,7 @@ def inspect_servos(
     result = Inspection()
     found = bus.scan([row.id for row in calibration])
     limits = robot.arrays.joint_limits.reshape(-1, 2)
-    joints = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
-    if joints != [row.joint for row in calibration]:
+    if list(joint_names(robot)) != [row.joint for row in calibration]:
         result.refusals.append(f"the calibration has other joints than {robot.name}.")
         return result
     for row, (low, high) in zip(calibration, limits.tolist(), strict=True):
@@ -117,15 +118,12 @@ def _inspect_servo(
             f"{servo} is at {math.degrees(angle):.0f}°, beyond the joint's limits "
             f"({math.degrees(low):.0f}° to {math.degrees(high):.0f}°): its calibration is wrong."
         )
-    goal = model.register("goal_position")
-    ends = [bus.read_raw(row.id, model.register(f"{end}_position_limit")) for end in ("min", "max")]
-    if ends[0] == ends[1]:
-        refuse(f"{servo} is in wheel mode: both of its position limits are {ends[0]}.")
-    elif ends[0] > row.range_min or ends[1] < row.range_max:
-        own = [math.degrees(row.joint_angle(goal.to_si(end))) for end in ends]
-        result.notes.append(
-            f"{servo}: its position limits allow {min(own):.0f}° to {max(own):.0f}° of the joint."
-        )
+    own = servo_range(bus, row)
+    if own.range_min == own.range_max:
+        refuse(f"{servo} is in wheel mode: both of its position limits are {own.range_min}.")
+    elif own.range_min > row.range_min or own.range_max < row.range_max:
+        ends = [f"{math.degrees(angle):.0f}°" for angle in own.joint_range]
+        result.notes.append(f"{servo}: its position limits allow {' to '.join(ends)} of the joint.")
     known_low, known_high = row.joint_range
     if not known_low - LIMIT_TOLERANCE <= angle <= known_high + LIMIT_TOLERANCE:
         refuse(

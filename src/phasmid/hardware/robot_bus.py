@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -14,7 +15,8 @@ from phasmid.hardware.bus import MONITORED, Bus, BusError, ServoReading
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.rates import read_time
 from phasmid.hardware.status import StatusError, hardware_error
-from phasmid.robot import JOINTS, Robot
+from phasmid.motion.trajectory import joint_names
+from phasmid.robot import Robot
 
 SHUTDOWNS = StatusError.OVERHEATING | StatusError.OVERLOAD | StatusError.SHOCK
 """Errors with which a servo switches its motor off."""
@@ -53,6 +55,13 @@ JUMP, AGREEMENT = np.radians(10), np.radians(3)
 [rad], until a second reading in a row agrees with it within that distance [rad]."""
 
 
+def servo_range(bus: Bus, row: ServoCalibration) -> ServoCalibration:
+    """Return a servo with the range of its own position limits in place of the calibrated one."""
+    names = "min_position_limit", "max_position_limit"
+    low, high = (bus.read_raw(row.id, bus.model(row.id).register(name)) for name in names)
+    return replace(row, range_min=low, range_max=high)
+
+
 class RobotBus:
     """The joints of a robot as servos on a bus: targets in, readings out.
 
@@ -89,7 +98,7 @@ class RobotBus:
 
     def __init__(self, bus: Bus, robot: Robot, calibration: Sequence[ServoCalibration]) -> None:
         self.bus, self.robot, rows = bus, robot, list(calibration)
-        self.names = tuple(f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS)
+        self.names = tuple(joint_names(robot))
         if tuple(row.joint for row in rows) != self.names:
             raise InvalidInput(
                 f"the calibration has other joints than {robot.name}.", hint="phasmid bus calibrate"
@@ -98,9 +107,10 @@ class RobotBus:
         self._sign = np.array([row.direction for row in rows], dtype=float).reshape(shape)
         self._zero = np.array([row.zero for row in rows]).reshape(shape)
         self._models = [bus.model(id_) for id_ in self.ids]
-        ranges = [row.joint_range for row in rows], [self._servo_range(row) for row in rows]
-        limits = np.stack([np.reshape(each, (*shape, 2)) for each in ranges])
-        limits = np.concatenate([limits, robot.arrays.joint_limits[None]])
+        calibrated = [row.joint_range for row in rows]
+        permitted = [servo_range(bus, row).joint_range for row in rows]
+        ranges = [np.reshape(each, (*shape, 2)) for each in (calibrated, permitted)]
+        limits = np.stack([*ranges, robot.arrays.joint_limits])
         self.low, self.high = limits[..., 0].max(axis=0), limits[..., 1].min(axis=0)
         self._full = {
             id_: bus.read(id_, "max_torque" if "max_torque" in model.registers else "pwm_limit")
@@ -127,14 +137,6 @@ class RobotBus:
         self._latency = bus.measure_latency(self.ids[0])
         self._read_time = self._time_of(self._names)
         self._health_time = self._time_of(HEALTH) if bus.protocol == 2 else 0.0
-
-    def _servo_range(self, row: ServoCalibration) -> tuple[float, float]:
-        """Return lowest and highest angle of a joint within the servo's own position limits."""
-        names = "min_position_limit", "max_position_limit"
-        to_si = self.bus.model(row.id).register("goal_position").to_si
-        raw = (self.bus.read_raw(row.id, self.bus.model(row.id).register(name)) for name in names)
-        low, high = sorted(row.joint_angle(to_si(each)) for each in raw)
-        return low, high
 
     def _time_of(self, names: Sequence[str]) -> float:
         """Return the time to read registers of one servo [s]."""
