@@ -15,7 +15,7 @@ from phasmid.dynamics.matrices import hip_gravity, link_moments
 from phasmid.errors import InvalidInput
 from phasmid.formats import load_robot
 from phasmid.identification import BenchLog, Determined, Pendulum, identify, simulate_logs
-from phasmid.identification.fit import compared_rows
+from phasmid.identification.logs import compared_rows
 from phasmid.identification.parameters import servo_records, start_values
 from phasmid.identification.simulation import STEP, time_step
 from phasmid.simulation.model import model_specification

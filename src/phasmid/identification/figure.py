@@ -6,8 +6,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from phasmid.identification.fit import Identification
 from phasmid.identification.logs import LegLog
+from phasmid.identification.result import Identification
 from phasmid.reporting.panels import Entry, Panels
 from phasmid.reporting.style import (
     FAINT,

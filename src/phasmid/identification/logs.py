@@ -9,9 +9,19 @@ from typing import TypeAlias
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.dynamics import leg_matrices
 from phasmid.errors import InvalidInput
 from phasmid.robot import Leg
 from phasmid.units import STANDARD_GRAVITY
+
+SETTLING = 0.3
+"""Time after a joint's first motion that is not compared [s]: speed and rotor are unknown."""
+
+FIRST_TURN = 0.1
+"""Share of a joint's largest turn in a log up to which it is not compared."""
+
+LEAST_LOAD = 0.1
+"""Torque of gravity on a joint, as a share of the leg's largest, from which it is compared."""
 
 
 @dataclass(frozen=True)
@@ -101,3 +111,21 @@ Log: TypeAlias = BenchLog | LegLog
 def joint_columns(log: Log) -> tuple[np.ndarray, np.ndarray]:
     """Return goals and positions of a log's joints [rad], shape (N, J) each."""
     return log.target.reshape(len(log.time), -1), log.position.reshape(len(log.time), -1)
+
+
+def compared_rows(log: Log) -> Bool[np.ndarray, "n joints"]:
+    """Return which readings of a log are compared.
+
+    Where a joint that friction holds comes to rest depends on where it was at first, which a coarse
+    sensor does not show. A joint without load floats in its backlash: a coxa with a vertical axis,
+    and a tibia while it hangs down.
+    """
+    angles = joint_columns(log)[1]
+    read = np.isfinite(angles)
+    first = angles[read.argmax(axis=0), np.arange(angles.shape[1])]
+    turned = np.abs(angles - first) > FIRST_TURN * np.nanmax(np.abs(angles - first), axis=0)
+    compared: np.ndarray = read & (log.time[:, None] >= log.time[turned.argmax(axis=0)] + SETTLING)
+    if isinstance(log, LegLog):
+        load = np.abs(leg_matrices(log.leg, np.nan_to_num(angles)).G)
+        compared &= load >= LEAST_LOAD * load.max()
+    return compared

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid.control.feed_forward.servo_goal import FULL_PUNCH, FULL_PWM
 from phasmid.errors import InvalidInput, nearest
@@ -264,3 +265,12 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
 def table_slope(slope: float) -> float:
     """Return the power of two nearest to a compliance slope, as servo tables have it."""
     return min(max(2.0 ** round(math.log2(slope)), STEEPEST_SLOPE), FLATTEST_SLOPE)
+
+
+def parameter_sizes(
+    names: Sequence[str], values: Float[np.ndarray, " p"]
+) -> Float[np.ndarray, " p"]:
+    """Return the sizes of P parameters: their values, or their scales where these are larger."""
+    scales = [PARAMETERS[name].scale for name in names]
+    sizes: np.ndarray = np.maximum(np.abs(values), scales)
+    return sizes
