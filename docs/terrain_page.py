@@ -38,6 +38,20 @@ TERRAINS = {
         "Blocks of seeded heights, 2.4 m by 1.6 m, which touch or stand `block_gap_mm` apart.",
         "block_size_mm = 80\nblock_height_mm = 20\nterrain_seed = 1",
     ),
+    "stepping-stones": (
+        "Stones of seeded heights on a staggered lattice, each displaced by up to a quarter of the "
+        "gap, above a floor.",
+        "stone_size_mm = 100\nstone_distance_mm = 140\nblock_height_mm = 20\ngap_depth_mm = 100",
+    ),
+    "beams": (
+        "Beams across the path, the last about 2.4 m behind the start.",
+        "beam_width_mm = 50\nbeam_height_mm = 30\nbeam_distance_mm = 300",
+    ),
+    "course": (
+        "3 m: two stairs up, blocks, a gap, stepping stones, two stairs down, rubble; "
+        "`course_level` is its difficulty, from 0 to 1.",
+        "course_level = 0.5\nterrain_seed = 1",
+    ),
     "waves": (
         "A sinusoid across the path, which begins in a trough.",
         "wave_height_mm = 30\nwave_length_mm = 400",

@@ -15,7 +15,7 @@ from phasmid.reporting.robot_mesh import body_pose, mesh_pieces, robot_corners
 from phasmid.reporting.style import leg_colour, rgb
 from phasmid.reporting.terrain_mesh import DARK_SQUARE, floor_image, landscape
 from phasmid.robot import load_robot
-from phasmid.terrain import Blocks, Blocky, Flat, Ground, Patch, Rough, Steps, Waves
+from phasmid.terrain import Blocks, Blocky, Course, Flat, Ground, Patch, Rough, Steps, Waves
 
 
 def volume(corners):
@@ -56,6 +56,7 @@ def test_a_camera_projects_by_the_intercept_theorem():
 GROUNDS = {
     "stairs": Ground(Steps.stairs(0.3, rise=0.02, run=0.1, count=3), 0.7, yaw=0.4),
     "blocks": Ground(Blocks(0.08, 0.006, 0.02, 0.1, 0.3), 0.7, yaw=-0.4),
+    "course": Ground(Course.mixed(0.3, difficulty=0.05), 0.7, yaw=-0.4),
     "waves": Ground(Waves(0.03, 0.4, 0.3), 0.7),
     "rough": Ground(Rough(0.006, 0.15, 0.3), 0.7),
 }

@@ -29,6 +29,9 @@ def test_a_scenario_written_and_read_again_is_the_same(tmp_path):
             "gait": {"name": "mine", "duty_factor": 0.7, "offsets": [0.0] * 6},
         },
         {"force_model": "friction-cone", "torque_limits": "counted", "load_transfer": 0.15},
+        {"terrain": "stepping-stones", "stone_distance_mm": 160, "terrain_seed": 7},
+        {"terrain": "beams", "beam_width_mm": 30, "beam_height_mm": 45, "beam_distance_mm": 190},
+        {"terrain": "course", "course_level": 0.75},
         {"description": 'quotes " and \\ and é', "stance_radius_mm": 140},
     ):
         scenario = load_scenario("paper").replace(**changes)

@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 from phasmid.errors import InvalidInput
 from phasmid.terrain import (
     Blocks,
+    Course,
     Flat,
     Ground,
     HeightMap,
     Patch,
     Rough,
+    Section,
     Slope,
     Steps,
     Waves,
@@ -29,10 +31,14 @@ CURVED = [
     Rough(0.006, 0.15, 0.3),
     HeightMap(HILLS, 0.05, 0.3),
 ]
+STONES = Blocks.stones(0.3, size=0.1, distance=0.16, height_range=0.02, depth=0.1)
 LEVEL = [
     Flat(),
     Steps.stairs(0.3, rise=0.02, run=0.1, count=4),
+    Steps.beams(0.3, width=0.05, height=0.03, distance=0.3, count=4),
     Blocks(0.08, 0.01, 0.02, 0.1, 0.3),
+    STONES,
+    Course.mixed(0.3, difficulty=0.7),
 ]
 
 
@@ -104,6 +110,79 @@ def test_stairs_rise_by_their_rise_at_each_run():
     assert stairs.height(x, 0 * x).tolist() == [0, 0.02, 0.02, 0.04, 0.06, 0.06]
 
 
+def test_beams_stand_on_level_ground():
+    # z = height within the width of each beam, else 0.
+    beams = Ground(Steps.beams(0.3, width=0.05, height=0.03, distance=0.2, count=2), 0.7)
+    x = np.array([0.29, 0.31, 0.34, 0.36, 0.49, 0.51, 0.56, 0.71])
+    assert beams.height(x, 0 * x).tolist() == [0, 0.03, 0.03, 0, 0, 0.03, 0, 0]
+
+
+@pytest.mark.parametrize("shape", LEVEL[1:], ids=lambda s: type(s).__name__)
+def test_the_height_is_the_top_of_the_highest_block_at_a_place(shape):
+    # MuJoCo's boxes reach from far below up to the tops; none of the places lies on an edge.
+    u, v = places(2000)
+    tops = [
+        np.where((b.u[0] < u) & (u < b.u[1]) & (b.v[0] < v) & (v < b.v[1]), b.top, -np.inf)
+        for b in shape.blocks
+    ]
+    assert np.array_equal(np.max(tops, axis=0), shape.surface(u, v)[0])
+
+
+def test_stones_lie_on_a_staggered_lattice_within_a_quarter_of_their_gap():
+    # 15 rows of 10 and 9 stones in turn, 0.16 m apart; each centre is off its place of the lattice
+    # by up to 0.06 m / 4 along u and v, the farthest of 285 numbers hardly by less than 90 % of it.
+    stones = [b for b in STONES.blocks if b.u[1] - b.u[0] < 0.11]
+    assert len(stones) == 8 * 10 + 7 * 9
+    u, v = (
+        np.array([sum(ends) / 2 for ends in axis])
+        for axis in zip(*((b.u, b.v) for b in stones), strict=True)
+    )
+    row = np.floor((u - 0.3) / 0.16)
+    along = u - 0.3 - 0.16 * (row + 0.5)
+    across = (v - 0.08 * (row % 2 == 0)) / 0.16
+    across = 0.16 * (across - np.round(across))
+    for off in (along, across):
+        assert 0.9 * 0.015 < np.abs(off).max() <= 0.015 + 1e-12
+    assert np.ptp([b.top for b in stones]) <= 0.02
+    other = Blocks.stones(0.3, size=0.1, distance=0.16, height_range=0.02, depth=0.1, seed=2)
+    assert other.blocks != STONES.blocks
+
+
+@pytest.mark.parametrize("difficulty", [0.5, 1.0])
+def test_a_course_climbs_two_stairs_and_ends_on_level_ground(difficulty):
+    # Stairs of 60 mm times the difficulty; blocks, stones and rubble have tops within half of
+    # their range of heights around the plateau or the ground; the gap and the floor between stones
+    # are 0.1 m deep.
+    course = Ground(Course.mixed(0.3, difficulty=difficulty), 0.7)
+    assert len(course.shape.blocks) < 1500
+    rise = 0.06 * difficulty
+
+    def heights(begin, end):
+        x, y = np.random.default_rng(1).uniform((0.3 + begin, -1.9), (0.3 + end, 1.9), (999, 2)).T
+        return course.height(x, y)
+
+    def all_near(values, level, within=1e-12):
+        return np.abs(values - level).max() <= within
+
+    assert all_near(heights(0, 0.15), rise)
+    assert all_near(heights(0.15, 0.35), 2 * rise)
+    assert all_near(heights(0.35, 0.85), 2 * rise, rise / 2)
+    assert all_near(heights(0.95, 0.95 + rise), 2 * rise - 0.1)
+    stones = heights(1.1, 1.7)
+    floor = stones < 2 * rise - 0.05
+    assert all_near(stones[floor], 2 * rise - 0.1)
+    assert all_near(stones[~floor], 2 * rise, rise / 4)
+    assert all_near(heights(1.7, 1.8), 2 * rise)
+    assert all_near(heights(1.8, 1.95), rise)
+    assert all_near(heights(1.95, 2.1), 0)
+    assert all_near(heights(2.1, 2.5), 0, rise / 2)
+    assert all_near(heights(2.5, 9), 0)
+
+
+def test_a_course_without_difficulty_is_level():
+    assert not Course.mixed(0.3, difficulty=0.0).surface(*places(99))[0].any()
+
+
 def test_waves_run_from_trough_to_crest():
     # z = h/2 (1 - cos(2π x/λ)): 0 at the start, h after half a wave.
     waves = Ground(Waves(0.03, 0.4, 0.3), 0.7)
@@ -173,6 +252,26 @@ def test_friction_is_that_of_the_last_patch_that_holds_a_point():
         ),
         (lambda: Blocks(0.001, 0.0, 0.0, 0.1, 0.3), "a field of 3840000 blocks; the limit is"),
         (lambda: Blocks(0.1, 0.1, 0.2, 0.1, 0.3), "the floor between blocks lies 0.1 m deep"),
+        (
+            lambda: Blocks(0.1, 0.1, 0.02, 0.1, 0.3, jitter=0.06),
+            "blocks are displaced by up to 0.06 m; it must be 0 or more",
+        ),
+        (
+            lambda: Blocks.stones(0.3, size=0.1, distance=0.1, height_range=0.0, depth=0.1),
+            "stones of 0.1 m, 0.1 m from centre to centre; the size must be greater",
+        ),
+        (
+            lambda: Steps.beams(0.3, width=0.2, height=0.03, distance=0.1, count=2),
+            "beams of 0.2 m width, 0.1 m from centre to centre; the width must be",
+        ),
+        (
+            lambda: Course.mixed(0.3, difficulty=1.1),
+            "the difficulty of a course is 1.1; it must be 0 or more and 1 or less.",
+        ),
+        (
+            lambda: Course((Section(0.5, 0.0, Steps((), ())), Section(0.3, 0.1, Steps((), ())))),
+            "a section of a course begins at 0.3 m, the one before at 0.5 m; their starts must",
+        ),
         (lambda: Steps((0.1,), ()), "steps.z has 0 values; one per edge, 1 in all."),
         (lambda: Steps((math.nan,), (0.0,)), "steps.x[0] is nan m; it must be a number below"),
     ],

@@ -13,6 +13,7 @@ from phasmid.errors import InvalidInput, located
 from phasmid.tables import Angle, Count, Length, Number, Of, Table, in_si
 from phasmid.terrain import (
     Blocks,
+    Course,
     Flat,
     Ground,
     HeightMap,
@@ -32,8 +33,8 @@ from phasmid.terrain.height_text import BEGINNING, LONGEST
 START = 0.3
 """Default start of a terrain, just ahead of the PhantomX's first footholds [m]."""
 
-ICE_LENGTH, ICE_WIDTH = 2.4, 1.2
-"""Extent of a field of ice [m]."""
+FIELD_LENGTH, ICE_WIDTH = 2.4, 1.2
+"""Length of a field of ice or of beams, and width of one of ice [m]."""
 
 
 class TerrainTable(Table):
@@ -43,8 +44,10 @@ class TerrainTable(Table):
 
     Attributes:
         kind: ``flat``; ``slope``; ``stairs``; one ``step``; ``gap``, a ditch; ``steps`` at places
-            of your own; ``blocks`` of different heights; ``waves``; ``rough`` ground;
-            ``height-map`` from a file; ``ice``: level, with slippery tiles.
+            of your own; ``beams`` across the path; ``blocks`` of different heights;
+            ``stepping-stones`` above a floor; ``course``: stairs, blocks, a gap, stones and rubble,
+            3 m long; ``waves``; ``rough`` ground; ``height-map`` from a file; ``ice``: level, with
+            slippery tiles.
         friction: Coefficient of Coulomb friction between foot and ground.
         patches: Rectangles of other friction along the terrain, each from x, to x, from y, to y
             [m], friction.
@@ -52,18 +55,25 @@ class TerrainTable(Table):
         terrain_start: Where the terrain begins, ahead of the robot's start [m]; absent: 300 mm,
             and for a slope nowhere.
         terrain_yaw: Direction in which the terrain is laid, from the walk's, to the left [rad].
-        terrain_seed: Of the heights of blocks and of rough ground.
+        terrain_seed: Of the heights of blocks, stones, courses and rough ground.
         slope: Of the slope, uphill [rad].
         rise: Height of a step, of stairs or alone [m].
         run: Depth of each of the stairs [m].
         stair_count: Number of the stairs.
         gap_width: Width of the gap [m].
-        gap_depth: Depth of the gap, and of gaps between blocks [m].
+        gap_depth: Depth of the gap, and of gaps between blocks or stones [m].
         edge_x: Of ``steps``: places of their edges [m].
         edge_z: Of ``steps``: height behind each edge [m].
         block_size: Side of a block [m].
         block_gap: Between blocks [m].
-        block_height: Between the highest and the lowest possible block [m].
+        block_height: Between the highest and the lowest possible block or stone [m].
+        stone_size: Side of a stepping stone [m].
+        stone_distance: Of neighbouring stepping stones, centre to centre [m].
+        beam_width: Width of a beam along the path [m].
+        beam_height: Height of the beams [m].
+        beam_distance: From each beam to the next, centre to centre [m].
+        course_level: Difficulty of the course, from 0, level ground, to 1: rises, ranges of heights
+            and a gap of 60 mm, stones of 100 mm at 200 mm.
         wave_height: From trough to crest [m].
         wave_length: From crest to crest [m].
         roughness: Standard deviation of the height of rough ground [m].
@@ -82,7 +92,10 @@ class TerrainTable(Table):
         "step",
         "gap",
         "steps",
+        "beams",
         "blocks",
+        "stepping-stones",
+        "course",
         "waves",
         "rough",
         "height-map",
@@ -93,18 +106,26 @@ class TerrainTable(Table):
     planned_on: Literal["terrain", "level"] = "terrain"
     terrain_start: Annotated[Length, Ge(-100), Le(100)] | None = None
     terrain_yaw: Annotated[Angle, Ge(-math.pi), Le(math.pi)] = 0.0
-    terrain_seed: Annotated[Count, Ge(0), Lt(2**63), Of("blocks", "rough")] = 1
+    terrain_seed: Annotated[
+        Count, Ge(0), Lt(2**63), Of("blocks", "stepping-stones", "course", "rough")
+    ] = 1
     slope: Annotated[Angle, Of("slope")] = math.radians(10)
     rise: Annotated[Length, Gt(-2), Lt(2), Of("stairs", "step")] = 0.020
     run: Annotated[Length, Gt(0), Le(10), Of("stairs")] = 0.120
     stair_count: Annotated[Count, Gt(0), Le(1000), Of("stairs")] = 5
     gap_width: Annotated[Length, Gt(0), Le(10), Of("gap")] = 0.030
-    gap_depth: Annotated[Length, Gt(0), Le(10), Of("gap", "blocks")] = 0.100
+    gap_depth: Annotated[Length, Gt(0), Le(10), Of("gap", "blocks", "stepping-stones")] = 0.100
     edge_x: Annotated[tuple[Length, ...], FailFast(), Of("steps")] = ()
     edge_z: Annotated[tuple[Length, ...], FailFast(), Of("steps")] = ()
     block_size: Annotated[Length, Gt(0), Le(10), Of("blocks")] = 0.080
     block_gap: Annotated[Length, Ge(0), Le(10), Of("blocks")] = 0.0
-    block_height: Annotated[Length, Ge(0), Le(2), Of("blocks")] = 0.020
+    block_height: Annotated[Length, Ge(0), Le(2), Of("blocks", "stepping-stones")] = 0.020
+    stone_size: Annotated[Length, Gt(0), Le(10), Of("stepping-stones")] = 0.100
+    stone_distance: Annotated[Length, Gt(0), Le(10), Of("stepping-stones")] = 0.200
+    beam_width: Annotated[Length, Gt(0), Le(10), Of("beams")] = 0.050
+    beam_height: Annotated[Length, Ge(0), Le(2), Of("beams")] = 0.030
+    beam_distance: Annotated[Length, Gt(0.01), Le(10), Of("beams")] = 0.300
+    course_level: Annotated[Number, Ge(0), Le(1), Of("course")] = 0.5
     wave_height: Annotated[Length, Ge(0), Le(2), Of("waves")] = 0.030
     wave_length: Annotated[Length, Gt(0), Le(100), Of("waves")] = 0.400
     roughness: Annotated[Length, Ge(0), Le(1), Of("rough")] = 0.006
@@ -172,6 +193,25 @@ class TerrainTable(Table):
                 start,
                 seed=self.terrain_seed,
             )
+        if self.kind == "stepping-stones":
+            return Blocks.stones(
+                start,
+                size=self.stone_size,
+                distance=self.stone_distance,
+                height_range=self.block_height,
+                depth=self.gap_depth,
+                seed=self.terrain_seed,
+            )
+        if self.kind == "beams":
+            return Steps.beams(
+                start,
+                width=self.beam_width,
+                height=self.beam_height,
+                distance=self.beam_distance,
+                count=max(1, round(FIELD_LENGTH / self.beam_distance)),
+            )
+        if self.kind == "course":
+            return Course.mixed(start, difficulty=self.course_level, seed=self.terrain_seed)
         if self.kind == "waves":
             return Waves(self.wave_height, self.wave_length, start)
         if self.kind == "rough":
@@ -192,7 +232,7 @@ class TerrainTable(Table):
 
     def _tiles(self) -> list[Patch]:
         """Return every second tile of the field, as on a chessboard."""
-        along, across = round(ICE_LENGTH / self.tile), round(ICE_WIDTH / self.tile)
+        along, across = round(FIELD_LENGTH / self.tile), round(ICE_WIDTH / self.tile)
         left = -across * self.tile / 2
         tiles = []
         for i in range(along):

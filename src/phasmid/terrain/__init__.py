@@ -1,5 +1,6 @@
 """Terrains: height, normal and friction of the ground."""
 
+from phasmid.terrain.course import Course, Section
 from phasmid.terrain.ground import Ground, Patch
 from phasmid.terrain.height_file import read_heights
 from phasmid.terrain.height_map import HeightMap
@@ -11,11 +12,13 @@ __all__ = [
     "Block",
     "Blocks",
     "Blocky",
+    "Course",
     "Flat",
     "Ground",
     "HeightMap",
     "Patch",
     "Rough",
+    "Section",
     "Shape",
     "Slope",
     "Steps",

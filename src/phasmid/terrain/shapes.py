@@ -205,6 +205,27 @@ class Steps:
         """
         return cls((start, start + width), (-depth, 0.0))
 
+    @classmethod
+    def beams(
+        cls, start: float, *, width: float, height: float, distance: float, count: int
+    ) -> Steps:
+        """Return equal beams across u on level ground, the first at `start`.
+
+        Args:
+            start: Place of the first edge [m].
+            width: Of each beam along u [m].
+            height: Of their tops above the ground [m].
+            distance: From each beam to the next, centre to centre [m].
+            count: Number of beams.
+        """
+        if not 0 < width < distance:
+            raise InvalidInput(
+                f"beams of {width:g} m width, {distance:g} m from centre to centre; the width must "
+                "be greater than 0 and less than the distance."
+            )
+        near = [start + distance * k for k in range(count)]
+        return cls(tuple(x for u in near for x in (u, u + width)), (height, 0.0) * count)
+
     def surface(self, u: Places, v: Places) -> Surface:
         """Return the height [m] and a slope of zero: edges have none."""
         del v
@@ -238,7 +259,10 @@ class Blocks:
         start: Where the field begins [m].
         length: Of the field along u [m].
         width: Of the field along v, half of it to each side [m].
-        seed: Of the heights.
+        seed: Of the heights and displacements.
+        jitter: Largest displacement of a block from the middle of its cell, along u and v [m];
+            every second row is moved by half a cell. None: all blocks lie at the near corners of
+            their cells.
     """
 
     size: float
@@ -249,6 +273,7 @@ class Blocks:
     length: float = 2.4
     width: float = 1.6
     seed: int = 1
+    jitter: float | None = None
 
     def __post_init__(self) -> None:
         if not (self.size > 0 and self.gap >= 0 and self.height_range >= 0):
@@ -267,6 +292,44 @@ class Blocks:
                 f"the floor between blocks lies {self.gap_depth:g} m deep; it must be deeper than "
                 f"the lowest block, {self.height_range / 2:g} m."
             )
+        if self.jitter is not None and not 0 <= self.jitter <= self.gap / 2 > 0:
+            raise InvalidInput(
+                f"blocks are displaced by up to {self.jitter:g} m; it must be 0 or more, and half "
+                f"the gap between them or less, {self.gap / 2:g} m, which must be greater than 0."
+            )
+
+    @classmethod
+    def stones(
+        cls,
+        start: float,
+        *,
+        size: float,
+        distance: float,
+        height_range: float,
+        depth: float,
+        length: float = length,
+        width: float = width,
+        seed: int = 1,
+    ) -> Blocks:
+        """Return stepping stones, each displaced by up to a quarter of the gap.
+
+        Args:
+            start: Where the field begins [m].
+            size: Side of a stone [m].
+            distance: Of neighbouring stones, centre to centre [m].
+            height_range: Difference between the highest and the lowest possible top [m].
+            depth: Of the floor [m].
+            length: Of the field along u [m].
+            width: Of the field along v [m].
+            seed: Of the heights and displacements.
+        """
+        if not 0 < size < distance:
+            raise InvalidInput(
+                f"stones of {size:g} m, {distance:g} m from centre to centre; the size must be "
+                "greater than 0 and less than the distance."
+            )
+        gap = distance - size
+        return cls(size, gap, height_range, depth, start, length, width, seed, gap / 4)
 
     @property
     def pitch(self) -> float:
@@ -278,8 +341,25 @@ class Blocks:
         """Heights of the blocks [m]."""
         shape = (max(1, round(self.length / self.pitch)), max(1, round(self.width / self.pitch)))
         tops = np.random.default_rng(self.seed).uniform(-0.5, 0.5, shape) * self.height_range
+        if self.jitter is not None:
+            # A row that is moved by half a cell has one block less.
+            tops[1::2, -1] = -self.gap_depth
         tops.flags.writeable = False
         return tops
+
+    @cached_property
+    def _offsets(self) -> Float[np.ndarray, "2 along across"]:
+        """Offsets of the blocks from the near corners of their cells along u and v [m]."""
+        shape = (2, *self.tops.shape)
+        if self.jitter is None:
+            return np.zeros(shape)
+        random = np.random.default_rng((self.seed, 1))
+        return self.gap / 2 + random.uniform(-self.jitter, self.jitter, shape)
+
+    @property
+    def _stagger(self) -> float:
+        """Displacement of every second row along v, in cells."""
+        return 0.0 if self.jitter is None else 0.5
 
     @property
     def _corner(self) -> tuple[float, float]:
@@ -287,16 +367,16 @@ class Blocks:
 
     def surface(self, u: Places, v: Places) -> Surface:
         """Return the height [m] and a slope of zero: edges have none."""
-        places = [(w - w0) / self.pitch for w, w0 in zip((u, v), self._corner, strict=True)]
-        cells = [np.floor(place) for place in places]
-        inside, on_top = np.ones(u.shape, dtype=bool), np.ones(u.shape, dtype=bool)
-        for place, cell, count in zip(places, cells, self.tops.shape, strict=True):
-            inside &= (cell >= 0) & (cell < count)
-            on_top &= (place - cell) * self.pitch <= self.size
-        i, j = (
-            np.clip(np.nan_to_num(cell), 0, count - 1).astype(int)
-            for cell, count in zip(cells, self.tops.shape, strict=True)
-        )
+        u0, v0 = self._corner
+        places = np.stack([u - u0, v - v0]) / self.pitch
+        counts = np.array(self.tops.shape)[:, None]
+        inside = ((places >= 0) & (places < counts)).all(axis=0)
+        places[1] -= self._stagger * (np.floor(places[0]) % 2)
+        cells = np.floor(places)
+        # In a row that is moved -1 is the missing last block.
+        i, j = np.clip(np.nan_to_num(cells), -1, counts - 1).astype(int)
+        beyond = (places - cells) * self.pitch - self._offsets[:, i, j]
+        on_top = ((beyond >= 0) & (beyond <= self.size)).all(axis=0)
         return level(np.where(inside, np.where(on_top, self.tops[i, j], -self.gap_depth), 0.0))
 
     @property
@@ -311,7 +391,11 @@ class Blocks:
             Block((u0, u1), (v1, FAR), 0.0),
         ]
         for (i, j), top in np.ndenumerate(self.tops):
-            u, v = u0 + i * self.pitch, v0 + j * self.pitch
+            if self.gap > 0 and top == -self.gap_depth:
+                continue
+            along, across = self._offsets[:, i, j]
+            u = u0 + i * self.pitch + float(along)
+            v = v0 + (j + self._stagger * (i % 2)) * self.pitch + float(across)
             found.append(Block((u, u + self.size), (v, v + self.size), float(top)))
         if self.gap > 0:
             found.append(Block((u0, u1), (v0, v1), -self.gap_depth))
