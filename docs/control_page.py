@@ -318,6 +318,24 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
             " That of *hills*, which have no edges and wavelengths from 300 mm, is the standard "
             "deviation of their height."
         )
+    kinds = {run["kind"] for run in results}
+    longer = "".join(
+        f"; on *{kind}* {new.distance:g} m within {new.limit:g} s, and at most "
+        f"{ground.ASTRAY / ground.DISTANCE * new.distance:.1f} m"
+        for kind, new in ground.GROUNDS.items()
+        if kind in kinds and new.distance != ground.DISTANCE
+    )
+    words = {
+        "stairs up and down": "*Stairs up and down* are two up to a plateau of 300 mm and two "
+        "down.",
+        "rubble": "*Rubble* are blocks of 50 mm.",
+        "beams": "*Beams* are 50 mm wide, 300 mm from centre to centre.",
+        "stepping stones": "*Stepping stones* are 100 mm wide above a floor 100 mm lower; their "
+        "size is the distance of their centres.",
+        "course": "The *course*, from 0 to 1, has stairs, blocks, a gap, stepping stones and "
+        "rubble.",
+    }
+    others = "".join(f" {text}" for kind, text in words.items() if kind in kinds)
     return (
         f"The ground begins {220} to {320} mm ahead, is turned by up to 20° to either side and has "
         f"random heights, all by the seed; {seeds}. The controller does not know the ground. A "
@@ -326,12 +344,12 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         f"engine's default. Rows with steps of {1000 * ground.HIGHER:.0f} mm show a choice for "
         "rough ground without sensing. A run passes if the robot walks "
         f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, without steering, a fall or a "
-        f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways. It ends when the "
-        f"result is certain. It is *late* if the rest of the path requires more than "
+        f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways{longer}. It ends when "
+        f"the result is certain. It is *late* if the rest of the path requires more than "
         f"{ground.FASTEST:g} times the commanded speed. The size of *blocks*, 100 mm wide, is the "
-        f"range of their heights.{hills} Stairs are 150 mm deep, gaps 100 mm. Cells give the "
-        "number of runs that passed, the mean of the largest tilts of all runs, the mean time of "
-        "those that passed, and the failures."
+        f"range of their heights.{hills} Stairs are 150 mm deep, gaps 100 mm.{others} Cells give "
+        "the number of runs that passed, the mean of the largest tilts of all runs, the mean time "
+        "of those that passed, and the failures."
         f"\n\n{ground.table(results)}\n\n"
         "![Runs that passed, by the size of the ground](images/control-terrain.png)\n\n"
         "![The robot on unknown blocks](images/control-walk.png)\n\n"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,7 +32,8 @@ RATE = 1 / EngineSettings().update_period
 """Updates of a controller per second."""
 
 DISTANCE, ASTRAY, LIMIT = 0.6, 0.2, 20.0
-"""Distance to walk [m], largest lateral deviation [m], time limit [s]."""
+"""Distance to walk [m], largest lateral deviation [m], time limit [s]; where a ground has another
+distance, the lateral deviation is in proportion."""
 
 TIPPED = math.radians(35)
 """Tilt relative to the slope of the ground above which a robot has fallen [rad]."""
@@ -50,6 +52,9 @@ MODES = {
 HIGHER = 0.05
 """Step height for rough ground without sensing [m]."""
 
+COLUMNS = 6
+"""Most panels in a row of the figure."""
+
 
 class Ground(NamedTuple):
     """A kind of ground.
@@ -57,10 +62,14 @@ class Ground(NamedTuple):
     Attributes:
         field: Field of a scenario's terrain with the size.
         sizes: Sizes.
-        unit: Unit of the sizes.
+        unit: Unit of the sizes; empty for plain numbers.
         fixed: Other fields of the terrain.
         terrain: Kind of the terrain in a scenario.
         step_height: Step height of the walk [m].
+        distance: Distance to walk [m].
+        limit: Time limit [s].
+        edges: Function of size and start [mm] that returns the fields of a terrain of kind
+            ``steps``, in place of `field`.
     """
 
     field: str
@@ -69,6 +78,17 @@ class Ground(NamedTuple):
     fixed: dict[str, float]
     terrain: str
     step_height: float = STEP_HEIGHT
+    distance: float = DISTANCE
+    limit: float = LIMIT
+    edges: Callable[[float, float], dict[str, Any]] | None = None
+
+
+def up_and_down(rise: float, start: float) -> dict[str, Any]:
+    """Return two stairs up to a plateau of 300 mm and two down, 150 mm deep, all in mm."""
+    return {
+        "edge_x_mm": [start + x for x in (0, 150, 450, 600)],
+        "edge_z_mm": [rise, 2 * rise, rise, 0],
+    }
 
 
 BLOCKS, HIGH = {"block_size_mm": 100}, f"blocks with steps of {1000 * HIGHER:.0f} mm"
@@ -77,8 +97,27 @@ GROUNDS = {
     HIGH: Ground("block_height_mm", (40, 60, 80, 100), "mm", BLOCKS, "blocks", HIGHER),
     "hills": Ground("roughness_mm", (5, 10, 15, 20), "mm", {"rough_length_mm": 300}, "rough"),
     "slope": Ground("slope_deg", (5, 10, 15, 20, 25), "°", {}, "slope"),
-    "stairs": Ground("rise_mm", (20, 40), "mm", {"run_mm": 150}, "stairs"),
+    "stairs": Ground("rise_mm", (20, 40, 60, 67), "mm", {"run_mm": 150}, "stairs"),
     "gap": Ground("gap_width_mm", (30, 60), "mm", {"gap_depth_mm": 100}, "gap"),
+    "stairs up and down": Ground(
+        "rise_mm", (20, 40), "mm", {}, "steps", distance=1.2, limit=40.0, edges=up_and_down
+    ),
+    "rubble": Ground("block_height_mm", (40, 60, 80), "mm", {"block_size_mm": 50}, "blocks"),
+    "beams": Ground(
+        "beam_height_mm",
+        (20, 40, 60),
+        "mm",
+        {"beam_width_mm": 50, "beam_distance_mm": 300},
+        "beams",
+    ),
+    "stepping stones": Ground(
+        "stone_distance_mm",
+        (120, 160, 200),
+        "mm",
+        {"stone_size_mm": 100, "block_height_mm": 20, "gap_depth_mm": 100},
+        "stepping-stones",
+    ),
+    "course": Ground("course_level", (0.5, 1.0), "", {}, "course", distance=3.0, limit=100.0),
 }
 
 
@@ -100,18 +139,19 @@ def scenario_of(
 ) -> Scenario:
     """Return the scenario of a ground and seed, for a robot with a drive of its joints."""
     ground, rng = GROUNDS[kind], np.random.default_rng([seed, 77])
+    # The robot starts on level ground, and meets the terrain at an angle.
+    yaw, start = float(rng.uniform(-20, 20)), float(rng.uniform(220, 320))
     terrain = {
         "kind": ground.terrain,
-        ground.field: size,
+        **(ground.edges(size, start) if ground.edges else {ground.field: size}),
         **ground.fixed,
         "planned_on": "level",
         "terrain_seed": seed + 1,
-        # The robot starts on level ground, and meets the terrain at an angle.
-        "terrain_yaw_deg": float(rng.uniform(-20, 20)),
-        "terrain_start_mm": float(rng.uniform(220, 320)),
+        "terrain_yaw_deg": yaw,
+        "terrain_start_mm": start,
     }
     return Scenario().replace(
-        robot=robot, drive=joints, duration=LIMIT, record_interval_ms=20, terrain=terrain
+        robot=robot, drive=joints, duration=ground.limit, record_interval_ms=20, terrain=terrain
     )
 
 
@@ -153,6 +193,8 @@ def walk_over(
         rate=RATE,
         faults=Faults(robot, (), scenario.sensors.contact_threshold),
     )
+    ground = GROUNDS[kind]
+    astray = ASTRAY * (ground.distance / DISTANCE)
     start, tilt, aside, why = run.data.qpos[:2].copy(), 0.0, 0.0, "late"
     allowed = TIPPED + (math.radians(size) if kind == "slope" else 0.0)
     look = round(LOOK / run.dt)
@@ -165,13 +207,13 @@ def walk_over(
         if failure or tilt > allowed:
             why = "fell"
             break
-        if aside > ASTRAY:
+        if aside > astray:
             why = "astray"
             break
-        if x >= DISTANCE:
+        if x >= ground.distance:
             why = ""
             break
-        if DISTANCE - x > FASTEST * SPEED * (LIMIT - run.step * run.dt):
+        if ground.distance - x > FASTEST * SPEED * (ground.limit - run.step * run.dt):
             break
     return {
         "passed": not why,
@@ -190,7 +232,7 @@ def table(results: list[Case]) -> str:
     for (kind, size), runs in grouped(results, "kind", "size").items():
         unit = GROUNDS[kind].unit
         name, joined, extra = kind.partition(" with ")
-        row = [f"{name} {size:g} {unit}{joined}{extra}".replace(" °", "°")]
+        row = [f"{name} {size:g} {unit}{joined}{extra}".replace(" °", "°").rstrip()]
         for mode in modes:
             mine = [run for run in runs if run["mode"] == mode and "passed" in run]
             if not mine:
@@ -236,9 +278,13 @@ def _draw(results: list[Case], path: str) -> None:
 
     kinds = [kind for (kind,) in grouped(results, "kind")]
     modes = [mode for (mode,) in grouped(results, "mode")]
-    figure = Figure(figsize=(11, 3.1), layout="constrained")
+    rows = math.ceil(len(kinds) / COLUMNS)
+    figure = Figure(figsize=(11, 3.1 * rows), layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
-    for axes, kind in zip(figure.subplots(1, len(kinds), sharey=True), kinds, strict=True):
+    panels = figure.subplots(rows, math.ceil(len(kinds) / rows), sharey=True, squeeze=False)
+    for axes in panels.flat[len(kinds) :]:
+        axes.remove()
+    for axes, kind in zip(panels.flat, kinds, strict=False):
         runs = [run for run in results if run["kind"] == kind and "passed" in run]
         for (mode,), some in grouped(runs, "mode").items():
             sizes = grouped(some, "size")
@@ -249,9 +295,11 @@ def _draw(results: list[Case], path: str) -> None:
             axes.plot(at, share, style, label=mode, markersize=4, color=colour)
         axes.margins(x=0.06)
         title = kind.replace(" with ", "\nwith ")
-        words = GROUNDS[kind].field.rpartition("_")[0].replace("_", " ")
-        axes.set(title=title, xlabel=f"{words} [{GROUNDS[kind].unit}]", ylim=(-5, 105))
-    figure.axes[0].set_ylabel("passed [%]")
+        field, unit = GROUNDS[kind].field, GROUNDS[kind].unit
+        words = (field.rpartition("_")[0] if unit else field).replace("_", " ")
+        axes.set(title=title, xlabel=f"{words} [{unit}]" if unit else words, ylim=(-5, 105))
+    for axes in panels[:, 0]:
+        axes.set_ylabel("passed [%]")
     lines = figure.axes[0].get_lines()
     figure.legend(handles=lines, loc="outside lower center", ncols=len(lines))
     save_figure(figure, Path(path), dpi=100)
