@@ -21,6 +21,7 @@ from phasmid.control.observation import Observation
 from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
+from phasmid.control.terrain_map import SOURCES, TerrainMapView, clear_map
 from phasmid.control.types import STANDING, STATE, LegPhase, Model, Reference, State, model_of
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
@@ -55,6 +56,7 @@ class LocomotionEngine:
         gait: Gait of the engine.
         estimator: Ground estimator; None where contacts are assumed as planned.
         feed_forward: Feed-forward torques; None where none are computed.
+        terrain_map: Heights around the robot in odom; None where none are mapped.
 
     Raises:
         InvalidInput: A setting is out of range.
@@ -110,6 +112,10 @@ class LocomotionEngine:
             self.estimator = GroundEstimator(
                 robot, settings.estimator, settings.update_period, memory
             )
+        self.terrain_map: TerrainMapView | None = None
+        clear_map(memory["terrain_map"])
+        if settings.terrain_map != "none":
+            self.terrain_map = TerrainMapView(memory["terrain_map"], lambda: self.state.clock.time)
         self._feasible_velocity, self._applied_scale = np.zeros(3), math.nan
         self._begin(neutral_feet(robot), 0.0)
 
@@ -308,6 +314,9 @@ class LocomotionEngine:
             self.feed_forward.reset()
         memory, state, clock = self.memory, self.state, self.state.clock
         memory["estimates_ground"] = 0
+        memory["maps_terrain"] = SOURCES.index(self.settings.terrain_map)
+        if self.terrain_map is not None:
+            clear_map(memory["terrain_map"])
         memory["references"], memory["states"] = STANDING, np.zeros((), STATE)
         memory["states"]["leg_count"] = len(self.robot.legs)
         self._log.clear()
