@@ -10,6 +10,7 @@ from phasmid.control.feed_forward.state import Parameters as FeedForwardParamete
 from phasmid.control.feed_forward.state import State as FeedForwardState
 from phasmid.control.records import record_of
 from phasmid.control.terrain_map import TerrainMap
+from phasmid.control.terrain_mapping import BodyPoses
 from phasmid.control.types import Model, Reference, State
 
 
@@ -28,6 +29,7 @@ class Memory:
     estimates_ground: int  # 1 where ground is estimated
     computes_torque: int  # 1 where feed-forward is computed
     terrain_map: TerrainMap  # Heights around the robot
+    body_poses: BodyPoses  # At which depth readings are made
     maps_terrain: int  # `TerrainSource` of the map
 
 

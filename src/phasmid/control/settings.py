@@ -34,9 +34,8 @@ class EngineSettings:
         feed_forward: Choice and limits of the foot forces.
         ground_sensing: Estimate contact and ground; otherwise the plan on level ground is trusted.
         estimator: Settings of these estimates.
-        terrain_map: Source of a height map around the robot: ``none``; ``feet``: footholds;
-            ``points``: footholds and the ground points of a depth sensor. A map needs ground
-            estimation.
+        terrain_map: Source of a height map around the robot: ``none``; ``feet``: footholds, by
+            ground sensing; ``points``: footholds and the ground points of a depth sensor.
 
     Raises:
         InvalidInput: A number is not finite or out of its range.

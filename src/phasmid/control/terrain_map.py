@@ -27,8 +27,9 @@ of all heights [m]."""
 FOOT_NOISE, FOOT_RADIUS = 0.003, 0.015
 """Standard deviation of a foothold's height, and radius of the ground that it shows [m]."""
 
-WAY_NOISE, TIME_NOISE = 0.006, 0.001
-"""Assumed drift of the odometry's height: standard deviations after a metre and a second [m]."""
+WAY_NOISE, TIME_NOISE = 0.02, 0.001
+"""Drift of the odometry's height: standard deviations after a metre and a second [m]. A simulated
+PhantomX AX on stairs of 20 mm drifted by 14 mm in 0.4 m."""
 
 CONTRADICTION = 4.0
 """Standard deviations from which a measurement contradicts a cell."""
@@ -179,7 +180,7 @@ def fuse(
         terrain_map.height[i, j] = height + gain * innovation
         # Errors of the pose are common to many readings and do not average out.
         terrain_map.variance[i, j] = max((1.0 - gain) * before, LEAST_NOISE * LEAST_NOISE)
-    terrain_map.time[i, j] = time
+    terrain_map.time[i, j] = time if math.isnan(last) else max(time, last)
 
 
 @compiled
@@ -191,7 +192,7 @@ def add_points(
     noise: tuple[float, float, float],
     time: float,
 ) -> None:
-    """Take a reading of a depth sensor into the map, centred on the body.
+    """Take a reading of a depth sensor into the map.
 
     Of the points in a cell the highest count: those within `SAME_TOP` of the top are averaged.
 
@@ -203,7 +204,6 @@ def add_points(
         noise: Standard deviations of range (its share), attitude [rad] and all heights [m].
         time: Of the reading [s].
     """
-    recentre(terrain_map, p_odom_body, time)
     plane, R, p = terrain_map.plane, R_odom_body, p_odom_body
     count = len(points)
     cells, depth, above = np.empty((count, 2), np.int64), np.empty(count), np.empty(count)
