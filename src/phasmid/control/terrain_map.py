@@ -40,8 +40,8 @@ SAME_TOP = 2.5
 CONFIRMED = 0.25
 """Time for which a height resists lower measurements, as an edge within the cell causes [s]."""
 
-WIDEST_HOLE = 4
-"""Cells of the widest hole that is filled."""
+WIDEST_HOLE, HIGHEST_HOLE = 4, 0.01
+"""Cells of the widest hole that is filled, and largest rise across it [m]."""
 
 
 class TerrainSource(IntEnum):
@@ -263,7 +263,7 @@ def add_foothold(
 def fill_holes(terrain_map: TerrainMap) -> None:
     """Interpolate narrow holes between measured cells, along x and along y.
 
-    Holes at an edge steeper than 45 degrees stay. The variance grows by the square of half the
+    Holes at an edge stay. The variance grows by the square of half the
     hole's width, since such an edge may lie hidden in it.
     """
     height, variance, time = terrain_map.height, terrain_map.variance, terrain_map.time
@@ -282,7 +282,7 @@ def fill_holes(terrain_map: TerrainMap) -> None:
                     u, v = (m, line) if axis == 0 else (line, m)
                     rise = height[i, j] - height[u, v]
                     most = max(variance[i, j], variance[u, v]) + (hole * CELL / 2) ** 2
-                    if abs(rise) <= (hole + 1) * CELL:
+                    if abs(rise) <= HIGHEST_HOLE:
                         for step in range(1, hole + 1):
                             m = (last + step) % CELLS
                             r, s = (m, line) if axis == 0 else (line, m)
