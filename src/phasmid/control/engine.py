@@ -14,6 +14,7 @@ from jaxtyping import Float
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.command import Command
 from phasmid.control.constraints import REACH, Constraint, VelocityLimit
+from phasmid.control.estimation.state import DELAY_UPDATES
 from phasmid.control.event_log import EventLog
 from phasmid.control.gait_selection import GaitSelector
 from phasmid.control.memory import MEMORY
@@ -21,6 +22,7 @@ from phasmid.control.observation import Observation
 from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
+from phasmid.control.terrain_map import SOURCES, TerrainMapView, clear_map
 from phasmid.control.types import STANDING, STATE, LegPhase, Model, Reference, State, model_of
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
@@ -55,6 +57,7 @@ class LocomotionEngine:
         gait: Gait of the engine.
         estimator: Ground estimator; None where contacts are assumed as planned.
         feed_forward: Feed-forward torques; None where none are computed.
+        terrain_map: Heights around the robot in odom; None where none are mapped.
 
     Raises:
         InvalidInput: A setting is out of range.
@@ -78,7 +81,9 @@ class LocomotionEngine:
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
         from phasmid.control.reach import foothold_regions
+        from phasmid.control.terrain_mapping import map_points
 
+        self._map_points = map_points
         self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
@@ -110,6 +115,17 @@ class LocomotionEngine:
             self.estimator = GroundEstimator(
                 robot, settings.estimator, settings.update_period, memory
             )
+        self.terrain_map: TerrainMapView | None = None
+        clear_map(memory["terrain_map"])
+        if settings.terrain_map != "none":
+            self.terrain_map = TerrainMapView(memory["terrain_map"], lambda: self.state.clock.time)
+            delay = settings.estimator.depth_delay + settings.estimator.motion_lag
+            self._pose_delay = round(delay / settings.update_period)
+            if self._pose_delay >= DELAY_UPDATES:
+                raise InvalidInput(
+                    f"depth_delay and motion_lag are {delay:g} s together; they must be at most "
+                    f"{DELAY_UPDATES - 1} update periods."
+                )
         self._feasible_velocity, self._applied_scale = np.zeros(3), math.nan
         self._begin(neutral_feet(robot), 0.0)
 
@@ -147,6 +163,12 @@ class LocomotionEngine:
             self._take(command)
         if self.estimator is not None and self.memory["estimates_ground"][0]:
             self.estimator.measure(observation)
+        if observation.ground_points is not None and self.settings.terrain_map == "points":
+            points = np.ascontiguousarray(observation.ground_points, dtype=float)
+            memory, age = self.memory[0], self.settings.estimator.depth_delay
+            self._map_points(
+                memory["states"][0], memory["terrain_map"], memory["body_poses"], points, age
+            )
         if (
             self.feed_forward is not None
             and self.feed_forward.velocity_scale != self._applied_scale
@@ -308,6 +330,11 @@ class LocomotionEngine:
             self.feed_forward.reset()
         memory, state, clock = self.memory, self.state, self.state.clock
         memory["estimates_ground"] = 0
+        memory["maps_terrain"] = SOURCES.index(self.settings.terrain_map)
+        if self.terrain_map is not None:
+            clear_map(memory["terrain_map"])
+            memory["body_poses"] = np.zeros((), memory.dtype["body_poses"])
+            memory["body_poses"]["delay"] = self._pose_delay
         memory["references"], memory["states"] = STANDING, np.zeros((), STATE)
         memory["states"]["leg_count"] = len(self.robot.legs)
         self._log.clear()

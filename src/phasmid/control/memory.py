@@ -9,6 +9,8 @@ from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 from phasmid.control.feed_forward.state import Parameters as FeedForwardParameters
 from phasmid.control.feed_forward.state import State as FeedForwardState
 from phasmid.control.records import record_of
+from phasmid.control.terrain_map import TerrainMap
+from phasmid.control.terrain_mapping import BodyPoses
 from phasmid.control.types import Model, Reference, State
 
 
@@ -26,6 +28,9 @@ class Memory:
     feed_forward_parameters: FeedForwardParameters
     estimates_ground: int  # 1 where ground is estimated
     computes_torque: int  # 1 where feed-forward is computed
+    terrain_map: TerrainMap  # Heights around the robot
+    body_poses: BodyPoses  # At which depth readings are made
+    maps_terrain: int  # `TerrainSource` of the map
 
 
 MEMORY = record_of(Memory)

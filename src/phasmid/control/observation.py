@@ -25,6 +25,8 @@ class Observation:
         acceleration: Specific force of the accelerometer, body axes [m/s²], shape (3,).
         contact: Contact of each foot, shape (L,).
         foot_normal_force: Normal force of each foot [N], shape (L,).
+        ground_points: Points of the ground that a depth sensor measured, in the body axes of the
+            time of the reading [m], shape (N, 3); None where no new reading has arrived.
     """
 
     time: float
@@ -37,3 +39,4 @@ class Observation:
     acceleration: Float[np.ndarray, "3"] | None = None
     contact: Bool[np.ndarray, " legs"] | None = None
     foot_normal_force: Float[np.ndarray, " legs"] | None = None
+    ground_points: Float[np.ndarray, "points 3"] | None = None

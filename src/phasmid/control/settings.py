@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.feed_forward.settings import FeedForwardSettings
+from phasmid.control.terrain_map import SOURCES
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 
@@ -33,6 +34,8 @@ class EngineSettings:
         feed_forward: Choice and limits of the foot forces.
         ground_sensing: Estimate contact and ground; otherwise the plan on level ground is trusted.
         estimator: Settings of these estimates.
+        terrain_map: Source of a height map around the robot: ``none``; ``feet``: footholds, by
+            ground sensing; ``points``: footholds and the ground points of a depth sensor.
 
     Raises:
         InvalidInput: A number is not finite or out of its range.
@@ -48,12 +51,19 @@ class EngineSettings:
     feed_forward: FeedForwardSettings = field(default_factory=FeedForwardSettings)
     ground_sensing: bool = True
     estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
+    terrain_map: str = "none"
 
     def __post_init__(self) -> None:
         if self.dynamics not in DYNAMICS:
             raise InvalidInput(
                 f'dynamics is "{self.dynamics}"; it must be {" or ".join(DYNAMICS)}.',
                 hint='"feed-forward"',
+            )
+        if self.terrain_map not in SOURCES:
+            raise InvalidInput(
+                f'terrain_map is "{self.terrain_map}"; it must be {", ".join(SOURCES[:-1])} or '
+                f"{SOURCES[-1]}.",
+                hint='"points"',
             )
         for name, (least, most) in _RANGES.items():
             value = getattr(self, name)

@@ -30,6 +30,8 @@ from phasmid.control.leg_phases import land_here, move_feet, stand
 from phasmid.control.reach import HARD, bound_region, joints_at, to_hip_frame
 from phasmid.control.reference_governor import is_recoverable, is_settled
 from phasmid.control.swing import foot_at_joints, halt_foot, hold_leg, soften_joint_limits
+from phasmid.control.terrain_map import TerrainSource
+from phasmid.control.terrain_mapping import align_map, update_map
 from phasmid.control.types import (
     SUPPORT_MARGIN,
     Contact,
@@ -369,11 +371,17 @@ def update(memories: np.ndarray, dt: float) -> tuple[int, int]:
     """
     memory, events = memories[0], 0
     state, reference = memory.states[0], memory.references[0]
+    source = memory.maps_terrain
     if memory.estimates_ground != 0:
+        R = state.R_odom_body.copy()
         events = estimate_ground(
             state, reference, memory.estimator, memory.estimator_parameters, memory.measurements
         )
+        if source != TerrainSource.NONE:
+            align_map(R, state, memory.terrain_map, memory.body_poses, source)
     result = advance_engine(memory.states, memory.references, memory.model, dt)
+    if source != TerrainSource.NONE:
+        update_map(state, reference, memory.terrain_map, memory.body_poses, source)
     if memory.computes_torque != 0:
         compute_feed_forward(state, reference, memory.feed_forward, memory.feed_forward_parameters)
     return result, events

@@ -47,8 +47,16 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
     else:
         names = type(scenario.servo).model_fields.keys() - JUDGED
         found += _idle("servo", scenario.servo, names, f'drive "{drive}"')
+    depth = scenario.sensors.depth
+    found += _idle(
+        "sensors", scenario.sensors, _unused(scenario.sensors, depth), f'depth "{depth}"'
+    )
     if measured == "nothing":
-        names = type(scenario.sensors).model_fields.keys() - {"measured"}
+        names = {
+            name for name in type(scenario.sensors).model_fields if not name.startswith("depth")
+        } - {"measured"}
+        if depth in ("camera", "lidar"):
+            names.remove("sensor_seed")
         found += _idle("sensors", scenario.sensors, names, 'measured "nothing"')
     return found
 

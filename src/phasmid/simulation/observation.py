@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.control import Observation
+from phasmid.sensors.depth import DepthSensor
 from phasmid.sensors.measurement import SensorStream
-from phasmid.sensors.models import INVERSE, robot_sensors
+from phasmid.sensors.models import INVERSE, ROUNDING, robot_sensors
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import present_sample
@@ -59,6 +61,11 @@ class Observer:
             sensors = robot_sensors(run.scenario, run.robot)
             self._streams = [SensorStream(sensor, self._interval, first) for sensor in sensors]
         self._frozen: dict[int, dict[str, np.ndarray]] = {}
+        self._depth: DepthSensor | None = None
+        if run.scenario.sensors.depth != "none":
+            self._depth = DepthSensor(run.scenario.sensors, run.robot, run.ground)
+        # Number of depth readings, and the times at which they arrive.
+        self._depth_readings, self._points = 0, deque[tuple[float, np.ndarray]]()
 
     def take(self, begin: int, end: int, step: int) -> None:
         """Let the sensors read new samples of the run's buffer.
@@ -98,6 +105,18 @@ class Observer:
             works: Servos that have not failed, shape (L, 3).
             velocity_before: Of the body one step earlier, world axes [m/s], shape (3,).
         """
+        observation = self._observe(time, works, velocity_before)
+        if self._depth is None:
+            return observation
+        return replace(observation, ground_points=self._ground_points(time, self._depth))
+
+    def _observe(
+        self,
+        time: float,
+        works: Bool[np.ndarray, "legs 3"],
+        velocity_before: Float[np.ndarray, "3"],
+    ) -> Observation:
+        """Return the observation without the depth sensor; arguments as in `observe`."""
         running = works.copy() if self._shutdown is None else works & (self._shutdown == RUNNING)
         true = None
         if not self._streams:
@@ -121,6 +140,17 @@ class Observer:
         sound = position == true.joint_position
         fields["joint_velocity"] = np.where(sound, true.joint_velocity, failed)
         return replace(true, **fields)
+
+    def _ground_points(self, time: float, sensor: DepthSensor) -> np.ndarray | None:
+        """Read the depth sensor if a reading is due [s]; return the newest that arrives now."""
+        sampling = sensor.sampling
+        if time >= self._depth_readings / sampling.rate - ROUNDING:
+            self._depth_readings = math.floor((time + ROUNDING) * sampling.rate) + 1
+            self._points.append((time + sampling.delay, sensor.read(self._run.data.qpos[:7])))
+        points = None
+        while self._points and self._points[0][0] <= time + ROUNDING:
+            points = self._points.popleft()[1]
+        return points
 
     def _true(
         self,

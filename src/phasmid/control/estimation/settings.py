@@ -16,6 +16,7 @@ class EstimatorSettings:
         joint_delay: Delay from a joint's motion to the arrival of its reading [s].
         imu_delay: Delay of the inertial readings, compensated by the gyro [s].
         motion_lag: Delay from a target to the body's motion [s].
+        depth_delay: Delay from a reading of the depth sensor to its arrival [s].
 
     Raises:
         InvalidInput: A number is out of range.
@@ -25,6 +26,7 @@ class EstimatorSettings:
     joint_delay: float = 0.023
     imu_delay: float = 0.01
     motion_lag: float = 0.04
+    depth_delay: float = 0.05
 
     def __post_init__(self) -> None:
         for field in fields(self):
