@@ -25,6 +25,10 @@ class Observation:
         acceleration: Specific force of the accelerometer, body axes [m/s²], shape (3,).
         contact: Contact of each foot, shape (L,).
         foot_normal_force: Normal force of each foot [N], shape (L,).
+        body_position: Estimated origin of the body frame in odom [m], shape (3,); None where the
+            body's state is not estimated.
+        body_velocity: Its estimated velocity, axes of odom [m/s], shape (3,).
+        body_orientation: Estimated orientation of the body in odom, w x y z, shape (4,).
     """
 
     time: float
@@ -37,3 +41,6 @@ class Observation:
     acceleration: Float[np.ndarray, "3"] | None = None
     contact: Bool[np.ndarray, " legs"] | None = None
     foot_normal_force: Float[np.ndarray, " legs"] | None = None
+    body_position: Float[np.ndarray, "3"] | None = None
+    body_velocity: Float[np.ndarray, "3"] | None = None
+    body_orientation: Float[np.ndarray, "4"] | None = None

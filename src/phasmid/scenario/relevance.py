@@ -48,7 +48,7 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
         names = type(scenario.servo).model_fields.keys() - JUDGED
         found += _idle("servo", scenario.servo, names, f'drive "{drive}"')
     if measured == "nothing":
-        names = type(scenario.sensors).model_fields.keys() - {"measured"}
+        names = type(scenario.sensors).model_fields.keys() - {"measured", "body_state"}
         found += _idle("sensors", scenario.sensors, names, 'measured "nothing"')
     return found
 

@@ -35,7 +35,7 @@ INITIAL_TILT, INITIAL_FORCE_BIAS, INITIAL_RATE_BIAS = math.radians(1), 0.1, math
 FORCE_BIAS_WALK, RATE_BIAS_WALK = 1e-3, 1e-5
 """Random walk of the biases [m/s²/√s] and [rad/s/√s]."""
 
-UNKNOWN_FORCE, UNKNOWN_RATE = 1.0, 0.3
+UNKNOWN_FORCE, UNKNOWN_RATE = 0.3, 0.1
 """Noise of acceleration [m/s²/√Hz] and angular velocity [rad/s/√Hz] without their sensors."""
 
 MOST_RATE, MOST_FORCE = 8.0, 50.0
@@ -47,10 +47,10 @@ READING_TIME = 0.02
 HEADING_TIME = 0.5
 """Time after which an orientation sensor that contradicts the estimate gets a new heading [s]."""
 
-REST_TIME, REST_DISTANCE = 0.1, 0.004
+REST_TIME, REST_DISTANCE = 0.06, 0.003
 """A foot that has slipped counts as standing again if it moves no farther [m] in this time [s]."""
 
-STILL_TIME, STILL_SPEED = 0.2, 0.05
+STILL_TIME, STILL_SPEED = 0.5, 0.05
 """Time without a standing foot after which the body counts as at rest [s], and its standard
 deviation [m/s]."""
 
@@ -72,6 +72,7 @@ class FilterState:
     feet: Float[np.ndarray, "legs 3"]  # in odom [m]
     covariance: Float[np.ndarray, "40 40"]  # of the error state
     foothold: Int[np.ndarray, " legs"]  # 1 for feet in the error state
+    spread: Float[np.ndarray, "legs legs 3"]  # between feet in odom, when the later one landed [m]
     slipping: Int[np.ndarray, " legs"]  # 1 for feet in contact that move
     contact: Int[np.ndarray, " legs"]  # Contact
     contact_time: Float[np.ndarray, " legs"]  # since touchdown [s]
@@ -187,9 +188,7 @@ def start(
 
 
 @internal
-def detect_contacts(
-    state: FilterState, robot: EstimatorParameters, measured: Measurements
-) -> None:
+def detect_contacts(state: FilterState, robot: EstimatorParameters, measured: Measurements) -> None:
     """Detect contact by the first of switch, force and joint load that has a reading."""
     for leg in range(robot.leg_count):
         kind, reading = SensorKind.SWITCH, measured.contact[leg]
@@ -321,12 +320,12 @@ def correct_by_feet(
     robot: EstimatorParameters,
     feet: np.ndarray,
 ) -> None:
-    """Correct the state by the feet that stand, from those that agree to those that do not.
+    """Correct the state by the feet that stand, beginning with those that fit the prediction.
 
-    A foot's innovation is R s - (f - p), with its position s in the body frame and f in odom.
-    Feet follow one another by the distance of their innovations from the median, so that feet that
-    agree narrow the gate for the others. A foot beyond the gate slips: it is left out until it
-    rests. Feet that have touched down get their positions in odom from the corrected body.
+    A foot's innovation is R s - (f - p), with its position s in the body frame and f in odom. Each
+    foot that is used narrows the gate for the next, so that a foot must agree with the others. A
+    foot beyond the gate slips, as does one that has moved against the others. It is left out until
+    it rests. Feet that have touched down get their positions in odom from the corrected body.
 
     Args:
         state: Changed.
@@ -335,26 +334,21 @@ def correct_by_feet(
         feet: Feet by joint angles, body frame [m], shape (L, 3).
     """
     legs, R, reading_time = robot.leg_count, state.R_odom_body, state.reading_time
-    offsets, count = np.empty((legs, 3)), 0
+    distance = np.full(legs, math.inf)
+    slipped = slipped_foot(state, parameters, robot, feet)
+    while slipped >= 0:
+        leave_out(state, robot, slipped, feet[slipped])
+        slipped = slipped_foot(state, parameters, robot, feet)
     for leg in range(legs):
         if state.contact[leg] == Contact.AIR:
             lift(state, robot, leg)
-            state.rest_time[leg] = NEVER
-            state.slipping[leg] = 0
+            state.slipping[leg], state.rest_time[leg] = 0, NEVER
         if state.foothold[leg] != 0 and math.isfinite(feet[leg].sum()):
-            offsets[count] = rotate(R, feet[leg]) - (state.feet[leg] - state.position)
-            count += 1
-    middle = np.empty(3)
-    for k in range(3 if count > 0 else 0):
-        middle[k] = np.median(offsets[:count, k])
-    distance, row = np.full(legs, math.inf), 0
-    for leg in range(legs):
-        if state.foothold[leg] != 0 and math.isfinite(feet[leg].sum()):
-            distance[leg] = math.sqrt(((offsets[row] - middle) ** 2).sum())
-            row += 1
+            d = state.feet[leg] - state.position
+            distance[leg] = math.sqrt(((rotate(R, feet[leg]) - d) ** 2).sum())
     columns, H = np.empty(9, dtype=np.int64), np.zeros((3, 9))
     noise, standing = parameters.foot_noise**2, 0
-    for _ in range(count):
+    for _ in range(np.isfinite(distance).sum()):
         leg = int(np.argmin(distance))
         distance[leg] = math.inf
         d = state.feet[leg] - state.position
@@ -368,9 +362,7 @@ def correct_by_feet(
         if correct(state, parameters, robot, innovation, H, columns, noise):
             standing += 1
         else:
-            lift(state, robot, leg)
-            state.slipping[leg], state.rest_time[leg] = 1, 0.0
-            state.rest_position[leg] = state.position + rotate(R, feet[leg])
+            leave_out(state, robot, leg, feet[leg])
     for leg in range(legs):
         foot = state.position + rotate(R, feet[leg])
         if state.foothold[leg] != 0 or state.contact[leg] == Contact.AIR:
@@ -388,6 +380,9 @@ def correct_by_feet(
             state.rest_time[leg], state.rest_position[leg] = 0.0, foot
         if rests:
             place(state, robot, leg, foot, noise)
+            for other in range(legs):
+                apart = rotate(R, feet[leg] - feet[other])
+                state.spread[leg, other], state.spread[other, leg] = apart, -apart
     state.flight_time = 0.0 if standing > 0 else state.flight_time + reading_time
     if state.flight_time > STILL_TIME:
         # A robot that does not jump lies on its trunk then.
@@ -395,6 +390,47 @@ def correct_by_feet(
         rest[0, 0] = rest[1, 1] = rest[2, 2] = 1.0
         at = np.array([VELOCITY, VELOCITY + 1, VELOCITY + 2])
         correct(state, parameters, robot, -state.velocity, rest, at, STILL_SPEED**2)
+
+
+@internal
+def slipped_foot(
+    state: FilterState,
+    parameters: FilterParameters,
+    robot: EstimatorParameters,
+    feet: np.ndarray,
+) -> int:
+    """Return a foot that has moved against most other feet; -1 without one.
+
+    Feet that stand keep their places to one another, whatever the body does. This shows a slow
+    slip, which the innovations of single readings do not. Feet whose contact is unknown may swing
+    together, and have no vote.
+    """
+    limit, most, slipped = parameters.gate * math.sqrt(2.0) * parameters.foot_noise, 0.5, -1
+    votes = np.zeros(robot.leg_count, dtype=np.bool_)
+    for leg in range(robot.leg_count):
+        votes[leg] = state.foothold[leg] != 0 and state.contact[leg] == Contact.GROUND
+    for leg in range(robot.leg_count):
+        changed, pairs = 0, 0
+        for other in range(robot.leg_count):
+            if leg == other or not votes[leg] or not votes[other]:
+                continue
+            apart = rotate(state.R_odom_body, feet[leg] - feet[other])
+            change = math.sqrt(((apart - state.spread[leg, other]) ** 2).sum())
+            if math.isfinite(change):
+                pairs += 1
+                changed += 1 if change > limit else 0
+        # One pair does not show which of both slips.
+        if pairs > 1 and changed > most * pairs:
+            most, slipped = changed / pairs, leg
+    return slipped
+
+
+@internal
+def leave_out(state: FilterState, robot: EstimatorParameters, leg: int, foot: np.ndarray) -> None:
+    """Take a foot that slips, body frame [m], out of the error state until it rests."""
+    lift(state, robot, leg)
+    state.slipping[leg], state.rest_time[leg] = 1, 0.0
+    state.rest_position[leg] = state.position + rotate(state.R_odom_body, foot)
 
 
 @internal

@@ -6,7 +6,7 @@ Observations go in; `BodyState` comes out. Closed-loop runs and the driver of a 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -102,8 +102,8 @@ class BodyStateEstimator:
     An extended Kalman filter predicts by gyro and accelerometer, and corrects by the feet that
     stand, as if they were fixed, and by the orientation sensor. A foot whose innovation is
     implausible slips and is left out until it rests. Without contact sensors joint loads show which
-    feet stand; without those, feet that rest in odom. Any sensor may be absent or fail; joint
-    angles alone give the motion with larger errors.
+    feet stand; without those, the inertial sensors, by which feet rest in odom. Any other sensor
+    may be absent or fail.
 
     Args:
         robot: The robot, four to eight legs.
@@ -147,11 +147,15 @@ class BodyStateEstimator:
             parameters_of(robot, still, update_period),
         )
         self._records = self._states[0], parameters[0], robots[0], measurements[0]
+        self._clear()
+
+    def _clear(self) -> None:
+        self._states[:] = np.zeros((), FILTER_STATE)
+        self._states["rest_time"] = NEVER
 
     def reset(self, observation: Observation) -> None:
         """Begin at rest at the origin of odom, with the robot as it is observed."""
-        self._states[:] = np.zeros((), FILTER_STATE)
-        self._states["rest_time"] = NEVER
+        self._clear()
         self.update(observation)
 
     def update(self, observation: Observation) -> BodyState:
@@ -166,6 +170,24 @@ class BodyStateEstimator:
             getattr(self._measured, name)[:] = math.nan if value is None else value
         update_body_state(*self._records)
         return self.estimate
+
+    def observe(self, observation: Observation) -> Observation:
+        """Return an observation with the body's motion after another update period."""
+        body = self.update(observation)
+        return replace(
+            observation,
+            body_position=body.position,
+            body_velocity=body.velocity,
+            body_orientation=body.orientation,
+        )
+
+    def channels(self) -> dict[str, np.ndarray]:
+        """Return the recorded channels of the present estimate."""
+        state = self.state
+        return {
+            "body_position_estimated": state.position.copy(),
+            "body_velocity_estimated": state.velocity.copy(),
+        }
 
     @property
     def estimate(self) -> BodyState:
