@@ -184,6 +184,37 @@ def test_waypoints_are_refused(monkeypatch):
         new_driver(*robot, bus, commands=script)
 
 
+def test_waypoints_are_followed_by_the_estimated_state_of_the_body(monkeypatch, tmp_path):
+    """Servos turn to their goals, so that the robot is where its engine has it, within 10 mm.
+
+    Readings are late by up to two periods of 20 ms, 2 mm at 50 mm/s, and each of the steps may add
+    half an encoder's step of 5 mrad on 0.2 m.
+    """
+    from phasmid.control import CommandScript
+    from phasmid.control.types import LegPhase
+
+    script = CommandScript.model_validate({"waypoint": [{"x": 0.1, "y": 0.0}]})
+    level = {"angular_velocity": np.zeros(3), "acceleration": np.array([0.0, 0.0, 9.80665])}
+    with virtual_bus(monkeypatch, name="AX-12A", plant=folded()) as (*robot, bus, _, _):
+        robot[0] = robot[0].replace(body_state="estimated")
+        with pytest.raises(InvalidInput, match="inertial sensor"):
+            new_driver(*robot, bus, commands=script)
+
+        def sensors():
+            phase = driver.controller.controller.walker.state.leg_phase
+            return level | {"contact": phase == LegPhase.STANCE}
+
+        log = tmp_path / "a.mcap"
+        driver = new_driver(*robot, bus, commands=script, sensors=sensors, log=log)
+        report = driver.drive(20.0)
+        walked = driver.controller.controller.walker.state.path
+    assert report.ending is None
+    assert report.walked < 15.0
+    place = load_recording(log)["body_position_estimated"].values[-1]
+    assert place[:2] == pytest.approx(walked[:2], abs=0.01)
+    assert np.hypot(*(place[:2] - [0.1, 0.0])) < script.follow.reached + 1e-3
+
+
 # Faults -------------------------------------------------------------------------------------------
 
 

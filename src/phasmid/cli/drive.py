@@ -27,7 +27,7 @@ WAYS = {
     "0.05,0,0.1",
     "--commands FILE": "commands over time, or waypoints: a .toml file",
     "--waypoints X,Y[,H];...": "places to go to, ahead and to the left of the start [m], with a "
-    "heading [rad]; the robot's true place is used",
+    "heading [rad]; by the robot's true place, or with --body-state estimated by its estimate",
 }
 """Options that command the drive; one of them is given."""
 

@@ -27,6 +27,10 @@ class Observation:
         foot_normal_force: Normal force of each foot [N], shape (L,).
         ground_points: Points of the ground that a depth sensor measured, in the body axes of the
             time of the reading [m], shape (N, 3); None where no new reading has arrived.
+        body_position: Estimated origin of the body frame in odom [m], shape (3,); None where the
+            body's state is not estimated.
+        body_velocity: Its estimated velocity, axes of odom [m/s], shape (3,).
+        body_orientation: Estimated orientation of the body in odom, w x y z, shape (4,).
     """
 
     time: float
@@ -40,3 +44,6 @@ class Observation:
     contact: Bool[np.ndarray, " legs"] | None = None
     foot_normal_force: Float[np.ndarray, " legs"] | None = None
     ground_points: Float[np.ndarray, "points 3"] | None = None
+    body_position: Float[np.ndarray, "3"] | None = None
+    body_velocity: Float[np.ndarray, "3"] | None = None
+    body_orientation: Float[np.ndarray, "4"] | None = None

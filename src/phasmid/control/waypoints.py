@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from jaxtyping import Float
+
 from phasmid.control.command import Command
 from phasmid.control.script import ROUND_OFF, CommandScript
 
@@ -18,6 +21,14 @@ LARGEST_ERROR = math.radians(40)
 
 REST_TIME = 1.0
 """Time for which the robot stands at the last waypoint before the drive ends [s]."""
+
+
+def plane_pose(
+    position: Float[np.ndarray, "3"], orientation: Float[np.ndarray, "4"]
+) -> tuple[float, float, float]:
+    """Return x, y [m] and yaw [rad] of a body, whose orientation is w x y z."""
+    (x, y, _), (w, i, j, k) = position.tolist(), orientation.tolist()
+    return x, y, math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
 
 
 class WaypointFollower:

@@ -11,7 +11,7 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -29,6 +29,7 @@ from phasmid.control import (
 from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torque, inverse_law
 from phasmid.control.sequences.sequencer import Stage as Sequence
 from phasmid.control.sequences.stance import neutral_stance
+from phasmid.control.waypoints import WaypointFollower, plane_pose
 from phasmid.errors import InvalidInput
 from phasmid.hardware.bus import PortLost
 from phasmid.hardware.drive_log import DriveLog, Watch
@@ -41,6 +42,9 @@ from phasmid.scenario import Scenario
 from phasmid.simulation.closed_loop import COMMANDED, Commanded
 from phasmid.simulation.observation import OBSERVED
 from phasmid.simulation.termination import Ending, Failure
+
+if TYPE_CHECKING:
+    from phasmid.control.estimation import BodyStateEstimator
 
 LATE = 5e-3
 """Delay of a tick from which on it is counted as late [s]."""
@@ -133,7 +137,8 @@ class Driver:
 
     Args:
         robot: The robot, whose servos have been inspected, see `phasmid.hardware.inspect_servos`.
-        scenario: Scenario of the robot, for the log.
+        scenario: Scenario of the robot, for the log; with ``body_state`` "estimated" the body's
+            state is estimated from the stand on, and waypoints are followed by it.
         controller: Any controller; one that is no `SafetyFilter` is wrapped in posture sequences
             and a safety filter.
         commands: A command, a script, or a function of the time since the robot stands [s] and the
@@ -170,10 +175,17 @@ class Driver:
     ) -> None:
         if not (math.isfinite(rate) and rate > 0):
             raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
-        if isinstance(commands, CommandScript) and commands.waypoint:
+        estimates = scenario.sensors.body_state == "estimated"
+        waypoints = isinstance(commands, CommandScript) and bool(commands.waypoint)
+        if waypoints and not estimates:
             raise InvalidInput(
                 "waypoints need the robot's place, which a robot on a bus does not measure.",
                 hint="--velocity or commands over time",
+            )
+        if estimates and sensors is None:
+            raise InvalidInput(
+                "the body's state is estimated with an inertial sensor, and there is none.",
+                hint="phasmid.hardware.Driver with `sensors`",
             )
         self.robot, self.settings = robot, settings or DriverSettings()
         if not isinstance(controller, SafetyFilter):
@@ -193,6 +205,16 @@ class Driver:
         self.override: Callable[[], tuple[float, float, float] | None] | None = None
         self._sensors = sensors
         self._measured: Mapping[str, Any] = {}
+        self._estimator: BodyStateEstimator | None = None
+        if estimates:
+            # Lazy import: compiled functions take 0.2 s to load.
+            from phasmid.control.estimation import BodyStateEstimator, BodyStateSettings
+
+            noise = BodyStateSettings(gravity=scenario.model.gravity)
+            self._estimator = BodyStateEstimator(robot.robot, noise, self._period)
+        self._follower: WaypointFollower | None = None
+        if isinstance(commands, CommandScript) and waypoints:
+            self._follower = WaypointFollower(commands)
         self._protection = Protection(robot, self.settings)
         servo = robot.robot.servo
         # A servo without a known motor is given the targets alone.
@@ -269,6 +291,8 @@ class Driver:
         self.controller.reset(Observation(0.0, q))
         for k in range(2):
             self.controller.update(Observation(k * self._period, q), Command((1e-3, 0.0, 0.0)))
+        if self._estimator is not None:
+            self._estimator.reset(Observation(0.0, q))
 
     def _start(self) -> None:
         """Let the servos hold the measured angles without output."""
@@ -375,6 +399,8 @@ class Driver:
         posture = self._telemetry.get("sequence")
         if stage is Stage.RISE and posture == Sequence.STANDING.value:
             self._walk_clock = self._clock
+            if self._estimator is not None:
+                self._estimator.reset(self._read())
             self._enter(Stage.WALK)
         elif stage is Stage.RISE and elapsed > LONGEST_RISE:
             cause = f"it does not stand after {LONGEST_RISE:g} s"
@@ -404,6 +430,13 @@ class Driver:
         return targets.position
 
     def _observe(self) -> Observation:
+        """Return the last readings, with the body's estimated state once the robot walks."""
+        observation = self._read()
+        if self._estimator is not None and self.stage is Stage.WALK:
+            observation = self._estimator.observe(observation)
+        return observation
+
+    def _read(self) -> Observation:
         """Return the last readings of servos and sensors."""
         observation = self.robot.observe(self._clock)
         if self._sensors is not None:
@@ -434,9 +467,13 @@ class Driver:
             return Command(velocity=velocity or (0.0, 0.0, 0.0))
         if isinstance(commands, Command):
             return commands
-        found = (
-            commands.at(now) if isinstance(commands, CommandScript) else commands(now, observation)
-        )
+        position, orientation = observation.body_position, observation.body_orientation
+        if self._follower is not None and position is not None and orientation is not None:
+            found = self._follower.command(now, plane_pose(position, orientation))
+        elif isinstance(commands, CommandScript):
+            found = commands.at(now)
+        else:
+            found = commands(now, observation)
         self._ended_command = found is None
         return found or self._command
 
@@ -552,6 +589,7 @@ class Driver:
         channels = {
             **telemetry,
             **{name: measured[key] for name, key in OBSERVED.items() if key in measured},
+            **({} if self._estimator is None else self._estimator.channels()),
             COMMANDED: self._command.velocity,
             "joint_position_target": self._written,
             "joint_velocity_target": (self._written - self._written_before) / self._period,

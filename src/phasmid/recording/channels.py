@@ -79,6 +79,10 @@ CHANNELS: dict[str, Channel] = {
     ),
     "foot_normal_force_measured": Channel(_LEG, "N", "normal force by the foot's sensor"),
     "contact_measured": Channel(_LEG, "1", "whether the foot's sensor feels the ground", "bool"),
+    "body_position_estimated": Channel(_BODY, "m", "estimated origin of the body frame in odom"),
+    "body_velocity_estimated": Channel(
+        _BODY, "m/s", "estimated velocity of the body frame's origin, axes of odom"
+    ),
     "velocity_command": Channel(_WAY, "m/s, rad/s", "commanded velocity of the body"),
     "velocity_reference": Channel(_WAY, "m/s, rad/s", "velocity that the engine gives the body"),
     "slow_down": Channel(("time",), "1", "rate at which the engine's own time passes"),

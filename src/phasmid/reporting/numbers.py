@@ -151,6 +151,38 @@ def travel(run: Run) -> dict[str, Any]:
     return found
 
 
+def state_estimate(run: Run, distance: float | None) -> dict[str, Any]:
+    """Return the errors of the estimated position and velocity of the body.
+
+    Odom begins at the true position, x along the body.
+
+    Args:
+        run: The run.
+        distance: Distance walked [m].
+
+    Returns:
+        ``position_error`` at the end [m], ``position_drift``, the same over the distance, and
+        ``velocity_error``, the rms of the error's length [m/s]; empty without estimate or truth.
+    """
+    if not (run.has("body_position") and run.has("body_position_estimated")):
+        return {}
+    channels = run.recording
+    yaw = kinematics.quaternion_yaw(channels["body_orientation"].values[0])
+    p, v = (
+        np.stack([*_turned(x, y, -yaw), z], axis=-1)
+        for x, y, z in (channels[name].values.T for name in ("body_position", "body_velocity"))
+    )
+    p_estimated, v_estimated = (
+        channels[f"{name}_estimated"].values for name in ("body_position", "body_velocity")
+    )
+    error = float(np.linalg.norm((p_estimated[-1] - p_estimated[0]) - (p[-1] - p[0])))
+    square = np.sum((v_estimated - v) ** 2, axis=1)
+    found = {"position_error": error, "velocity_error": math.sqrt(square.mean())}
+    if distance is not None and distance > SHORTEST_DISTANCE:
+        found["position_drift"] = error / distance
+    return found
+
+
 def slip(run: Run) -> dict[str, Any]:
     """Return the horizontal displacement of stance feet from touchdown to lift-off, in whole steps.
 

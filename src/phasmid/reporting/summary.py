@@ -19,6 +19,7 @@ from phasmid.reporting.numbers import (
     servos,
     slip,
     speed,
+    state_estimate,
     torque,
     travel,
     velocity,
@@ -37,9 +38,9 @@ def summarise(recording: Recording) -> Summary:
 
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
-        ``velocity``, ``slip``, ``normal_force``, ``torque``, ``speed``, ``servo_verdict``,
-        ``servos``, ``support``, ``energy`` and ``model_against_simulation``, and ``warnings``,
-        sentences on doubtful results.
+        ``velocity``, ``state_estimate``, ``slip``, ``normal_force``, ``torque``, ``speed``,
+        ``servo_verdict``, ``servos``, ``support``, ``energy`` and ``model_against_simulation``,
+        and ``warnings``, sentences on doubtful results.
         What is not recorded is absent.
 
     Raises:
@@ -83,6 +84,7 @@ def summarise(recording: Recording) -> Summary:
         },
         "travel": way,
         "velocity": velocity(part),
+        "state_estimate": state_estimate(part, way.get("distance")),
         "slip": slip(part),
         "normal_force": {
             "simulation": load(part, "foot_normal_force"),

@@ -172,6 +172,12 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
         yield "Body height", f"{line}, {_mm(way['body_height_range'])} between lowest and highest"
     if "least_margin" in summary.get("support", {}):
         yield "Support", f"{_mm(summary['support']['least_margin'])} margin at the least"
+    if "state_estimate" in summary:
+        estimate = summary["state_estimate"]
+        line = f"{_mm(estimate['position_error'])} off at the end"
+        if "position_drift" in estimate:
+            line += f", {100 * estimate['position_drift']:.2f} % of the distance"
+        yield "State estimate", f"{line}; velocity {1000 * estimate['velocity_error']:.1f} mm/s rms"
     if "slip" in summary:
         slip = summary["slip"]
         yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"

@@ -54,7 +54,7 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
     if measured == "nothing":
         names = {
             name for name in type(scenario.sensors).model_fields if not name.startswith("depth")
-        } - {"measured"}
+        } - {"measured", "body_state"}
         if depth in ("camera", "lidar"):
             names.remove("sensor_seed")
         found += _idle("sensors", scenario.sensors, names, 'measured "nothing"')

@@ -343,6 +343,8 @@ class SensorsTable(Table):
     Attributes:
         measured: Whether a recording also holds sensor readings (``everything``) or only the
             true (``nothing``).
+        body_state: Pose by which a driven robot follows waypoints: the true one, or the one
+            estimated by legs and inertial sensor, which controllers observe too.
         sensor_seed: Of all noise and biases.
         joint_rate: Readings of each joint's angle and load a second [1/s]. At 1 Mbit/s and the
             default return delay of 0.5 ms, reading 18 servos in turn takes 13 ms.
@@ -378,6 +380,7 @@ class SensorsTable(Table):
     """
 
     measured: Literal["nothing", "everything"] = "nothing"
+    body_state: Literal["true", "estimated"] = "true"
     sensor_seed: Annotated[Count, Ge(0), Le(2**63 - 1)] = 0
     joint_rate: Annotated[Number, Gt(0), Le(1e6)] = 50.0
     joint_delay: Annotated[Time, Ge(0), Le(10)] = 0.013

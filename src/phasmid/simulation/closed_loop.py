@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +21,7 @@ from phasmid.control import (
     Posture,
     commands_to_text,
 )
-from phasmid.control.waypoints import WaypointFollower
+from phasmid.control.waypoints import WaypointFollower, plane_pose
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import Motion
@@ -36,6 +36,9 @@ from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run, Watcher
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
+
+if TYPE_CHECKING:
+    from phasmid.control.estimation import BodyStateEstimator
 
 Commanded: TypeAlias = Command | CommandScript | Callable[[float, Observation], Command | None]
 """A constant command, a script, or a function of time [s] and observation; None ends the run."""
@@ -169,6 +172,13 @@ class ClosedLoopRun(Run):
         self._velocities = self.buffer["qvel"][:, :3]
         self._velocity_before = self._qvel[:3].copy()
         self._observer = Observer(self, faults)
+        self._estimator: BodyStateEstimator | None = None
+        if scenario.sensors.body_state == "estimated":
+            # Lazy import: compiled functions take 0.2 s to load.
+            from phasmid.control.estimation import BodyStateEstimator, BodyStateSettings
+
+            noise = BodyStateSettings(gravity=scenario.model.gravity)
+            self._estimator = BodyStateEstimator(self.robot, noise, self.period_steps * self.dt)
         self._servo_failures = sorted(faults.servos())
         self._pushes: list[tuple[int, np.ndarray]] = []
         first = begin.sample(np.zeros(1))
@@ -237,7 +247,8 @@ class ClosedLoopRun(Run):
             _, leg, joint = failures.pop(0)
             self._works[leg, joint] = False
             self.drive.fail(3 * leg + joint)
-        return self._observer.observe(time, self._works, self._velocity_before)
+        observation = self._observer.observe(time, self._works, self._velocity_before)
+        return self._estimator.observe(observation) if self._estimator else observation
 
     def _command(self, observation: Observation) -> Command | None:
         """Return the command at an observation; None where the commands end."""
@@ -245,10 +256,11 @@ class ClosedLoopRun(Run):
         if isinstance(commands, Command):
             return commands
         if self._follower:
-            # Waypoints are followed by the true pose.
-            x, y, _, w, i, j, k = self._qpos[:7].tolist()
-            yaw = math.atan2(2 * (w * k + i * j), 1 - 2 * (j * j + k * k))
-            return self._follower.command(time, (x, y, yaw))
+            position, orientation = observation.body_position, observation.body_orientation
+            if position is None or orientation is None:
+                # Nothing estimates the pose: the true one.
+                position, orientation = self._qpos[:3], self._qpos[3:7]
+            return self._follower.command(time, plane_pose(position, orientation))
         if isinstance(commands, CommandScript):
             return commands.at(time)
         return commands(time, observation)
@@ -270,8 +282,10 @@ class ClosedLoopRun(Run):
         if self._must_lie:
             self.lies = self.scenario.simulation.can_lie
         targets = self.controller.update(observation, command)
-        telemetry = getattr(self.controller, "telemetry", dict)
-        return Decision(command, targets, telemetry())
+        telemetry: Mapping[str, Any] = getattr(self.controller, "telemetry", dict)()
+        if self._estimator:
+            telemetry = {**telemetry, **self._estimator.channels()}
+        return Decision(command, targets, telemetry)
 
     def _make_block(self, end: int, interrupted: Sequence[int]) -> int:
         """Make the steps of one block, with an update before each period."""

@@ -62,7 +62,8 @@ def drive(
         controller: The controller; None: the locomotion engine with the scenario's gait, period
             and step height, with posture sequences and safety, see `scenario_controller`.
         commands: A command, a script, or a function of time and observation. Waypoints of a script
-            are followed by the robot's true pose.
+            are followed by the robot's true pose, or by the estimated one where the scenario's
+            ``body_state`` is "estimated".
         rate: Updates per second [1/s]; a period must be a whole number of time steps.
         faults: What fails, and when: sentences such as ``right_middle.tibia dead at 5 s``; see
             `phasmid.simulation.faults`.
