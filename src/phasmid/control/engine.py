@@ -80,10 +80,11 @@ class LocomotionEngine:
         # Lazy import: compiled functions take 0.2 s to load.
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
+        from phasmid.control.foothold_planning import plan_footholds
         from phasmid.control.reach import foothold_regions
         from phasmid.control.terrain_mapping import map_points
 
-        self._map_points = map_points
+        self._map_points, self._plan_footholds = map_points, plan_footholds
         self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
@@ -166,8 +167,10 @@ class LocomotionEngine:
         if observation.ground_points is not None and self.settings.terrain_map == "points":
             points = np.ascontiguousarray(observation.ground_points, dtype=float)
             memory, age = self.memory[0], self.settings.estimator.depth_delay
-            self._map_points(
-                memory["states"][0], memory["terrain_map"], memory["body_poses"], points, age
+            state_record, terrain_map = memory["states"][0], memory["terrain_map"]
+            self._map_points(state_record, terrain_map, memory["body_poses"], points, age)
+            self._plan_footholds(
+                state_record, memory["model"], memory["references"][0], terrain_map
             )
         if (
             self.feed_forward is not None
@@ -347,6 +350,8 @@ class LocomotionEngine:
         ground = float(feet[:, 2].mean())
         state.pose_filter[:, 2] = -ground - self.model.height
         state.foot[:] = feet - [0.0, 0.0, ground]
+        state.next_foothold[:] = math.nan
+        self.model.neutral[:] = self.model.nominal
         state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
         if not self._update.place(memory):
             raise InvalidInput("a foot stands where its leg cannot walk from.")

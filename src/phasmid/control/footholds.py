@@ -20,6 +20,9 @@ from phasmid.kinematics.leg_kernels import Triple
 STOPS = 0.08
 """Time for which a body that comes to rest keeps its velocity [s]."""
 
+LEAST_RAISE = 0.01
+"""Height over the ground plane from which an expected landing was raised by a hit [m]."""
+
 POSED = 1e-3
 """Pose from which on the legs may reach less than in the neutral pose [m, rad]."""
 
@@ -72,35 +75,86 @@ def is_foothold(
 
 
 @internal
+def neutral_landing(
+    state: State, model: Model, reference: Reference, leg: int, left: float
+) -> tuple[Triple, Triple, float, float]:
+    """Return the paths after a time [s], and where a foot would land then, in odom [m].
+
+    The first path is the predicted one, the second that of a constant velocity. The foot is neutral
+    in the middle of its next stance, if the body follows the prediction.
+    """
+    now, v = state.velocity_filter[2], predicted_velocity(state, model, reference, leg, left)
+    there = integrate_twist(state.path, (v + now) / 2, left)
+    # It is not certain that the walk accelerates until then.
+    kept = integrate_twist(state.path, now, left)
+    stance = reference.duty_factor * reference.period
+    nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
+    x, y = in_odom(integrate_twist(there, v, stance / 2), nx, ny)
+    return there, kept, x, y
+
+
+@internal
+def predicted_velocity(
+    state: State, model: Model, reference: Reference, leg: int, left: float
+) -> np.ndarray:
+    """Return the velocity vx, vy, wz of the body after a time [s]."""
+    v, goal = state.velocity_filter[2].copy(), state.clock.velocity_share * reference.velocity
+    if is_returning(state, leg):
+        # So does the body.
+        goal = state.velocity_filter[0].copy()
+    approach(v, goal, model.radius, model.acceleration * left)
+    return v
+
+
+@internal
+def is_landing(
+    state: State,
+    model: Model,
+    leg: int,
+    paths: tuple[Triple, Triple, Triple],
+    x: float,
+    y: float,
+    z: float,
+) -> bool:
+    """Return whether a foot can land at a point of odom [m], whichever path the body takes."""
+    return bool(
+        is_foothold(state, model, leg, paths[0], x, y, z)
+        and is_foothold(state, model, leg, paths[1], x, y, z)
+        and is_foothold(state, model, leg, paths[2], x, y, z)
+    )
+
+
+@internal
 def choose_foothold(
     state: State, model: Model, reference: Reference, leg: int, left: float
 ) -> None:
     """Write where a foot lands after a time [s], within its foothold region.
 
-    It is neutral in the middle of its next stance, if the body follows the prediction.
+    A foothold planned on the height map is taken where it is in reach.
     """
-    now, v = state.velocity_filter[2], state.velocity_filter[2].copy()
-    goal = state.clock.velocity_share * reference.velocity
-    if is_returning(state, leg):
-        # So does the body.
-        goal = state.velocity_filter[0].copy()
-    approach(v, goal, model.radius, model.acceleration * left)
-    there = integrate_twist(state.path, (v + now) / 2, left)
-    # It is not certain that the walk accelerates until then.
-    kept = integrate_twist(state.path, now, left)
-    # Nor that it goes on at all; in the neutral pose a robot has room for that anyhow.
+    now = state.velocity_filter[2]
+    there, kept, x, y = neutral_landing(state, model, reference, leg, left)
+    # It is not certain that the walk goes on; in the neutral pose a robot has room for that.
     posed = np.abs(state.pose_filter[0]).max() > POSED or np.abs(state.pose_filter[3]).max() > POSED
     rest = integrate_twist(state.path, now, min(left, STOPS)) if posed else kept
+    paths = there, kept, rest
     nx, ny = model.neutral[leg, 0], model.neutral[leg, 1]
+    planned, z = state.next_foothold[leg], reference.touchdown_height[leg]
+    if math.isfinite(planned[0]) and not is_returning(state, leg):
+        landing = state.touchdown[leg]
+        # After a hit the foot expects higher ground.
+        raised = z - ground_height(state, landing[0], landing[1])
+        height = planned[2] + (raised if raised > LEAST_RAISE else 0.0)
+        if is_landing(state, model, leg, paths, planned[0], planned[1], height):
+            landing[0], landing[1], landing[2] = planned[0], planned[1], height
+            return
+        if is_foothold(state, model, leg, kept, landing[0], landing[1], landing[2]):
+            return
     if is_searching(state, leg):
         x, y = state.search_goal[leg, 0], state.search_goal[leg, 1]
-    else:
-        stance = reference.duty_factor * reference.period
-        x, y = in_odom(integrate_twist(there, v, stance / 2), nx, ny)
     px, py = in_path(there, x, y)
     dx, dy = px - nx, py - ny
     share = region_share(state.region[leg], 0.0, 0.0, dx, dy, 0.0)
-    z = reference.touchdown_height[leg]
     flat = not math.isfinite(z)
     # From the neutral place towards the body, where it will be.
     inward_x = state.pose_filter[0, 0] + state.sway_filter[3, 0] - nx
@@ -113,11 +167,7 @@ def choose_foothold(
         x, y = in_odom(there, px, py)
         if flat:
             z = ground_height(state, x, y)
-        if (
-            is_foothold(state, model, leg, there, x, y, z)
-            and is_foothold(state, model, leg, kept, x, y, z)
-            and (not posed or is_foothold(state, model, leg, rest, x, y, z))
-        ):
+        if is_landing(state, model, leg, paths, x, y, z):
             break
         share *= 0.5 if attempt < 2 else 0.0
     state.touchdown[leg, 0], state.touchdown[leg, 1], state.touchdown[leg, 2] = x, y, z

@@ -8,6 +8,7 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.body_motion import ground_height
+from phasmid.control.estimation.terrain_adaptation import MOST_CROUCH
 from phasmid.control.footholds import choose_foothold, end_search, set_search, start_search
 from phasmid.control.reach import is_reachable
 from phasmid.control.swing import advance_quintic, raise_foot, restart_line, set_times, stop_foot
@@ -29,6 +30,12 @@ PROBING_SPEED = 0.2
 
 FROZEN = 0.7
 """Part of the swing after which the touchdown no longer changes."""
+
+STOPS_SHORT = 0.004
+"""Distance to its depth at which a foot without contact has reached it [m]."""
+
+MOST_HITS = 3
+"""Obstacles in a swing after which a foot lands before them."""
 
 SETTLE = 0.012
 """Time in which a foot comes to rest after contact [s]."""
@@ -81,7 +88,7 @@ def lift_off(
             set_search(state, leg, SearchStage.NONE)
     state.leg_phase[leg] = LegPhase.SWING
     state.manoeuvre[leg] = Manoeuvre.NONE
-    set_times(state, leg, duration, reference.step_height)
+    set_times(state, leg, duration, max(reference.step_height, reference.swing_height[leg]))
     state.swing_elapsed[leg] = elapsed
     for _ in range(9):
         if reaches_height(state, model, leg, state.swing_height[leg]):
@@ -146,6 +153,11 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
         and reference.used[leg] == 1
         and state.search_stage[leg] < SearchStage.RETURNED
     ):
+        deep = height_above_ground(state, leg) + model.landing_depth
+        if deep > STOPS_SHORT and state.clock.crouch < MOST_CROUCH:
+            # The body sinks until the leg reaches there.
+            probe_down(state, model, leg, deep)
+            return
         if start_search(state, reference, leg):
             return
         set_search(state, leg, SearchStage.GAVE_UP)
@@ -226,6 +238,9 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
         retreats = swings and state.manoeuvre[leg] != Manoeuvre.NONE
         if retreats and state.swing_elapsed[leg] >= state.swing_duration[leg] - 1e-9:
             # It lifts again, over the obstacle or to a search goal.
+            if reference.obstacle_hits[leg] > MOST_HITS:
+                land_here(state, model, reference, leg)
+                continue
             ago = state.swing_elapsed[leg] - state.swing_duration[leg]
             time = (1.0 - reference.duty_factor) * reference.period
             lift_off(state, model, reference, leg, ago, time)

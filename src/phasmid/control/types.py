@@ -7,6 +7,7 @@ on views of the legs that a robot has (`records.view_of`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -86,7 +87,8 @@ class Model:
     R_body_hip: Float[np.ndarray, "legs 3 3"]  # Rotations of the hips
     p_body_hip: Float[np.ndarray, "legs 3"]  # Places of the hips [m]
     limits: Float[np.ndarray, "legs 3 2"]  # Least and largest joint angles [rad]
-    neutral: Float[np.ndarray, "legs 3"]  # Neutral feet in the body frame [m]
+    nominal: Float[np.ndarray, "legs 3"]  # Neutral feet on level ground in the body frame [m]
+    neutral: Float[np.ndarray, "legs 3"]  # The same, narrower on rough or steep ground [m]
     folded: Float[np.ndarray, "legs 3"]  # Joint angles of a leg that is held in the air [rad]
     link_mass: Float[np.ndarray, "legs 3"]  # Masses of the links [kg]
     link_com: Float[np.ndarray, "legs 3 3"]  # Centres of mass of the links in the leg plane [m]
@@ -97,6 +99,7 @@ class Model:
     joint_speed: float  # Largest speed of a joint's target [rad/s]
     acceleration: float  # Largest acceleration of the body [m/s²]
     landing_depth: float  # Depth to which a foot without contact goes on down [m]
+    trunk: Float[np.ndarray, "3"]  # Halves of its length and width, depth below its origin [m]
     leg_count: int  # Number of legs
 
 
@@ -118,6 +121,9 @@ class Reference:
     ground_normal: Float[np.ndarray, "3"]  # Normal of the ground plane in odom
     ground_height: float  # Height of that plane at the origin [m]
     touchdown_height: Float[np.ndarray, " legs"]  # Expected ground [m]; NaN: the plane
+    obstacle_hits: Int[np.ndarray, " legs"]  # Obstacles that each foot has met in its swing
+    swing_height: Float[np.ndarray, " legs"]  # Least height of each next swing [m]
+    least_rise: float  # Least height of the body over its neutral one, for its clearance [m]
     foot_sag: Float[np.ndarray, " legs"]  # Depth of each foot in the air below its target [m]
 
 
@@ -136,6 +142,7 @@ class GaitClock:
     gait_running: int  # 1 while the gait advances, 0 at rest
     region_leg: int  # Leg whose region is bounded next
     pose_hinders: int  # 1 while a foot that is due would hardly rise before the pose is reached
+    crouch: float  # Depth by which the body has sunk for a foot without ground [m]
     search_changes: int  # Number of changes of `State.search_stage`
 
 
@@ -165,6 +172,7 @@ class State:
     line_velocity: Float[np.ndarray, "legs 3"]  # Its velocity [m/s]
     line_acceleration: Float[np.ndarray, "legs 3"]  # Its acceleration [m/s²]
     touchdown: Float[np.ndarray, "legs 3"]  # Next or last landing of each foot in odom [m]
+    next_foothold: Float[np.ndarray, "legs 3"]  # Planned on the height map [m]; NaN: none
     swing_elapsed: Float[np.ndarray, " legs"]  # Time since lift-off [s]
     swing_duration: Float[np.ndarray, " legs"]  # Time of the swing [s]
     swing_height: Float[np.ndarray, " legs"]  # Height of the swing [m]
@@ -192,6 +200,7 @@ STANDING = np.zeros(1, REFERENCE)
 STANDING["used"] = STANDING["duty_factor"] = STANDING["period"] = 1
 STANDING["contact"], STANDING["touchdown_height"] = Contact.UNKNOWN, np.nan
 STANDING["ground_normal"] = 0.0, 0.0, 1.0
+STANDING["least_rise"] = -math.inf
 
 
 def model_of(robot: Robot, settings: EngineSettings) -> Model:
@@ -207,6 +216,7 @@ def model_of(robot: Robot, settings: EngineSettings) -> Model:
         R_body_hip=np.array(arrays.R_body_hip),
         p_body_hip=np.array(arrays.p_body_hip),
         limits=limits,
+        nominal=neutral,
         neutral=neutral,
         folded=folded,
         link_mass=np.array(arrays.mass),
@@ -218,5 +228,6 @@ def model_of(robot: Robot, settings: EngineSettings) -> Model:
         joint_speed=JOINT_SPEED_SHARE * robot.servo.no_load_speed,
         acceleration=settings.acceleration,
         landing_depth=settings.landing_depth,
+        trunk=np.asarray(robot.body.size) / 2,
         leg_count=len(robot.legs),
     )

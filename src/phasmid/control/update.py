@@ -375,7 +375,12 @@ def update(memories: np.ndarray, dt: float) -> tuple[int, int]:
     if memory.estimates_ground != 0:
         R = state.R_odom_body.copy()
         events = estimate_ground(
-            state, reference, memory.estimator, memory.estimator_parameters, memory.measurements
+            state,
+            reference,
+            memory.estimator,
+            memory.estimator_parameters,
+            memory.measurements,
+            memory.model,
         )
         if source != TerrainSource.NONE:
             align_map(R, state, memory.terrain_map, memory.body_poses, source)

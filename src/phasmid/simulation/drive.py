@@ -19,6 +19,7 @@ from phasmid.control import (
     SafetySettings,
     Sequencer,
 )
+from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.sequences import packing
 from phasmid.errors import InvalidInput, plain
 from phasmid.forces.servo_verdict import verdict_text
@@ -161,6 +162,7 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, inside
     posture sequences (standing up, sitting down, legs moved by hand, lost legs), inside safety.
+    With a depth sensor it plans its footholds on a height map.
     It is updated at a rate [1/s]; other settings of the engine are those of `EngineSettings`.
 
     Raises:
@@ -174,6 +176,10 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
         "step_height": stride.step_height,
         "update_period": 1 / rate,
     }
+    sensors = scenario.sensors
+    if sensors.depth != "none":
+        delay = 0.0 if sensors.depth == "exact" else sensors.depth_delay
+        own |= {"terrain_map": "points", "estimator": EstimatorSettings(depth_delay=delay)}
     return _in_safety(LocomotionEngine(robot, **(own | settings)), robot, rate)
 
 

@@ -31,23 +31,17 @@ from phasmid.control.estimation.state import (
     clear,
     parameters_of,
 )
+from phasmid.control.estimation.terrain_adaptation import adapt_to_terrain
 from phasmid.control.observation import Observation
 from phasmid.control.records import fill, view_of
-from phasmid.control.types import Contact, LegPhase, Reference, State
+from phasmid.control.types import Contact, LegPhase, Model, Reference, State
 from phasmid.robot import Robot
-
-MOST_BODY_ROUGHNESS = 0.05
-"""Roughness of the ground beyond which the body is not raised any more [m]."""
-
-STEP_RISE, BODY_RISE = 0.5, 0.5
-"""Shares of the roughness that are added to the height of steps and of the body."""
 
 HIT_RISE, MOST_RAISES = 0.02, 3
 """Height that the expected landing gains for each obstacle hit in a swing [m], and most hits."""
 
-LEAST_ROUGHNESS = 0.003
-"""Height difference of the stance feet along the plane's normal that is due to compliant legs [m]:
-AX-12A servos and light legs deflect by 1 to 2 mm."""
+PLANNED_WEIGHT = 0.5
+"""Weight of a planned foothold in the ground plane, where a standing foot has 1."""
 
 SAG_LIMIT = 0.02
 """Largest height by which the body is raised over compliant legs [m]."""
@@ -155,6 +149,7 @@ def estimate_ground(
     estimator: EstimatorState,
     parameters: EstimatorParameters,
     measured: Measurements,
+    model: Model,
 ) -> int:
     """Advance the estimator by one update period, and write the engine's reference.
 
@@ -164,6 +159,7 @@ def estimate_ground(
         estimator: Changed.
         parameters: Settings and robot.
         measured: Sensor readings.
+        model: The robot; its neutral feet are changed.
 
     Returns:
         `EstimatorEvent` bits.
@@ -171,7 +167,7 @@ def estimate_ground(
     if estimator.updates > 0:
         align_odometry(state, estimator, parameters)
     events = update_estimates(state, estimator, parameters, measured)
-    write_reference(state, reference, estimator, parameters)
+    write_reference(state, model, reference, estimator, parameters)
     return events
 
 
@@ -197,6 +193,10 @@ def update_estimates(
         foot = estimator.feet[leg]
         in_air = not is_first and foot.contact == Contact.AIR
         foot.bearing = 0 if in_air else foot.standing
+        if state.leg_phase[leg] == LegPhase.SWING and math.isfinite(state.next_foothold[leg, 0]):
+            # The body follows the ground ahead.
+            foot.foothold[:] = state.next_foothold[leg]
+            foot.foothold_weight = PLANNED_WEIGHT
     estimate_plane(state.foot, state.path, estimator, parameters)
     height = state.body_position[2] - estimator.ground_plane.height
     R_odom_body = delayed_attitude(state, estimator, parameters)
@@ -237,36 +237,28 @@ def delayed_attitude(
 
 @internal
 def write_reference(
-    state: State, reference: Reference, estimator: EstimatorState, parameters: EstimatorParameters
+    state: State,
+    model: Model,
+    reference: Reference,
+    estimator: EstimatorState,
+    parameters: EstimatorParameters,
 ) -> None:
     """Write contact, ground, corrections and landing heights into the engine's reference."""
     plane, legs = estimator.ground_plane, parameters.leg_count
     normal = np.array([-plane.slope_x, -plane.slope_y, 1.0])
     reference.ground_normal[:] = normal / math.sqrt(normal @ normal)
     reference.ground_height = plane.height - plane.slope_x * plane.x - plane.slope_y * plane.y
-    low, high = 0.0, 0.0
-    for leg in range(legs):
-        if state.leg_phase[leg] == LegPhase.STANCE:
-            z = normal @ state.foot[leg] - reference.ground_height
-            low, high = min(low, z), max(high, z)
-    rough = max(high - low - LEAST_ROUGHNESS, 0.0)
     correction, levelling = reference.pose_correction, estimator.levelling
     correction[:2], correction[3:5] = levelling.shift, levelling.lean
     correction[2] = levelling.rise + min(max(estimator.body_sag, 0.0), SAG_LIMIT)
-    # Legs that step higher need more clearance.
-    correction[2] += BODY_RISE * min(rough, MOST_BODY_ROUGHNESS)
-    if reference.step_height != estimator.raised_step_height:
-        estimator.commanded_step_height = reference.step_height
-    # Steps clear ground that is as rough as under the standing feet.
-    step = estimator.commanded_step_height
-    reference.step_height = estimator.raised_step_height = step + min(STEP_RISE * rough, step)
+    adapt_to_terrain(state, model, reference, estimator, parameters, normal)
     for leg in range(legs):
         estimate = estimator.feet[leg]
         hits = estimate.obstacle_hits
         reference.contact[leg] = estimate.contact
         if hits > estimate.reported_hits and estimate.contact == Contact.GROUND:
             reference.contact[leg] = Contact.OBSTACLE
-        estimate.reported_hits = hits
+        estimate.reported_hits = reference.obstacle_hits[leg] = hits
         # The sag of a limp leg is no compliance.
         reference.foot_sag[leg] = min(estimate.sag, SAG_LIMIT)
         reference.touchdown_height[leg] = math.nan

@@ -71,6 +71,7 @@ def align_odometry(
         state.search_goal,
         state.missed_foothold,
         state.last_foothold,
+        state.next_foothold,
     ):
         rotate(R, p, points)
     for leg in range(parameters.leg_count):

@@ -172,6 +172,8 @@ class EstimatorState:
     ground_plane: Plane  # the same after two: the estimate
     plane_started: int  # 1 once the planes have values
     levelling: BodyLevelling
+    roughness: float  # largest recent height difference of the feet over the plane [m]
+    narrowing: float  # of the stance, towards the body [m]
     body_sag: float  # height that the body lacks, low-pass filtered [m]
     commanded_step_height: float  # before it is raised for rough ground [m]
     raised_step_height: float  # last one in the engine's reference [m]
