@@ -42,11 +42,29 @@ LOOK, FASTEST = 0.1, 1.2
 """Time between two checks [s]; multiple of the commanded velocity above which a robot that would
 need it is late."""
 
+
+class Mode(NamedTuple):
+    """A way of walking.
+
+    Attributes:
+        engine: Settings of the locomotion engine.
+        sensors: Fields of the scenario's sensors.
+    """
+
+    engine: dict[str, Any]
+    sensors: dict[str, Any] = {}
+
+
+SENSING = {"ground_sensing": True, "dynamics": "feed-forward"}
 MODES = {
-    "without": {"ground_sensing": False, "dynamics": "none"},
-    "ground sensing": {"ground_sensing": True, "dynamics": "none"},
-    "dynamics": {"ground_sensing": False, "dynamics": "feed-forward"},
-    "ground sensing and dynamics": {"ground_sensing": True, "dynamics": "feed-forward"},
+    "without": Mode({"ground_sensing": False, "dynamics": "none"}),
+    "ground sensing": Mode({"ground_sensing": True, "dynamics": "none"}),
+    "dynamics": Mode({"ground_sensing": False, "dynamics": "feed-forward"}),
+    "ground sensing and dynamics": Mode(SENSING),
+    "with a lidar": Mode({**SENSING, "terrain_map": "points"}, {"depth": "lidar"}),
+    "with a lidar, all sensors noisy": Mode(
+        {**SENSING, "terrain_map": "points"}, {"depth": "lidar", "measured": "everything"}
+    ),
 }
 
 HIGHER = 0.05
@@ -158,7 +176,7 @@ def scenario_of(
 def measure(kind: str, size: float, mode: str, seed: int) -> Case:
     """Walk over one ground until the result is decided."""
     try:
-        scenario = scenario_of(kind, size, seed)
+        scenario = scenario_of(kind, size, seed).replace(**MODES[mode].sensors)
     except InvalidInput as error:
         # Hills of some seeds are steeper than the contact is verified for.
         return {"refused": str(error)}
@@ -169,7 +187,7 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
             period=PERIOD,
             step_height=GROUNDS[kind].step_height,
             estimator=EstimatorSettings(),
-            **MODES[mode],
+            **MODES[mode].engine,
         ),
     )
     return walk_over(scenario, robot, engine, kind, size)

@@ -8,7 +8,6 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.body_motion import ground_height
-from phasmid.control.estimation.terrain_adaptation import MOST_CROUCH
 from phasmid.control.footholds import choose_foothold, end_search, set_search, start_search
 from phasmid.control.reach import is_reachable
 from phasmid.control.swing import advance_quintic, raise_foot, restart_line, set_times, stop_foot
@@ -154,7 +153,7 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
         and state.search_stage[leg] < SearchStage.RETURNED
     ):
         deep = height_above_ground(state, leg) + model.landing_depth
-        if deep > STOPS_SHORT and state.clock.crouch < MOST_CROUCH:
+        if deep > STOPS_SHORT and state.clock.sinks == 1:
             # The body sinks until the leg reaches there.
             probe_down(state, model, leg, deep)
             return

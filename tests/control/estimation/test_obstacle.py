@@ -7,6 +7,7 @@ from control.estimation.walker import DT, ROBOT, Walker
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.estimator import GroundEstimator, write_reference
+from phasmid.control.estimation.terrain_adaptation import FORGETTING
 from phasmid.control.memory import MEMORY
 from phasmid.control.types import Contact, LegPhase
 
@@ -51,12 +52,13 @@ class Stage:
         estimator = memory.estimator
         estimator.feet["contact"][:6], estimator.feet["obstacle_hits"][:6] = Contact.GROUND, hits
         state.foot[:] = foot
-        write_reference(state, self.reference, estimator, memory.estimator_parameters)
+        engine = self.engine.memory.view(np.recarray)[0]
+        write_reference(state, engine.model, self.reference, estimator, memory.estimator_parameters)
         return self.reference
 
 
-def test_body_and_steps_are_higher_by_half_the_height_between_the_feet():
-    """h + (max z - min z - 3 mm)/2, at most 2 h, and the body by 25 mm at the most."""
+def test_body_and_steps_are_higher_by_the_height_between_the_feet():
+    """h + max z - min z - 3 mm, at most h + 50 mm; the body too, as far as the legs reach."""
     foot, stage = np.zeros((6, 3)), Stage()
     # Of soft legs on level ground neither is.
     foot[0, 2] = 0.0029
@@ -64,13 +66,38 @@ def test_body_and_steps_are_higher_by_half_the_height_between_the_feet():
     assert (reference.step_height, reference.pose_correction[2]) == (STEP, 0.0)
     foot[0, 2], foot[3, 2] = 0.013, -0.01
     stage.write(foot)
-    assert stage.write(foot).step_height == pytest.approx(STEP + 0.01)
-    assert stage.reference.pose_correction[2] == pytest.approx(0.01)
+    assert stage.write(foot).step_height == pytest.approx(STEP + 0.02)
+    assert 0.0 < stage.reference.pose_correction[2] <= 0.02
     foot[0, 2] = 0.2
-    assert stage.write(foot).step_height == pytest.approx(2 * STEP)
-    assert stage.reference.pose_correction[2] == pytest.approx(0.025)
+    assert stage.write(foot).step_height == pytest.approx(STEP + 0.05)
+    assert stage.reference.pose_correction[2] <= 0.05
+
+
+def test_roughness_decays():
+    """By the share 1 - exp(-0.4 t) in a time t; a commanded step height counts at once."""
+    foot, stage = np.zeros((6, 3)), Stage()
+    foot[0, 2] = 0.023
+    stage.write(foot)
+    for _ in range(round(1.0 / DT)):
+        stage.write(np.zeros((6, 3)))
+    kept = 0.02 * np.exp(-FORGETTING)
+    assert stage.reference.step_height == pytest.approx(STEP + kept)
     stage.reference.step_height = 0.05
-    assert stage.write(np.zeros((6, 3))).step_height == pytest.approx(0.05)
+    assert stage.write(np.zeros((6, 3))).step_height == pytest.approx(0.05 + kept, rel=1e-2)
+
+
+def test_the_stance_is_narrower_on_rough_ground_and_as_before_on_level_ground():
+    """By half the roughness, 30 mm at most, at 20 mm/s and in steps of 1 mm."""
+    foot, stage = np.zeros((6, 3)), Stage()
+    model = stage.engine.model
+    distance = np.hypot(*model.nominal[:, :2].T)
+    foot[0, 2] = 0.2
+    for _ in range(round(2.0 / DT)):
+        stage.write(foot)
+    np.testing.assert_allclose(np.hypot(*model.neutral[:, :2].T), distance - 0.03, atol=1e-3)
+    for _ in range(round(30.0 / DT)):
+        stage.write(np.zeros((6, 3)))
+    np.testing.assert_allclose(model.neutral, model.nominal, atol=1e-3)
 
 
 def test_an_obstacle_is_reported_once():

@@ -43,9 +43,13 @@ STANCE_REACH, LANDING_REACH, LOWEST = 0.003, 0.01, -0.02
 """Height that the body could still rise over standing feet and over landings [m]; lowest height to
 which it is lowered for that [m]."""
 
-CROUCH_SPEED, RISE_SPEED, MOST_CROUCH = 0.1, 0.03, 0.05
-"""Speeds at which the body sinks for a foot that finds no ground, and rises again [m/s]; depth
-[m]."""
+CROUCH_SPEED, RISE_SPEED, MOST_CROUCH, LEAST_CLEARANCE = 0.1, 0.03, 0.05, 0.015
+"""Speeds at which the body sinks for a foot that finds no ground, and rises again [m/s]; largest
+depth, and clearance of the trunk that is left [m]."""
+
+STEEP_CROUCH = 0.15
+"""Depth to which the body sinks by the slope [m]: at the foot of a slope the feet are far apart in
+height, at a gap there is no ground to sink for."""
 
 SHORT = 0.003
 """Reach that a foot lacks to its goal, from which the body sinks [m]."""
@@ -63,7 +67,7 @@ def adapt_to_terrain(
     """Write the corrections of body, steps and stance for the estimated ground.
 
     Args:
-        state: `clock.crouch` is written.
+        state: `clock.crouch` and `clock.sinks` are written.
         model: `neutral` is written.
         reference: `pose_correction` and `step_height` are written.
         estimator: `roughness` and `narrowing` are written.
@@ -80,7 +84,7 @@ def adapt_to_terrain(
     unseen = math.isinf(reference.least_rise)
     raised = estimator.commanded_step_height + (min(rough, MOST_STEP_RISE) if unseen else 0.0)
     reference.step_height = estimator.raised_step_height = raised
-    crouch(state, model, reference, parameters, normal)
+    crouch(state, model, reference, estimator, parameters, normal)
     # Legs that step higher need more clearance.
     rise = min(rough, MOST_BODY_RISE)
     if rise > 0.0:
@@ -163,6 +167,7 @@ def crouch(
     state: State,
     model: Model,
     reference: Reference,
+    estimator: EstimatorState,
     parameters: EstimatorParameters,
     normal: Float[np.ndarray, "3"],
 ) -> None:
@@ -170,7 +175,7 @@ def crouch(
 
     On a height map footholds are in reach.
     """
-    clock, short, probes = state.clock, False, False
+    clock, plane, short, probes = state.clock, estimator.ground_plane, False, False
     for leg in range(parameters.leg_count):
         if state.leg_phase[leg] != LegPhase.PROBING:
             continue
@@ -179,8 +184,11 @@ def crouch(
             goal = state.foot[leg].copy()
             goal[2] = reference.ground_height - normal[:2] @ goal[:2] - model.landing_depth
             short = short or height_left(state, model, leg, goal) < SHORT
-    if short and math.isinf(reference.least_rise):
-        clock.crouch = min(clock.crouch + CROUCH_SPEED * parameters.dt, MOST_CROUCH)
+    most = min(MOST_CROUCH, max(model.height - model.trunk[2] - LEAST_CLEARANCE, 0.0))
+    most = min(most, STEEP_CROUCH * math.hypot(plane.slope_x, plane.slope_y))
+    clock.sinks = int(short and math.isinf(reference.least_rise) and clock.crouch < most)
+    if clock.sinks:
+        clock.crouch = min(clock.crouch + CROUCH_SPEED * parameters.dt, most)
     elif not probes:
         clock.crouch = max(clock.crouch - RISE_SPEED * parameters.dt, 0.0)
 
