@@ -48,11 +48,11 @@ class Mode(NamedTuple):
 
     Attributes:
         engine: Settings of the locomotion engine.
-        sensors: Fields of the scenario's sensors.
+        scenario: Fields of the scenario.
     """
 
     engine: dict[str, Any]
-    sensors: dict[str, Any] = {}
+    scenario: dict[str, Any] = {}
 
 
 SENSING = {"ground_sensing": True, "dynamics": "feed-forward"}
@@ -63,7 +63,9 @@ MODES = {
     "ground sensing and dynamics": Mode(SENSING),
     "with a lidar": Mode({**SENSING, "terrain_map": "points"}, {"depth": "lidar"}),
     "with a lidar, all sensors noisy": Mode(
-        {**SENSING, "terrain_map": "points"}, {"depth": "lidar", "measured": "everything"}
+        {**SENSING, "terrain_map": "points"},
+        # Sensors read no more often than samples are recorded.
+        {"depth": "lidar", "measured": "everything", "record_interval_ms": 10},
     ),
 }
 
@@ -176,7 +178,7 @@ def scenario_of(
 def measure(kind: str, size: float, mode: str, seed: int) -> Case:
     """Walk over one ground until the result is decided."""
     try:
-        scenario = scenario_of(kind, size, seed).replace(**MODES[mode].sensors)
+        scenario = scenario_of(kind, size, seed).replace(**MODES[mode].scenario)
     except InvalidInput as error:
         # Hills of some seeds are steeper than the contact is verified for.
         return {"refused": str(error)}
