@@ -17,6 +17,7 @@ from phasmid.robot import load_robot
 
 ROBOT = load_robot("phantomx-mk4")
 HEIGHT = 0.1
+PLACES = [w.ravel() for w in np.meshgrid(*[np.arange(-0.45, 0.45, 0.005) + 0.002] * 2)]
 
 
 def seeing(height):
@@ -24,8 +25,7 @@ def seeing(height):
     engine = LocomotionEngine(
         ROBOT, terrain_map="points", estimator=EstimatorSettings(depth_delay=0.0, motion_lag=0.0)
     )
-    x, y = (w.ravel() for w in np.meshgrid(*[np.arange(-0.45, 0.45, 0.005) + 0.002] * 2))
-    points = np.column_stack([x, y, height(x, y) - HEIGHT])
+    points = np.column_stack([*PLACES, height(*PLACES) - HEIGHT])
     readings = {"joint_position": engine.state.q.copy(), "contact": np.ones(6, dtype=bool)}
     engine.reset(Observation(time=0.0, **readings))
     for k in range(2):
@@ -74,3 +74,26 @@ def test_ground_that_is_not_known_is_not_planned_on():
     engine = seeing(lambda x, y: np.where(x > 0, np.nan, 0.0))
     assert np.isnan(engine.state.next_foothold[[0, 5]]).all()
     assert np.isfinite(engine.state.next_foothold[[2, 3]]).all()
+
+
+def test_without_new_ground_points_the_feet_alone_sense_the_ground():
+    """The plan lasts 0.5 s, then nothing of it is left, with one event; a reading plans again."""
+    engine = seeing(lambda x, y: np.where(np.hypot(x, y) > 0.215, 0.04, 0.0))
+    readings = {"joint_position": engine.state.q.copy(), "contact": np.ones(6, dtype=bool)}
+    for time in (0.3, 0.5, 0.6):
+        assert np.isfinite(engine.state.next_foothold).any()
+        engine.update(Observation(time=time, **readings), Command())
+    assert np.isnan(engine.state.next_foothold).all()
+    assert (engine.reference.swing_height == 0.0).all()
+    assert engine.reference.least_rise == -np.inf
+    engine.update(Observation(time=0.7, **readings), Command())
+    assert [sentence for _, sentence in engine.events] == [
+        "no ground points arrive; the feet alone sense the ground"
+    ]
+    engine.update(
+        Observation(
+            time=0.8, ground_points=np.column_stack([*PLACES, 0 * PLACES[0] - HEIGHT]), **readings
+        ),
+        Command(),
+    )
+    assert np.isfinite(engine.state.next_foothold).any()

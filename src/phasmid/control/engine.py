@@ -38,6 +38,9 @@ from phasmid.robot import Robot
 if TYPE_CHECKING:
     from phasmid.control.estimation.estimator import GroundEstimator
 
+PLAN_LASTS = 0.5
+"""Time without ground points after which the plan on the height map is given up [s]."""
+
 
 class LocomotionEngine:
     """Controller that walks in any direction with any gait of its robot.
@@ -80,11 +83,12 @@ class LocomotionEngine:
         # Lazy import: compiled functions take 0.2 s to load.
         from phasmid.control import update, velocity_limits
         from phasmid.control.feed_forward.feed_forward import FeedForward
-        from phasmid.control.foothold_planning import plan_footholds
+        from phasmid.control.foothold_planning import forget_plan, plan_footholds
         from phasmid.control.reach import foothold_regions
         from phasmid.control.terrain_mapping import map_points
 
         self._map_points, self._plan_footholds = map_points, plan_footholds
+        self._forget_plan = forget_plan
         self._update, self._limits = update, velocity_limits
         self.robot = robot
         self.settings = settings
@@ -172,6 +176,12 @@ class LocomotionEngine:
             self._plan_footholds(
                 state_record, memory["model"], memory["references"][0], terrain_map
             )
+            self._planned = observed
+            self._log.set("blind", False, "")
+        elif observed - self._planned > PLAN_LASTS:
+            self._planned = math.inf
+            self._forget_plan(state, self.reference)
+            self._log.set("blind", True, "no ground points arrive; the feet alone sense the ground")
         if (
             self.feed_forward is not None
             and self.feed_forward.velocity_scale != self._applied_scale
@@ -350,6 +360,7 @@ class LocomotionEngine:
         ground = float(feet[:, 2].mean())
         state.pose_filter[:, 2] = -ground - self.model.height
         state.foot[:] = feet - [0.0, 0.0, ground]
+        self._planned = math.inf
         state.next_foothold[:] = math.nan
         self.model.neutral[:] = self.model.nominal
         state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot

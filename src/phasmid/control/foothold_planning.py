@@ -12,8 +12,9 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
 from phasmid.control.body_motion import ground_height
-from phasmid.control.footholds import CLOSE, is_foothold, neutral_landing
+from phasmid.control.footholds import is_foothold, is_free, neutral_landing
 from phasmid.control.leg_phases import FROZEN
+from phasmid.control.swing import blend, lift
 from phasmid.control.terrain_map import TerrainMap, map_height, map_variance
 from phasmid.control.types import LegPhase, Model, Reference, State
 from phasmid.control.vectors import in_odom, turned
@@ -94,24 +95,12 @@ def foothold_cost(
 
 
 @internal
-def is_free_of_feet(state: State, leg: int, x: float, y: float) -> bool:
-    """Return whether no other foot stands or lands within `CLOSE` of a point of odom."""
-    for other in range(state.leg_count):
-        if other == leg or state.leg_phase[other] == LegPhase.HELD:
-            continue
-        foot = state.touchdown[other]
-        if math.hypot(foot[0] - x, foot[1] - y) < CLOSE:
-            return False
-    return True
-
-
-@internal
 def is_possible(
     state: State, model: Model, leg: int, there: Triple, kept: Triple, x: float, y: float, z: float
 ) -> bool:
     """Return whether a foot can land at a point of odom [m], on both paths and beside no foot."""
     return bool(
-        is_free_of_feet(state, leg, x, y)
+        is_free(state, leg, x, y)
         and is_foothold(state, model, leg, there, x, y, z)
         and is_foothold(state, model, leg, kept, x, y, z)
     )
@@ -190,7 +179,7 @@ def swing_height(state: State, terrain_map: TerrainMap, leg: int) -> float:
         return height
     for k in range(SAMPLES):
         s = FIRST + (LAST - FIRST) * k / (SAMPLES - 1)
-        part = s * s * s * (10 + s * (6 * s - 15))
+        part = blend(s, 1.0)[0]
         x, y = foot[0] + part * (goal[0] - foot[0]), foot[1] + part * (goal[1] - foot[1])
         line = foot[2] + part * (goal[2] - foot[2])
         top = -math.inf
@@ -201,7 +190,7 @@ def swing_height(state: State, terrain_map: TerrainMap, leg: int) -> float:
                     top = max(top, near)
         lacks = top + FOOT_CLEARANCE - line
         if lacks > 0.0:
-            height = max(height, lacks / (64 * (s * (1 - s)) ** 3))
+            height = max(height, lacks / lift(s, 1.0, 1.0)[0])
     return min(height, HIGHEST_SWING)
 
 
@@ -218,6 +207,18 @@ def least_rise(state: State, model: Model, reference: Reference, terrain_map: Te
             if not math.isnan(top):
                 most = max(most, top)
     return most + trunk[2] + TRUNK_CLEARANCE - model.height
+
+
+def forget_plan(state: State, reference: Reference) -> None:
+    """Plan nothing any more: the feet alone sense the ground.
+
+    Args:
+        state: `next_foothold` is written.
+        reference: `swing_height` and `least_rise` are written.
+    """
+    state.next_foothold[:] = math.nan
+    reference.swing_height[:] = 0.0
+    reference.least_rise = -math.inf
 
 
 @compiled

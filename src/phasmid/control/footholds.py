@@ -202,12 +202,12 @@ def end_search(state: State, leg: int, found: bool) -> None:
 
 
 @internal
-def is_free(state: State, leg: int, goal: np.ndarray) -> bool:
+def is_free(state: State, leg: int, x: float, y: float) -> bool:
     """Return whether no other foot stands or lands within `CLOSE` of a point of odom."""
     for other in range(state.leg_count):
-        away = state.touchdown[other] - goal
+        foot = state.touchdown[other]
         held = state.leg_phase[other] == LegPhase.HELD
-        if other != leg and not held and math.hypot(away[0], away[1]) < CLOSE:
+        if other != leg and not held and math.hypot(foot[0] - x, foot[1] - y) < CLOSE:
             return False
     return True
 
@@ -224,7 +224,7 @@ def return_to_foothold(state: State, leg: int) -> bool:
     for k in range(3):
         # Another foot may have followed it there; then it goes as near as possible.
         goal[:] = last + k * CLOSE / max(distance, CLOSE) * (foot - last)
-        if is_free(state, leg, goal):
+        if is_free(state, leg, goal[0], goal[1]):
             state.return_attempts[leg] = attempts
             state.clock.search_changes += tried
             set_search(state, leg, SearchStage.RETURNING)
@@ -261,7 +261,7 @@ def start_search(state: State, reference: Reference, leg: int) -> bool:
     while stage < LOOKS:
         stage += 1
         goal[:2] = 2 * first[:2] - goal[:2]
-        if is_free(state, leg, goal):
+        if is_free(state, leg, goal[0], goal[1]):
             set_search(state, leg, stage)
             break
     else:
