@@ -87,9 +87,8 @@ def test_without_new_ground_points_the_feet_alone_sense_the_ground():
     assert (engine.reference.swing_height == 0.0).all()
     assert engine.reference.least_rise == -np.inf
     engine.update(Observation(time=0.7, **readings), Command())
-    assert [sentence for _, sentence in engine.events] == [
-        "no ground points arrive; the feet alone sense the ground"
-    ]
+    lost = "no ground points arrive; the feet alone sense the ground"
+    assert [sentence for _, sentence in engine.events].count(lost) == 1
     engine.update(
         Observation(
             time=0.8, ground_points=np.column_stack([*PLACES, 0 * PLACES[0] - HEIGHT]), **readings
