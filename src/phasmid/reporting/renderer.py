@@ -27,7 +27,7 @@ from phasmid.reporting.robot_mesh import link_poses, mesh_pieces, quaternions
 from phasmid.reporting.style import rgb
 from phasmid.reporting.terrain_mesh import CELL, floor_image, landscape
 from phasmid.robot import Robot
-from phasmid.terrain import Ground
+from phasmid.terrain import Blocky, Ground
 
 if TYPE_CHECKING:
     import mujoco
@@ -259,6 +259,9 @@ def _add_floor(
         return
     cell = max(CELL, size / MOST_CELLS)
     vertices, faces = landscape(terrain, corner + size / 2, size / 2, cell)
+    if isinstance(terrain.shape, Blocky):
+        # MuJoCo shades across the edges of triangles that share vertices.
+        vertices, faces = vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
     _add_mesh(spec, "floor", vertices, faces, (vertices[:, :2] - corner) / size)
     _add_geom(spec.worldbody, "floor", "floor", meshname="floor")
 
