@@ -168,6 +168,28 @@ def test_a_robot_walks_on_five_legs_and_on_six_again():
     assert engine.is_standing
 
 
+@pytest.mark.parametrize("lost", [{1, 4}, {2, 5}, {3, 6}])
+def test_a_robot_walks_on_four_legs_and_on_six_again(lost):
+    """Two opposite legs lost: feet that stay at the neutral places of six legs allow 13 mm/s."""
+    engine = engine_of("phantomx-mk4")
+    lost = frozenset(lost)
+    limit = engine.largest_velocity((1.0, 0.0, 0.0), lost_legs=lost)
+    assert limit.velocity[0] > 0.03
+    whole = engine.largest_velocity((1.0, 0.0, 0.0))
+    commands = [
+        (0.0, Command(velocity=(0.5 * limit.velocity[0], 0.0, 0.0), lost_legs=lost)),
+        (14.0, Command()),
+    ]
+    seen = drive(engine, commands, 22.0)
+    check(seen)
+    k = round(14.0 / seen.dt)
+    # The feet step over to their new places for the first cycle of 3 s.
+    assert seen.path[k, 0] > 0.5 * limit.velocity[0] * 9.0
+    assert engine.is_standing
+    np.testing.assert_array_equal(engine.model.nominal, neutral_feet(engine.robot))
+    assert engine.largest_velocity((1.0, 0.0, 0.0)) == whole
+
+
 def test_a_pose_does_not_lay_the_trunk_on_the_ground():
     """Low and tilted, each of which alone the legs and the ground allow."""
     robot = load_robot("phantomx-ax")

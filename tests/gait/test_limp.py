@@ -63,7 +63,8 @@ def test_a_hexapod_sways_along_on_four_legs(lost):
     assert limp.gait.sway > 0
     # Sways of 0.2 move the centre of mass by at most 2 pi 0.2 x 4 feet x 0.3 m a cycle.
     assert margin_of(limp, feet, com) == pytest.approx(limp.margin, abs=3e-4)
-    assert limp.margin > 0.025
+    # The sufficient margin: 0.07 of the mean distance of the feet, 0.26 m.
+    assert limp.margin > 0.018
 
 
 def test_legs_that_still_hold_keep_their_times():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -106,7 +106,8 @@ class LocomotionEngine:
         self.gait = self._gaits.gait
         self._command: Command | None = None
         # The last poses, since every change of the command needs the regions.
-        self._regions = lru_cache(maxsize=8)(partial(foothold_regions, record_behind(self.model)))
+        self._stance = lru_cache(maxsize=8)(self._bound_stance)
+        self._foothold_regions = foothold_regions
         self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
             self.feed_forward = FeedForward(
@@ -249,12 +250,12 @@ class LocomotionEngine:
                 hint="(1, 0, 0)",
             )
         reference = view_of(STANDING.copy(), Reference, len(self.robot.legs))
-        shift = self._gaits.write(reference, gait, period, lost_legs)
+        shift, nominal = self._gaits.write(reference, gait, period, lost_legs)
         reference.step_height = self.settings.step_height if step_height is None else step_height
         reference.pose[:] = pose
         reference.pose[:2] += shift
         unit = velocity / size
-        share, limit = self._scale(reference, unit, 100.0)
+        share, limit = self._scale(reference, unit, nominal, 100.0)
         vx, vy, wz = (float(x) for x in unit * share)
         leg = None if limit.leg < 0 else limit.leg + 1
         joint = None if limit.joint < 0 else limit.joint
@@ -353,7 +354,7 @@ class LocomotionEngine:
         self._log.clear()
         self._blocked.clear()
         for reference in (self.reference, self._next_reference):
-            self._gaits.write(reference, None, None, frozenset())
+            _, nominal = self._gaits.write(reference, None, None, frozenset())
             reference.step_height = self.settings.step_height
         clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
         # The ground is where the feet are on average; odom begins under the body.
@@ -362,7 +363,7 @@ class LocomotionEngine:
         state.foot[:] = feet - [0.0, 0.0, ground]
         self._planned = math.inf
         state.next_foothold[:] = math.nan
-        self.model.neutral[:] = self.model.nominal
+        self.model.neutral[:] = self.model.nominal[:] = nominal
         state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
         if not self._update.place(memory):
             raise InvalidInput("a foot stands where its leg cannot walk from.")
@@ -372,7 +373,7 @@ class LocomotionEngine:
         reference, next_reference = self.reference, self._next_reference
         self._command, self._commanded = command, command.velocity
         try:
-            shift = self._gaits.write(
+            shift, nominal = self._gaits.write(
                 next_reference, command.gait, command.period, command.lost_legs
             )
         except InvalidGait as error:
@@ -383,6 +384,10 @@ class LocomotionEngine:
             reference.velocity[:] = next_reference.velocity[:] = 0.0
             return
         self._log.set("lame", False, "")
+        if not np.array_equal(nominal, self.model.nominal):
+            self.model.nominal[:] = self.model.neutral[:] = nominal
+            # The foothold regions are other ones.
+            self.state.region_pose[:] = math.inf
         height = command.step_height
         reference.step_height = next_reference.step_height = (
             self.settings.step_height if height is None else height
@@ -404,11 +409,13 @@ class LocomotionEngine:
         if blocking is not None:
             share = 0.0
         elif commanded.any():
-            share, limit = self._scale(next_reference, commanded)
+            share, limit = self._scale(next_reference, commanded, nominal)
             if differs:
                 # The present gait limits the velocity until the change.
                 share, limit = min(
-                    (share, limit), self._scale(reference, commanded), key=itemgetter(0)
+                    (share, limit),
+                    self._scale(reference, commanded, nominal),
+                    key=itemgetter(0),
                 )
             reason = limit.sentence(self.robot)
             self._log.set(
@@ -450,14 +457,23 @@ class LocomotionEngine:
         return limit.sentence(self.robot)
 
     def _scale(
-        self, reference: Reference, velocity: np.ndarray, most: float = 1.0
+        self,
+        reference: Reference,
+        velocity: Float[np.ndarray, "3"],
+        nominal: Float[np.ndarray, "legs 3"],
+        most: float = 1.0,
     ) -> tuple[float, Constraint]:
-        """Return the feasible share of a velocity, and the constraint that limits it."""
+        """Return the feasible share of a velocity on neutral feet, and what limits it."""
+        model, regions = self._stance(tuple(reference.pose), nominal.tobytes())
         return self._limits.feasible_velocity_scale(
-            record_behind(self.model),
-            self._regions(tuple(reference.pose)),
-            record_behind(reference),
-            reference.pose,
-            velocity,
-            most,
+            model, regions, record_behind(reference), reference.pose, velocity, most
         )
+
+    def _bound_stance(
+        self, pose: tuple[float, ...], nominal: bytes
+    ) -> tuple[np.void, Float[np.ndarray, "legs 16 3"]]:
+        """Return the robot's numbers with neutral feet, and its foothold regions at a pose."""
+        model = record_behind(self.model).copy()
+        feet = np.frombuffer(nominal).reshape(-1, 3)
+        model["neutral"][: len(feet)] = feet
+        return model, self._foothold_regions(model, pose)

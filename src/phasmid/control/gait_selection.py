@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 
@@ -9,11 +11,16 @@ from phasmid.control.settings import EngineSettings
 from phasmid.control.types import Model, Reference
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait, Limp, gaits_of, load_gait, without_legs
-from phasmid.kinematics import centre_of_mass, joint_angles
+from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import Robot
 
 SWAYING_SWING, SWING_TIME = 2 / 3, 0.5
 """Duration of a swing with the default period: of gaits that sway, and of others [s]."""
+
+
+TURN, NEARER = math.radians(22), 0.8
+"""Neutral feet of legs that cannot walk without sway: angle by which a leg turns towards a lost
+neighbour, at most half of the way to its limit [rad]; distance from the hip, as a share."""
 
 
 class GaitSelector:
@@ -34,6 +41,7 @@ class GaitSelector:
 
     def __init__(self, robot: Robot, settings: EngineSettings, model: Model) -> None:
         self._robot, self._model, self._period = robot, model, settings.period
+        self._nominal = neutral_feet(robot)
         self._home = joint_angles(robot.arrays, np.array(robot.arrays.neutral_foot))
         self.gait = self._find(settings.gait)
 
@@ -43,8 +51,8 @@ class GaitSelector:
         gait: str | Gait | None,
         period: float | None,
         lost: frozenset[int],
-    ) -> Float[np.ndarray, "2"]:
-        """Write a gait, and return the shift of the body that it needs [m], shape (2,).
+    ) -> tuple[Float[np.ndarray, "2"], Float[np.ndarray, "legs 3"]]:
+        """Write a gait; return its shift of the body [m], shape (2,), and neutral feet, (L, 3).
 
         Args:
             reference: Its gait, phases and used legs are written.
@@ -60,10 +68,13 @@ class GaitSelector:
         period = self._period if period is None else period
         if period is None:
             period = (SWAYING_SWING if found.sway else SWING_TIME) / found.swing_fraction
-        shift, offsets = np.zeros(2), np.array(found.offsets)
+        shift, nominal, offsets = np.zeros(2), self._nominal, np.array(found.offsets)
         used = np.ones(len(offsets), dtype=np.int64)
         if lost:
-            limp = self._without(found, lost)
+            limp = self._without(found, lost, nominal)
+            if limp.gait.sway:
+                nominal = self._feet_without(lost)
+                limp = self._without(found, lost, nominal)
             # Swings take as long as with all legs.
             period *= found.swing_fraction / limp.gait.swing_fraction
             found, shift = limp.gait, np.array(limp.shift)
@@ -73,7 +84,7 @@ class GaitSelector:
         reference.lift_phase[:], reference.used[:] = offsets, used
         reference.duty_factor, reference.period = found.duty_factor, period
         reference.sway = found.sway
-        return shift
+        return shift, nominal
 
     def _find(self, gait: str | Gait | None) -> Gait:
         legs = len(self._robot.legs)
@@ -87,9 +98,26 @@ class GaitSelector:
             )
         return gait
 
-    def _without(self, gait: Gait, lost: frozenset[int]) -> Limp:
-        model = self._model
-        held = np.isin(np.arange(1, len(model.neutral) + 1), list(lost))[:, None]
-        com = centre_of_mass(self._robot, np.where(held, model.folded, self._home))
+    def _feet_without(self, lost: frozenset[int]) -> Float[np.ndarray, "legs 3"]:
+        """Return neutral feet in the body frame without lost legs [m]: nearer to the gaps."""
+        feet, hips, count = self._nominal.copy(), self._model.p_body_hip, len(self._nominal)
+        limits = np.array(self._robot.arrays.joint_limits)[:, 0]
+        around = np.arctan2(feet[:, 1], feet[:, 0]).argsort()
+        for place, leg in enumerate(around):
+            # Gaps to the left, counter-clockwise, less those to the right.
+            left, right = (around[(place + side) % count] + 1 in lost for side in (1, -1))
+            turn = (int(left) - int(right)) * TURN
+            low, high = (limits[leg] - self._home[leg, 0]) / 2
+            turn = min(max(turn, low), high)
+            x, y = NEARER * (feet[leg, :2] - hips[leg, :2])
+            c, s = math.cos(turn), math.sin(turn)
+            feet[leg, :2] = hips[leg, :2] + (c * x - s * y, s * x + c * y)
+        return feet
+
+    def _without(
+        self, gait: Gait, lost: frozenset[int], nominal: Float[np.ndarray, "legs 3"]
+    ) -> Limp:
+        held = np.isin(np.arange(1, len(nominal) + 1), list(lost))[:, None]
+        com = centre_of_mass(self._robot, np.where(held, self._model.folded, self._home))
         # The nearest shift: legs under a body farther from its neutral place have less reach.
-        return without_legs(gait, lost, model.neutral, com[:2], nearest=True)
+        return without_legs(gait, lost, nominal, com[:2], nearest=True)

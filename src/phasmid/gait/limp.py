@@ -16,13 +16,14 @@ from phasmid.gait.search import MOST_LEGS, best_order
 from phasmid.gait.shift import best_place
 from phasmid.gait.support import shortfall
 
-ENOUGH = 0.1
-"""Sufficient margin, as a share of the mean distance of the feet from their centroid."""
+ENOUGH, SWAYING = 0.1, 0.07
+"""Sufficient margin, as a share of the mean distance of the feet from their centroid; with sway,
+which takes reach."""
 
 FARTHEST = 0.16
 """Largest shift of the body, as a share of the same distance: the legs must still reach."""
 
-SWAYS = (0.0, 0.04, 0.08, 0.12, 0.16, 0.2)
+SWAYS = tuple(0.02 * k for k in range(11))
 """Sways to try until the margin is sufficient."""
 
 CRAWL = 5 / 6
@@ -123,7 +124,7 @@ def _limp(
     )
     best = rest.kept(gait)
     for share in SWAYS:
-        if best is not None and best.margin >= ENOUGH * size:
+        if best is not None and best.margin >= (SWAYING if best.gait.sway else ENOUGH) * size:
             break
         found = rest.searched(share)
         if best is None or found.margin > best.margin:
