@@ -22,6 +22,7 @@ HERE = Path(__file__).parent
 sys.path.append(str(HERE.parent / "benchmarks"))
 
 from control_study import (  # noqa: E402, needs the path above
+    damage,
     failures,
     forces,
     ground,
@@ -31,7 +32,7 @@ from control_study import (  # noqa: E402, needs the path above
     velocity,
 )
 
-STUDIES = ("level", "velocity", "sequences", "terrain", "levelling", "failures", "forces")
+STUDIES = ("level", "velocity", "sequences", "terrain", "levelling", "failures", "damage", "forces")
 HEADING = "## Measured"
 PIXELS_PER_INCH = 100
 WHOLE = {"walks": 500, "directions": 24, "sequences": 1000, "simulated": 100, "seeds": 20}
@@ -104,6 +105,8 @@ def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
         return study.run(ground.levelling, [{"slope_deg": 10.0}], one, name)
     if name == "failures":
         return study.run(failures.measure, failures.cases(legs=options.legs), many, name)
+    if name == "damage":
+        return study.run(damage.measure, damage.cases(options.seeds), many, name)
     return study.run(forces.measure, forces.cases(), many, name)
 
 
@@ -189,6 +192,7 @@ SECTIONS = {
     "Random commands": ("sequences",),
     "Unknown ground": ("terrain", "levelling"),
     "A dead servo": ("failures",),
+    "Walks without some legs": ("damage",),
     "With and without dynamics": ("forces",),
 }
 """The page's sections with numbers, and the studies that each needs."""
@@ -196,7 +200,7 @@ SECTIONS = {
 
 def measurements(results: dict[str, list[study.Case]]) -> dict[str, str]:
     """Return the text of each section whose studies were measured."""
-    texts = (of_level, of_velocity, of_sequences, of_terrain, of_failures, of_forces)
+    texts = (of_level, of_velocity, of_sequences, of_terrain, of_failures, of_damage, of_forces)
     return {
         name: text(*(results[study] for study in needed))
         for (name, needed), text in zip(SECTIONS.items(), texts, strict=True)
@@ -375,6 +379,21 @@ def of_failures(results: list[study.Case]) -> str:
         f"{failures.JUDGED:g} s to {failures.ENDS:g} s is faster than "
         f"{100 * failures.WALKS:.0f} cm/s: {passed}, at {100 * min(speeds):.1f} to "
         f"{100 * max(speeds):.1f} cm/s."
+    )
+
+
+def of_damage(results: list[study.Case]) -> str:
+    """Return text and table of lost legs."""
+    return (
+        "Walks as over unknown ground, with ground sensing and dynamics, on ideal servos and with "
+        "AX-12A servos in place of the robot's own. `lost_legs` of the command names the lost legs "
+        "from the start; the robot folds them and walks on the others. Seeds of one lost leg "
+        f"spread over the six legs.\n\n{damage.table(results)}\n\n"
+        "Without two legs that are not adjacent, on level ground; a run passes after "
+        f"{1000 * damage.DISTANCE_OF_PAIR:.0f} mm. The second column bounds the support margin "
+        "from above: for each remaining leg the other three feet stand at the best places within "
+        "reach of the level body at its neutral height. Below 0 no quasi-static gait walks."
+        f"\n\n{damage.table_of_pairs(results)}"
     )
 
 

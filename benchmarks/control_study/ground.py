@@ -155,7 +155,7 @@ def cases(
 
 
 def scenario_of(
-    kind: str, size: float, seed: int, robot: str = ROBOT, joints: str = DRIVE
+    kind: str, size: float, seed: int, robot: str | Robot = ROBOT, joints: str = DRIVE
 ) -> Scenario:
     """Return the scenario of a ground and seed, for a robot with a drive of its joints."""
     ground, rng = GROUNDS[kind], np.random.default_rng([seed, 77])
@@ -202,9 +202,15 @@ def walk_over(
     kind: str,
     size: float,
     keep: Keep = lambda rows: None,
+    lost: frozenset[int] = frozenset(),
+    distance: float | None = None,
 ) -> Case:
-    """Let a controller walk over a ground until the result is decided; `keep` gets the samples."""
-    command = Command(velocity=(SPEED, 0.0, 0.0))
+    """Let a controller walk over a ground until the result is decided.
+
+    `keep` gets the samples; `lost` are the numbers of legs that are not used; `distance` is that of
+    the ground where it is None.
+    """
+    command = Command(velocity=(SPEED, 0.0, 0.0), lost_legs=lost)
     run = ClosedLoopRun(
         scenario,
         standing(scenario, robot, None),
@@ -214,7 +220,8 @@ def walk_over(
         faults=Faults(robot, (), scenario.sensors.contact_threshold),
     )
     ground = GROUNDS[kind]
-    astray = ASTRAY * (ground.distance / DISTANCE)
+    distance = ground.distance if distance is None else distance
+    astray = ASTRAY * (distance / DISTANCE)
     start, tilt, aside, why = run.data.qpos[:2].copy(), 0.0, 0.0, "late"
     allowed = TIPPED + (math.radians(size) if kind == "slope" else 0.0)
     look = round(LOOK / run.dt)
@@ -230,10 +237,10 @@ def walk_over(
         if aside > astray:
             why = "astray"
             break
-        if x >= ground.distance:
+        if x >= distance:
             why = ""
             break
-        if ground.distance - x > FASTEST * SPEED * (ground.limit - run.step * run.dt):
+        if distance - x > FASTEST * SPEED * (ground.limit - run.step * run.dt):
             break
     return {
         "passed": not why,
@@ -248,25 +255,31 @@ def walk_over(
 def table(results: list[Case]) -> str:
     """Return the table of the runs that passed, by ground and mode."""
     modes = [mode for (mode,) in grouped(results, "mode")]
-    rows = []
-    for (kind, size), runs in grouped(results, "kind", "size").items():
-        unit = GROUNDS[kind].unit
-        name, joined, extra = kind.partition(" with ")
-        row = [f"{name} {size:g} {unit}{joined}{extra}".replace(" °", "°").rstrip()]
-        for mode in modes:
-            mine = [run for run in runs if run["mode"] == mode and "passed" in run]
-            if not mine:
-                row.append("–")
-                continue
-            tilt = np.mean([run["tilt"] for run in mine])
-            times = [run["time"] for run in mine if run["passed"]]
-            whys = [run["why"] for run in mine if not run["passed"]]
-            failed = ", ".join(f"{whys.count(why)} {why}" for why in sorted(set(whys)))
-            cell = f"**{sum(run['passed'] for run in mine)}** of {len(mine)}, {tilt:.1f}°"
-            cell += f", {np.mean(times):.1f} s" if times else ""
-            row.append(cell + (f" ({failed})" if failed else ""))
-        rows.append(row)
+    rows = [
+        [row_name(kind, size), *(cell([r for r in runs if r["mode"] == mode]) for mode in modes)]
+        for (kind, size), runs in grouped(results, "kind", "size").items()
+    ]
     return markdown(["ground", *modes], rows)
+
+
+def row_name(kind: str, size: float) -> str:
+    """Return the name of a ground with its size."""
+    name, joined, extra = kind.partition(" with ")
+    return f"{name} {size:g} {GROUNDS[kind].unit}{joined}{extra}".replace(" °", "°").rstrip()
+
+
+def cell(runs: list[Case]) -> str:
+    """Return the runs that passed, mean tilt and time, and the failures, as a table has them."""
+    mine = [run for run in runs if "passed" in run]
+    if not mine:
+        return "–"
+    tilt = np.mean([run["tilt"] for run in mine])
+    times = [run["time"] for run in mine if run["passed"]]
+    whys = [run["why"] for run in mine if not run["passed"]]
+    failed = ", ".join(f"{whys.count(why)} {why}" for why in sorted(set(whys)))
+    text = f"**{sum(run['passed'] for run in mine)}** of {len(mine)}, {tilt:.1f}°"
+    text += f", {np.mean(times):.1f} s" if times else ""
+    return text + (f" ({failed})" if failed else "")
 
 
 def levelling(slope_deg: float = 10.0, duration: float = 5.0) -> Case:

@@ -10,7 +10,7 @@ import pytest
 BENCHMARKS = str(Path(__file__).parents[2] / "benchmarks")
 sys.path.append(BENCHMARKS)
 
-from control_study import ground, sequences, velocity  # noqa: E402, needs the path above
+from control_study import damage, ground, sequences, velocity  # noqa: E402, needs the path above
 
 # Scripts there have the names of packages of tests.
 sys.path.remove(BENCHMARKS)
@@ -62,3 +62,14 @@ def test_a_foot_that_cannot_go_on_stands_on_what_it_has_met(monkeypatch):
     """On this ground a robot once stayed for good where a foot had met a block as it rose."""
     monkeypatch.setattr(ground, "DRIVE", "servo")
     assert ground.measure("blocks", 60, "ground sensing and dynamics", 4)["passed"]
+
+
+def test_two_legs_of_one_side_cannot_be_spared_and_two_opposite_ones_can():
+    """Without both ends of a side its middle leg cannot lift: the others reach past the mass."""
+    assert len(damage.PAIRS) == 9
+    assert damage.largest_margin((1, 3)) < 0 < damage.largest_margin((1, 4))
+
+
+@pytest.mark.parametrize(("kind", "size", "lost"), [("blocks", 40, [3]), ("slope", 0, [1, 4])])
+def test_a_robot_without_legs_walks_on_weak_servos(kind, size, lost):
+    assert damage.measure(kind, size, lost, "AX-12A", 2)["passed"]
