@@ -22,7 +22,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress lock clean
+.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control course gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -72,6 +72,9 @@ portrait: $(DEVELOP) ## take the pictures of the live page anew (needs Chromium)
 
 studies: $(DEVELOP) ## make the three studies anew and take the pictures of their pages (Chromium)
 	@"$(BIN)/python" docs/studies_page.py
+
+course: $(DEVELOP) ## film the mixed course and take the picture of its report anew (Chromium)
+	@"$(BIN)/python" docs/course_film.py
 
 film: $(DEVELOP) ## film two cycles of the paper's walk anew: docs/images/walk.gif
 	@"$(BIN)/phasmid" walk --duration 4 --out results/film --no-figures --quiet --force \

@@ -1,0 +1,53 @@
+"""Films the walk over the mixed course, and takes the picture of its report, of docs/control.md.
+
+    python docs/course_film.py
+
+Takes two to three minutes on two cores. It needs Chromium and playwright.
+"""
+
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+from studio_page import IMAGES, chromium
+
+import phasmid
+from phasmid.control import Command
+
+VELOCITY, LASTS = 0.06, 62
+"""Forward velocity [m/s], and duration with which the robot has left the course [s]."""
+
+SPEED, RATE = 10, 5
+"""Of the film: recorded seconds per second, frames per second."""
+
+
+def main():
+    """Walk, film and take the picture."""
+    scenario = phasmid.load_scenario("paper").replace(
+        robot="phantomx-mk4",
+        terrain="course",
+        depth="lidar",
+        duration=LASTS,
+        record_interval_ms=10,
+    )
+    run = phasmid.drive(scenario, None, Command(velocity=(VELOCITY, 0, 0)))
+    film = IMAGES / "control-course.gif"
+    phasmid.save_video(run, film, speed=SPEED, fps=RATE, force=True)
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
+        phasmid.report(run, Path(folder) / "course")
+        flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        browser = driver.chromium.launch(executable_path=chromium(), args=flags)
+        window = browser.new_page(viewport={"width": 1100, "height": 1330}, color_scheme="light")
+        window.goto((Path(folder) / "course/report.html").as_uri())
+        window.wait_for_timeout(3000)
+        picture = IMAGES / "control-course-page.png"
+        window.screenshot(path=picture)
+        browser.close()
+    with Image.open(picture) as image:
+        small = image.convert("RGB").quantize(256, method=Image.Quantize.FASTOCTREE)
+    small.save(picture, optimize=True)
+
+
+if __name__ == "__main__":
+    main()
