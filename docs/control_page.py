@@ -22,6 +22,8 @@ HERE = Path(__file__).parent
 sys.path.append(str(HERE.parent / "benchmarks"))
 
 from control_study import (  # noqa: E402, needs the path above
+    bounds,
+    causes,
     damage,
     failures,
     forces,
@@ -32,7 +34,20 @@ from control_study import (  # noqa: E402, needs the path above
     velocity,
 )
 
-STUDIES = ("level", "velocity", "sequences", "terrain", "levelling", "failures", "damage", "forces")
+from phasmid.robot import load_robot  # noqa: E402
+
+STUDIES = (
+    "level",
+    "velocity",
+    "sequences",
+    "terrain",
+    "levelling",
+    "causes",
+    "bounds",
+    "failures",
+    "damage",
+    "forces",
+)
 HEADING = "## Measured"
 PIXELS_PER_INCH = 100
 WHOLE = {"walks": 500, "directions": 24, "sequences": 1000, "simulated": 100, "seeds": 20}
@@ -45,7 +60,7 @@ def main() -> None:
     for option, values, known in (
         ("only", chosen, (*STUDIES, "page")),
         ("kinds", options.kinds.split(","), ground.GROUNDS),
-        ("modes", options.modes.split(","), ground.MODES),
+        ("modes", options.modes, ground.MODES),
     ):
         if unknown := set(values) - set(known):
             sys.exit(f"--{option} knows {', '.join(known)}, not {', '.join(unknown)}")
@@ -80,7 +95,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--duration", type=float, default=30.0, help="of a sequence [s]")
     parser.add_argument("--seeds", type=int, default=WHOLE["seeds"], help="of each ground")
     parser.add_argument("--kinds", default=",".join(ground.GROUNDS), help="of ground")
-    parser.add_argument("--modes", default=",".join(ground.MODES), help="of walking on it")
+    parser.add_argument("--modes", nargs="+", default=list(ground.MODES), help="of walking on it")
     parser.add_argument("--legs", type=int, default=6, help="whose servos die")
     return parser.parse_args()
 
@@ -98,11 +113,19 @@ def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
         cases = sequences.cases(options.sequences, options.simulated, options.duration)
         return study.run(sequences.measure, cases, many, name)
     if name == "terrain":
-        kinds, modes = tuple(options.kinds.split(",")), tuple(options.modes.split(","))
+        kinds, modes = tuple(options.kinds.split(",")), tuple(options.modes)
         cases = ground.cases(options.seeds, kinds, modes)
         return study.run(ground.measure, cases, many, name)
     if name == "levelling":
         return study.run(ground.levelling, [{"slope_deg": 10.0}], one, name)
+    if name == "causes":
+        walked = options.results / "terrain.json"
+        if not walked.exists():
+            sys.exit(f"{walked} does not exist; run the study terrain first.")
+        cases = causes.cases(json.loads(walked.read_text("utf-8")))
+        return study.run(causes.measure, cases, many, name)
+    if name == "bounds":
+        return study.run(bounds.measure, bounds.cases(), many, name)
     if name == "failures":
         return study.run(failures.measure, failures.cases(legs=options.legs), many, name)
     if name == "damage":
@@ -180,7 +203,13 @@ def write(results: dict[str, list[study.Case]]) -> None:
     # Sections without measurements stay as they are on the page.
     old = dict(part.split("\n", 1) for part in below.rstrip("\n").split("\n### ")[1:])
     sections = {name: text.strip("\n") for name, text in old.items()} | measurements(results)
-    written = [f"### {name}\n\n{sections[name]}" for name in SECTIONS if name in sections]
+    # A new section follows the last one of those before it in `SECTIONS`.
+    order, at = list(old), 0
+    for name in (name for name in SECTIONS if name in sections):
+        if name not in order:
+            order.insert(at, name)
+        at = order.index(name) + 1
+    written = [f"### {name}\n\n{sections[name]}" for name in order]
     intro = f"{HEADING}\n\nWritten by `make control`. {machine()}{size(results)}"
     text = "\n\n".join([top.rstrip("\n"), intro, *written])
     page.write_text(f"{text}\n", "utf-8", newline="\n")
@@ -191,6 +220,8 @@ SECTIONS = {
     "Velocity": ("velocity",),
     "Random commands": ("sequences",),
     "Unknown ground": ("terrain", "levelling"),
+    "Causes of failures": ("causes",),
+    "Bounds of reach, balance and torque": ("bounds",),
     "A dead servo": ("failures",),
     "Walks without some legs": ("damage",),
     "With and without dynamics": ("forces",),
@@ -200,7 +231,17 @@ SECTIONS = {
 
 def measurements(results: dict[str, list[study.Case]]) -> dict[str, str]:
     """Return the text of each section whose studies were measured."""
-    texts = (of_level, of_velocity, of_sequences, of_terrain, of_failures, of_damage, of_forces)
+    texts = (
+        of_level,
+        of_velocity,
+        of_sequences,
+        of_terrain,
+        of_causes,
+        of_bounds,
+        of_failures,
+        of_damage,
+        of_forces,
+    )
     return {
         name: text(*(results[study] for study in needed))
         for (name, needed), text in zip(SECTIONS.items(), texts, strict=True)
@@ -361,6 +402,50 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         f"{levelled['parallel']:.1f}° with `level=0`, parallel to the ground, and by "
         f"{levelled['level']:.1f}° with `level=1`: levelling removes "
         f"{100 * levelled['taken']:.0f} % of the tilt."
+    )
+
+
+def of_causes(results: list[study.Case]) -> str:
+    """Return text and table of the causes of failed walks."""
+    if not results:
+        return f"On every ground {100 * causes.ENOUGH:.0f} % of the runs passed or more."
+    return (
+        f"Failed runs of each ground and mode on which fewer than {100 * causes.ENOUGH:.0f} % "
+        "passed, repeated. A fall has the cause *tilt* above that of a run that passes, or else "
+        "*body collision*: the trunk's underside meets the ground. Otherwise the cause is the "
+        "condition under which the robot lost most of the commanded way. Each instant counts "
+        "for the first of these conditions that holds. *Obstacle hits*: a foot draws back, or "
+        "the force on it is outside the friction cone of the ground below, as at a riser. *Late "
+        "touchdown*: a foot probes downwards or looks for ground. *Torque limit*: a joint has "
+        f"{100 * causes.SATURATED:.0f} % of the stall torque, or the engine slows down for "
+        "ground or servos. *Slip*: feet in contact move back by more than "
+        f"{100 * causes.SLIPPING:.0f} % of the commanded way. *Reach*: feet or support allow "
+        f"less than {100 * causes.ALLOWED:.0f} % of the commanded velocity. *Progress*: none of "
+        "these.\n\n"
+        f"{causes.table(results)}"
+    )
+
+
+def of_bounds(results: list[study.Case]) -> str:
+    """Return text and table of the bounds of the grounds."""
+    servo = load_robot(ground.ROBOT).servo
+    return (
+        f"Beyond these sizes a `{ground.ROBOT}` cannot walk straight by a statically stable "
+        "tripod gait, whatever its controller. Below them it may fail all the same. The bounds "
+        "follow from link lengths, joint limits, masses, the trunk's underside, friction and "
+        f"the stall torque of {servo.stall_torque:g} N·m, which ideal servos and the "
+        f"{servo.name} share. The body moves forward through heights and pitches at which a "
+        "tripod has footholds around the centre of mass and carries the weight, and the trunk "
+        "is clear of the ground. Each leg must reach over the edges while the other tripod "
+        "stands. A condition binds if the ground just beyond the bound passes without it; where "
+        "none does, reach binds.\n\n"
+        f"{bounds.table(results)}\n\n"
+        "The pitch relative to the slope is at most 35°, as in a run that passes. The robot "
+        "walks straight, without roll, legs do not collide, and no foot stands on the floor of "
+        "a gap or between stones. *Blocks* are the worst case: feet on the lowest blocks, the "
+        "highest ones below the trunk. Stones are level and evenly spaced. With a grid of poses "
+        "and footholds twice as fine, bounds are larger by less than 6 %. Hills, rubble and the "
+        "course have no bound of their own."
     )
 
 

@@ -114,7 +114,7 @@ def table(results: list[Case]) -> str:
     rows: dict[str, list[Case]] = {}
     for run in results:
         if len(run["lost"]) < 2:
-            name = ground.row_name(run["kind"], run["size"]) if run["size"] else "level"
+            name = ground.label(run["kind"], run["size"]) if run["size"] else "level"
             rows.setdefault(f"{name}, {6 - len(run['lost'])} legs", []).append(run)
     return markdown(["ground", *JOINTS], ([name, *_cells(runs)] for name, runs in rows.items()))
 

@@ -183,16 +183,18 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
         # Hills of some seeds are steeper than the contact is verified for.
         return {"refused": str(error)}
     robot = scenario.load_robot()
-    engine = LocomotionEngine(
-        robot,
-        EngineSettings(
-            period=PERIOD,
-            step_height=GROUNDS[kind].step_height,
-            estimator=EstimatorSettings(),
-            **MODES[mode].engine,
-        ),
+    return walk_over(scenario, robot, engine_of(robot, kind, mode), kind, size)
+
+
+def engine_of(robot: Robot, kind: str, mode: str) -> LocomotionEngine:
+    """Return the engine of a mode with the step height of a ground."""
+    settings = EngineSettings(
+        period=PERIOD,
+        step_height=GROUNDS[kind].step_height,
+        estimator=EstimatorSettings(),
+        **MODES[mode].engine,
     )
-    return walk_over(scenario, robot, engine, kind, size)
+    return LocomotionEngine(robot, settings)
 
 
 def walk_over(
@@ -252,20 +254,21 @@ def walk_over(
     }
 
 
+def label(kind: str, size: float) -> str:
+    """Return the name of a ground with its size."""
+    name, joined, extra = kind.partition(" with ")
+    words = f"{name} {size:g} {GROUNDS[kind].unit}{joined}{extra}"
+    return words.replace(" °", "°").rstrip()
+
+
 def table(results: list[Case]) -> str:
     """Return the table of the runs that passed, by ground and mode."""
     modes = [mode for (mode,) in grouped(results, "mode")]
     rows = [
-        [row_name(kind, size), *(cell([r for r in runs if r["mode"] == mode]) for mode in modes)]
+        [label(kind, size), *(cell([r for r in runs if r["mode"] == mode]) for mode in modes)]
         for (kind, size), runs in grouped(results, "kind", "size").items()
     ]
     return markdown(["ground", *modes], rows)
-
-
-def row_name(kind: str, size: float) -> str:
-    """Return the name of a ground with its size."""
-    name, joined, extra = kind.partition(" with ")
-    return f"{name} {size:g} {GROUNDS[kind].unit}{joined}{extra}".replace(" °", "°").rstrip()
 
 
 def cell(runs: list[Case]) -> str:
