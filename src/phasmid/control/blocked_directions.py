@@ -10,6 +10,11 @@ from jaxtyping import Float
 from phasmid.control.types import SearchStage, State
 from phasmid.control.vectors import point_velocity
 
+ROUGH, MOST_RETURNS, SAME_PLACE = 0.005, 3, 0.06
+"""Roughness from which on ground is rough [m]: there the next foothold may be on ground. Returns of
+feet after which their directions are blocked on rough ground, elsewhere after the first, and
+distance that the robot walks after which they are counted anew [m]."""
+
 SAME_DIRECTION = 0.5
 """Cosine of the angle up to which two directions count as the same."""
 
@@ -28,16 +33,30 @@ class BlockedDirections:
     def clear(self) -> None:
         """Unblock all directions."""
         self._directions: dict[int, np.ndarray] = {}
+        self._count, self._place = 0, np.zeros(2)
         self._changes, self._returned = 0, np.zeros(self._state.leg_count, dtype=bool)
 
-    def update(self) -> bool:
-        """Block the directions of feet that have returned; True if there is a new one."""
+    def update(self, roughness: float) -> bool:
+        """Block the directions of feet that have returned.
+
+        Args:
+            roughness: Estimated roughness of the ground [m].
+
+        Returns:
+            Whether there is a new direction.
+        """
         state = self._state
         if state.clock.search_changes == self._changes:
             return False
         self._changes = state.clock.search_changes
         returned = state.search_stage == SearchStage.RETURNED
         new, self._returned = returned & ~self._returned, returned
+        if new.any():
+            if math.dist(state.path[:2], self._place) > SAME_PLACE:
+                self._count, self._place = 0, state.path[:2].copy()
+            self._count += 1
+            if roughness >= ROUGH and self._count < MOST_RETURNS:
+                return False
         for leg in np.flatnonzero(new):
             direction = (state.missed_foothold - state.last_foothold)[leg, :2]
             length = math.hypot(*direction)

@@ -196,7 +196,8 @@ class LocomotionEngine:
                 self._log.events.append((observed, sentence))
         changed = self._changing and not self.reference.gait_pending
         resting = not clock.gait_running
-        if changed or self._resting != resting or self._blocked.update():
+        rough = 0.0 if self.estimator is None else self.estimator.state.roughness
+        if changed or self._resting != resting or self._blocked.update(rough):
             # The feasible velocity was that of the old gait, or its direction is blocked now.
             self._take(command)
         torque, reason = None, ""
@@ -356,6 +357,7 @@ class LocomotionEngine:
         for reference in (self.reference, self._next_reference):
             _, nominal = self._gaits.write(reference, None, None, frozenset())
             reference.step_height = self.settings.step_height
+            reference.landing_depth = self.settings.landing_depth
         clock.time, clock.time_scale, clock.velocity_share = time, 1.0, 1.0
         # The ground is where the feet are on average; odom begins under the body.
         ground = float(feet[:, 2].mean())

@@ -121,7 +121,7 @@ def land_here(state: State, model: Model, reference: Reference, leg: int) -> Non
     set_search(state, leg, SearchStage.LAND_HERE)
     depth = height_above_ground(state, leg)
     if reference.contact[leg] != Contact.UNKNOWN:
-        depth += model.landing_depth
+        depth += reference.landing_depth
     probe_down(state, model, leg, max(depth, 0.0))
 
 
@@ -139,11 +139,11 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
     """Let a foot at the end of its curve stand; without contact it goes on down or searches."""
     state.foot[leg] = state.touchdown[leg]
     phase, in_air = state.leg_phase[leg], reference.contact[leg] == Contact.AIR
-    if phase == LegPhase.SWING and in_air and model.landing_depth > 0:
+    if phase == LegPhase.SWING and in_air and reference.landing_depth > 0:
         stop_foot(state, leg)
         state.leg_phase[leg] = LegPhase.PROBING
         # After hitting obstacles a foot aims above the estimated ground.
-        depth = max(height_above_ground(state, leg), 0.0) + model.landing_depth
+        depth = max(height_above_ground(state, leg), 0.0) + reference.landing_depth
         probe_down(state, model, leg, depth)
         return
     if (
@@ -152,7 +152,7 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
         and reference.used[leg] == 1
         and state.search_stage[leg] < SearchStage.RETURNED
     ):
-        deep = height_above_ground(state, leg) + model.landing_depth
+        deep = height_above_ground(state, leg) + reference.landing_depth
         if deep > STOPS_SHORT and state.clock.sinks == 1:
             # The body sinks until the leg reaches there.
             probe_down(state, model, leg, deep)
@@ -170,12 +170,20 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
 
 
 @internal
-def draw_back(state: State, leg: int) -> None:
-    """Let a swinging foot go back and up from an obstacle, continuing its present motion."""
+def draw_back(state: State, model: Model, leg: int) -> None:
+    """Let a swinging foot go back and up from an obstacle, as far as its leg reaches.
+
+    It continues its present motion.
+    """
     foot, goal = state.foot[leg], state.touchdown[leg]
-    back = foot - goal
-    goal[:] = foot + BACK / max(math.hypot(back[0], back[1]), 1e-6) * back
-    goal[2] = foot[2] + BACK_RISE
+    away = foot - goal
+    away *= BACK / max(math.hypot(away[0], away[1]), 1e-6)
+    away[2] = BACK_RISE
+    for _ in range(4):
+        goal[:] = foot + away
+        if is_reachable(state, model, leg, goal[0], goal[1], goal[2]):
+            break
+        away *= 0.5
     state.manoeuvre[leg] = Manoeuvre.DRAW_BACK
     set_times(state, leg, BACK_TIME, 0.0)
     restart_line(state, leg)
@@ -199,7 +207,7 @@ def has_lost_ground(state: State, model: Model, reference: Reference, leg: int, 
     state.time_without_contact[leg] += h
     if state.time_without_contact[leg] < LOST_AFTER:
         return False
-    if height_above_ground(state, leg) < -model.landing_depth:
+    if height_above_ground(state, leg) < -reference.landing_depth:
         return False
     return reaches_height(state, model, leg, -LEAST_DEPTH)
 
@@ -220,7 +228,7 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
             if not has_lost_ground(state, model, reference, leg, h):
                 continue
             stop_foot(state, leg)
-            depth = height_above_ground(state, leg) + model.landing_depth
+            depth = height_above_ground(state, leg) + reference.landing_depth
             probe_down(state, model, leg, depth)
             state.manoeuvre[leg] = Manoeuvre.LOWER
         before = state.swing_elapsed[leg]
@@ -232,7 +240,7 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
             set_times(state, leg, FOLD, 0.0)
             continue
         if swings and contact == Contact.OBSTACLE:
-            draw_back(state, leg)
+            draw_back(state, model, leg)
             before, state.swing_elapsed[leg] = 0.0, h
         retreats = swings and state.manoeuvre[leg] != Manoeuvre.NONE
         if retreats and state.swing_elapsed[leg] >= state.swing_duration[leg] - 1e-9:

@@ -98,7 +98,7 @@ class Model:
     radius: float  # Mean distance of the neutral feet from the body's vertical axis [m]
     joint_speed: float  # Largest speed of a joint's target [rad/s]
     acceleration: float  # Largest acceleration of the body [m/s²]
-    landing_depth: float  # Depth to which a foot without contact goes on down [m]
+    landing_depth: float  # Depth to which a foot without contact goes on down on even ground [m]
     trunk: Float[np.ndarray, "3"]  # Halves of its length and width, depth below its origin [m]
     leg_count: int  # Number of legs
 
@@ -124,6 +124,7 @@ class Reference:
     obstacle_hits: Int[np.ndarray, " legs"]  # Obstacles that each foot has met in its swing
     swing_height: Float[np.ndarray, " legs"]  # Least height of each next swing [m]
     least_rise: float  # Least height of the body over its neutral one, for its clearance [m]
+    landing_depth: float  # Depth to which a foot without contact goes on down [m]
     foot_sag: Float[np.ndarray, " legs"]  # Depth of each foot in the air below its target [m]
 
 

@@ -139,8 +139,12 @@ def advance_sway(state: State, model: Model, reference: Reference, h: float) -> 
 
 
 @internal
-def solve_leg_ik(state: State, model: Model, h: float) -> bool:
-    """Write joint angles, speeds and accelerations for body and feet; return whether all reach."""
+def solve_leg_ik(state: State, model: Model, h: float) -> int:
+    """Write joint angles, speeds and accelerations for body and feet.
+
+    Returns:
+        The first leg that does not reach its foot, -1 for none.
+    """
     R, w, wd = state.R_odom_body, state.angular_velocity, state.angular_acceleration
     moment = model.body_moment.copy()
     for leg in range(state.leg_count):
@@ -160,16 +164,16 @@ def solve_leg_ik(state: State, model: Model, h: float) -> bool:
         swings = state.leg_phase[leg] in (LegPhase.SWING, LegPhase.PROBING)
         q[0], q[1], q[2], margin = joints_at(model, leg, x, y, z)
         if margin < HARD and (margin == -math.inf or not (swings and q[2] < STRAIGHT)):
-            return False
+            return leg
         v_hip = rotate_back(model.R_body_hip[leg], rotate_back(R, v))
         a_hip = rotate_back(model.R_body_hip[leg], rotate_back(R, a))
         lengths, qd, qdd = model.lengths[leg], state.qd[leg], state.qdd[leg]
         joint_motion(lengths, lengths[3], q, v_hip, a_hip, qd, qdd)
         if swings and not soften_joint_limits(state, model, leg):
-            return False
+            return leg
         moment += leg_moment(model, leg, q)
     state.com[:] = moment / model.mass
-    return True
+    return -1
 
 
 @internal
@@ -202,8 +206,8 @@ def change_gait(
 
 
 @inlined
-def advance(state: State, model: Model, reference: Reference, h: float, held: bool) -> bool:
-    """Advance the whole motion by a time step; return whether all feet are reachable.
+def advance(state: State, model: Model, reference: Reference, h: float, held: bool) -> int:
+    """Advance the whole motion by a time step.
 
     Args:
         state: State of the engine, changed.
@@ -211,6 +215,9 @@ def advance(state: State, model: Model, reference: Reference, h: float, held: bo
         reference: Reference of the motion.
         h: Time step [s].
         held: Whether the trunk stays at rest.
+
+    Returns:
+        The first leg that does not reach its foot, -1 for none.
     """
     if not held:
         advance_body(state, model, reference, h)
@@ -220,10 +227,10 @@ def advance(state: State, model: Model, reference: Reference, h: float, held: bo
     if not held:
         advance_sway(state, model, reference, h)
     set_body_motion(state, model)
-    if not solve_leg_ik(state, model, h):
-        return False
-    state.clock.support_margin = measure_support(state)
-    return True
+    short = solve_leg_ik(state, model, h)
+    if short < 0:
+        state.clock.support_margin = measure_support(state)
+    return short
 
 
 @internal
@@ -271,10 +278,34 @@ def place(memories: np.ndarray) -> bool:
     for leg in range(state.leg_count):
         update_region(state, model, leg)
     set_body_motion(state, model)
-    if not solve_leg_ik(state, model, 0.0):
+    if solve_leg_ik(state, model, 0.0) >= 0:
         return False
     state.clock.support_margin = measure_support(state)
     return True
+
+
+@internal
+def stop_leg(state: State, model: Model, reference: Reference, leg: int) -> None:
+    """Stop a leg at once. A foot in the air continues from rest, straight."""
+    phase, touches = state.leg_phase[leg], reference.contact[leg] == Contact.GROUND
+    if phase not in (LegPhase.STANCE, LegPhase.HELD):
+        # The joints' position is within reach; that of the swing curve may not be.
+        foot_at_joints(state, model, leg)
+    swings = phase == LegPhase.SWING
+    # A foot that draws back goes straight before it is stopped.
+    straight = state.swing_height[leg] == 0.0
+    stopped = swings and straight and state.manoeuvre[leg] != Manoeuvre.DRAW_BACK
+    if phase != LegPhase.HELD and (not swings or (stopped and touches)):
+        # It reaches neither farther down nor straight on: it stands.
+        stand(state, leg)
+        end_search(state, leg, touches)
+    elif stopped:
+        # It probes for ground here.
+        land_here(state, model, reference, leg)
+    elif swings:
+        state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
+        stop_manoeuvre(state, leg)
+        halt_foot(state, leg)
 
 
 @compiled
@@ -290,8 +321,8 @@ def advance_engine(
         dt: Update period [s].
 
     Returns:
-        0; 1: slowed, for the speed of a joint; 2: the trunk was braked, since a foot was out of
-        reach or the support margin too small; 3: nothing could move.
+        0; 1: slowed, for the speed of a joint; 2: the trunk was braked, and legs out of reach
+        stopped, or the support margin is too small; 3: nothing could move.
     """
     state, trial = states[0], states[1]
     reference, next_reference = references[0], references[1]
@@ -304,12 +335,15 @@ def advance_engine(
     for _ in range(12):
         states[1] = states[0]
         held = failed >= 3
-        good = advance(trial, model, reference, slow * dt, held)
+        short = advance(trial, model, reference, slow * dt, held)
+        good = short < 0
         if good and not held:
             good = trial.clock.support_margin >= min(LEAST * SUPPORT_MARGIN, clock.support_margin)
         if not good:
             if held:
-                break
+                # The other legs go on.
+                stop_leg(state, model, reference, short)
+                continue
             failed += 1
             brake(state, 0.5 if failed < 3 else 0.0)
             outcome = 2
@@ -332,30 +366,12 @@ def advance_engine(
 
 @internal
 def stay(state: State, model: Model, reference: Reference) -> None:
-    """Stop everything at once. Feet in the air continue from rest, straight."""
+    """Stop everything at once."""
     brake(state, 0.0)
     state.qd[:] = 0.0
     state.qdd[:] = 0.0
     for leg in range(state.leg_count):
-        phase, touches = state.leg_phase[leg], reference.contact[leg] == Contact.GROUND
-        if phase not in (LegPhase.STANCE, LegPhase.HELD):
-            # The joints' position is within reach; that of the swing curve may not be.
-            foot_at_joints(state, model, leg)
-        swings = phase == LegPhase.SWING
-        # A foot that draws back goes straight before it is stopped.
-        straight = state.swing_height[leg] == 0.0
-        stopped = swings and straight and state.manoeuvre[leg] != Manoeuvre.DRAW_BACK
-        if phase != LegPhase.HELD and (not swings or (stopped and touches)):
-            # It reaches neither farther down nor straight on: it stands.
-            stand(state, leg)
-            end_search(state, leg, touches)
-        elif stopped:
-            # It probes for ground here.
-            land_here(state, model, reference, leg)
-        elif swings:
-            state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
-            stop_manoeuvre(state, leg)
-            halt_foot(state, leg)
+        stop_leg(state, model, reference, leg)
 
 
 @compiled

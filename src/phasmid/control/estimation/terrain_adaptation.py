@@ -47,9 +47,12 @@ CROUCH_SPEED, RISE_SPEED, MOST_CROUCH, LEAST_CLEARANCE = 0.1, 0.03, 0.05, 0.015
 """Speeds at which the body sinks for a foot that finds no ground, and rises again [m/s]; largest
 depth, and clearance of the trunk that is left [m]."""
 
-STEEP_CROUCH = 0.15
-"""Depth to which the body sinks by the slope [m]: at the foot of a slope the feet are far apart in
-height, at a gap there is no ground to sink for."""
+STEEP_CROUCH, ROUGH_CROUCH = 0.15, 0.4
+"""Depth to which the body sinks by the slope [m] and by the roughness, as a share of it: there the
+feet are far apart in height, at a gap there is no ground to sink for."""
+
+ROUGH_DEPTH, MOST_DEPTH = 0.5, 0.05
+"""Depth by which a foot goes down farther, as a share of the roughness, and the most of it [m]."""
 
 SHORT = 0.003
 """Reach that a foot lacks to its goal, from which the body sinks [m]."""
@@ -69,7 +72,7 @@ def adapt_to_terrain(
     Args:
         state: `clock.crouch` and `clock.sinks` are written.
         model: `neutral` is written.
-        reference: `pose_correction` and `step_height` are written.
+        reference: `pose_correction`, `step_height` and `landing_depth` are written.
         estimator: `roughness` and `narrowing` are written.
         parameters: Update period.
         normal: Upwards through the ground plane, with a vertical component of 1.
@@ -84,6 +87,8 @@ def adapt_to_terrain(
     unseen = math.isinf(reference.least_rise)
     raised = estimator.commanded_step_height + (min(rough, MOST_STEP_RISE) if unseen else 0.0)
     reference.step_height = estimator.raised_step_height = raised
+    deeper = min(ROUGH_DEPTH * rough, MOST_DEPTH) if unseen else 0.0
+    reference.landing_depth = model.landing_depth + deeper
     crouch(state, model, reference, estimator, parameters, normal)
     # Legs that step higher need more clearance.
     rise = min(rough, MOST_BODY_RISE)
@@ -182,10 +187,11 @@ def crouch(
         probes = True
         if reference.contact[leg] == Contact.AIR:
             goal = state.foot[leg].copy()
-            goal[2] = reference.ground_height - normal[:2] @ goal[:2] - model.landing_depth
+            goal[2] = reference.ground_height - normal[:2] @ goal[:2] - reference.landing_depth
             short = short or height_left(state, model, leg, goal) < SHORT
     most = min(MOST_CROUCH, max(model.height - model.trunk[2] - LEAST_CLEARANCE, 0.0))
-    most = min(most, STEEP_CROUCH * math.hypot(plane.slope_x, plane.slope_y))
+    likely = STEEP_CROUCH * math.hypot(plane.slope_x, plane.slope_y)
+    most = min(most, likely + ROUGH_CROUCH * min(estimator.roughness, MOST_BODY_RISE))
     clock.sinks = int(short and math.isinf(reference.least_rise) and clock.crouch < most)
     if clock.sinks:
         clock.crouch = min(clock.crouch + CROUCH_SPEED * parameters.dt, most)
