@@ -36,6 +36,24 @@ def test_a_foot_that_meets_an_obstacle_draws_back_and_steps_over_it_without_a_ju
     assert state.foot[leg, 2] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_leg_that_does_not_reach_stops_and_the_others_go_on():
+    """A foot sent beyond its reach stops in its swing; those that swing with it land as planned."""
+    walker = Walker(step_height=STEP)
+    walker.told[:] = -1.0
+    leg, state = walker.amid_swing(0.72), walker.state
+    others = np.flatnonzero(state.leg_phase == LegPhase.SWING)
+    others = others[others != leg]
+    landings = state.touchdown[others].copy()
+    # So late in a swing its landing is no longer chosen.
+    outward = state.foot[leg, :2] / np.hypot(*state.foot[leg, :2])
+    state.touchdown[leg, :2] += 0.1 * outward
+    beyond = state.touchdown[leg].copy()
+    walker.until(lambda state: (state.leg_phase[others] == LegPhase.STANCE).all())
+    np.testing.assert_allclose(state.foot[others], landings, atol=1e-9)
+    assert (beyond - state.foot[leg])[:2] @ outward > 0.02
+    assert not any(sentence.startswith("held all") for sentence in walker.said)
+
+
 class Stage:
     """Writes the reference for feet that stand, or have just hit something, over level ground."""
 
@@ -71,6 +89,17 @@ def test_body_and_steps_are_higher_by_the_height_between_the_feet():
     foot[0, 2] = 0.2
     assert stage.write(foot).step_height == pytest.approx(STEP + 0.05)
     assert stage.reference.pose_correction[2] <= 0.05
+
+
+def test_feet_without_ground_go_down_farther_on_rough_ground():
+    """By half the roughness, 50 mm at most."""
+    foot, stage = np.zeros((6, 3)), Stage()
+    depth = stage.engine.settings.landing_depth
+    assert stage.write(foot).landing_depth == depth
+    foot[0, 2] = 0.023
+    assert stage.write(foot).landing_depth == pytest.approx(depth + 0.01)
+    foot[0, 2] = 0.5
+    assert stage.write(foot).landing_depth == pytest.approx(depth + 0.05)
 
 
 def test_roughness_decays():

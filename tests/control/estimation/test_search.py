@@ -5,6 +5,7 @@ import pytest
 
 from control.estimation.walker import DT, ROBOT, SPEED, Walker
 from phasmid.control import Command, Observation
+from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.footholds import FAR, LOOKS
 from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
@@ -150,6 +151,28 @@ def test_a_robot_stops_at_an_edge(way, start):
     walker.command = Command(velocity=(*(0.8 * SPEED * walker.way), 0.0))
     *_, path = walker.walk(2.0)
     assert np.ptp(path) < 1e-9
+
+
+def test_on_rough_ground_a_direction_is_blocked_by_the_third_return():
+    """The next foothold may be on ground; after 60 mm of walking the returns count anew."""
+    state = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none").state
+    state.missed_foothold[0] = state.last_foothold[0] + (0.1, 0.0, 0.0)
+
+    def blocked_after(roughness, *walked):
+        blocked = BlockedDirections(state)
+        state.path[:] = 0.0
+        for distance in walked:
+            state.path[0] += distance
+            for stage in (SearchStage.RETURNED, SearchStage.NONE):
+                state.search_stage[0] = stage
+                state.clock.search_changes += 1
+                blocked.update(roughness)
+        return blocked.blocking_leg(np.array([0.05, 0.0, 0.0])) is not None
+
+    assert blocked_after(0.0, 0.0)
+    assert not blocked_after(0.01, 0.0, 0.0)
+    assert blocked_after(0.01, 0.0, 0.0, 0.0)
+    assert not blocked_after(0.01, 0.0, 0.0, 0.1)
 
 
 @pytest.mark.parametrize(
