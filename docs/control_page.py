@@ -430,8 +430,9 @@ def of_bounds(results: list[study.Case]) -> str:
     """Return text and table of the bounds of the grounds."""
     servo = load_robot(ground.ROBOT).servo
     return (
-        f"Beyond these sizes a `{ground.ROBOT}` cannot walk straight by a statically stable "
-        "tripod gait, whatever its controller. Below them it may fail all the same. The bounds "
+        f"Beyond these sizes, plus 6 % for the grid, a `{ground.ROBOT}` cannot walk straight by "
+        "a statically stable tripod gait, whatever its controller. Below them it may fail all "
+        "the same: they explain no failure in the tables of this page. The bounds "
         "follow from link lengths, joint limits, masses, the trunk's underside, friction and "
         f"the stall torque of {servo.stall_torque:g} N·m, which ideal servos and the "
         f"{servo.name} share. The body moves forward through heights and pitches at which a "
@@ -444,8 +445,8 @@ def of_bounds(results: list[study.Case]) -> str:
         "walks straight, without roll, legs do not collide, and no foot stands on the floor of "
         "a gap or between stones. *Blocks* are the worst case: feet on the lowest blocks, the "
         "highest ones below the trunk. Stones are level and evenly spaced. With a grid of poses "
-        "and footholds twice as fine, bounds are larger by less than 6 %. Hills, rubble and the "
-        "course have no bound of their own."
+        "and footholds twice as fine, bounds are larger by less than 6 %. Hills, rubble, the "
+        "course, and stairs up and down have no bound of their own."
     )
 
 
