@@ -15,9 +15,9 @@ At one of these poses at least, each leg must reach a point over the edge while 
 stands (*lift*).
 
 Assumptions: the robot walks straight along the ground, without roll and not back. Legs do not
-collide. No foot
-stands on the floor of a gap or between stepping stones. The centre of mass of each leg may be
-wherever its joints allow. Poses and footholds are sampled; bounds are the largest sizes that pass.
+collide. No foot stands on the floor of a gap or between stepping stones. The centre of mass of each
+leg may be wherever its joints allow. Poses and footholds are sampled; bounds are the largest sizes
+that pass.
 """
 
 from __future__ import annotations

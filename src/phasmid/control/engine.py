@@ -320,7 +320,7 @@ class LocomotionEngine:
         # Lazy import, as above.
         from phasmid.control.leg_phases import land_swing_legs
 
-        land_swing_legs(self.state, self.reference, self.settings.landing_depth)
+        land_swing_legs(self.state, self.reference)
 
     @property
     def is_standing(self) -> bool:

@@ -17,7 +17,6 @@ from phasmid.robot import Robot
 SWAYING_SWING, SWING_TIME = 2 / 3, 0.5
 """Duration of a swing with the default period: of gaits that sway, and of others [s]."""
 
-
 TURN, NEARER = math.radians(22), 0.8
 """Neutral feet of legs that cannot walk without sway: angle by which a leg turns towards a lost
 neighbour, at most half of the way to its limit [rad]; distance from the hip, as a share."""

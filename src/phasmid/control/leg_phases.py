@@ -282,14 +282,14 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
         raise_foot(state, leg)
 
 
-def land_swing_legs(state: State, reference: Reference, depth: float) -> None:
+def land_swing_legs(state: State, reference: Reference) -> None:
     """Let all swinging feet land from where they are, without a jump of position or velocity.
 
-    With contact sensing they go on to a depth below the ground plane [m].
+    With contact sensing they go on to the landing depth below the ground plane.
     """
     for leg in np.flatnonzero(state.leg_phase == LegPhase.SWING):
         drop = max(height_above_ground(state, leg), 0.0)
-        drop += depth if reference.contact[leg] != Contact.UNKNOWN else 0.0
+        drop += reference.landing_depth if reference.contact[leg] != Contact.UNKNOWN else 0.0
         time = max(1.875 * drop / LANDING_SPEED, LANDING_TIME)
         restart_line(state, leg)
         state.touchdown[leg] = state.foot[leg] + COASTING * time * state.foot_velocity[leg]
