@@ -186,7 +186,7 @@ def virtual_bus(monkeypatch, *, name="AX-12A", faults=(), seed=0, plant=None, la
     plant = plant or FollowingPlant(len(servos))
     emulator = VirtualEmulator(servos, plant, latency=latency, faults=faults, seed=seed)
     clock = VirtualTime(emulator)
-    for module in ("bus", "robot_bus", "driver"):
+    for module in ("bus", "robot_bus", "driver", "protection"):
         monkeypatch.setattr(f"phasmid.hardware.{module}.time", clock)
     monkeypatch.setattr(
         "phasmid.hardware.port.Port", lambda path, baud: VirtualPort(clock, emulator, baud)
