@@ -204,6 +204,8 @@ class LocomotionEngine:
         if self.feed_forward is not None:
             torque = self.feed_forward.apply_limits()
             reason = self.feed_forward.limit_reason
+        tips = self.reference.tips == 1
+        self._log.set("tips", tips, "the body tips: the feet in the air land at once")
         self._log.add_update(result, reason)
         return JointTargets(state.q.copy(), clock.time_scale * state.qd, torque)
 
@@ -317,10 +319,7 @@ class LocomotionEngine:
 
     def catch(self) -> None:
         """Land all swing legs at once, without a jump of their motion."""
-        # Lazy import, as above.
-        from phasmid.control.leg_phases import land_swing_legs
-
-        land_swing_legs(self.state, self.reference)
+        self._update.land(self.memory)
 
     @property
     def is_standing(self) -> bool:

@@ -224,7 +224,7 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
         return
     step, time = h / period, (1.0 - reference.duty_factor) * period
     lifted = np.zeros(legs, dtype=np.bool_)
-    due, wait, short = 0, False, False
+    due, wait, short = 0, reference.tips == 1, False
     clock.pose_hinders = 0
     for leg in range(legs):
         stands = state.leg_phase[leg] == LegPhase.STANCE
@@ -263,7 +263,7 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
         clock.lift_wait += h
         if clock.pose_hinders == 0 and short:
             lean(state, model, lifted, h)
-        if clock.lift_wait > PATIENCE:
+        if clock.lift_wait > PATIENCE and not reference.tips:
             step_to_neutral(state, model, reference, time)
         return
     if clock.support_margin > 4 * SUPPORT_MARGIN + 0.01:

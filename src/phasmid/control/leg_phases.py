@@ -8,7 +8,13 @@ import numpy as np
 
 from phasmid.compiled import internal
 from phasmid.control.body_motion import ground_height
-from phasmid.control.footholds import choose_foothold, end_search, set_search, start_search
+from phasmid.control.footholds import (
+    choose_foothold,
+    end_search,
+    neutral_landing,
+    set_search,
+    start_search,
+)
 from phasmid.control.reach import is_reachable
 from phasmid.control.swing import advance_quintic, raise_foot, restart_line, set_times, stop_foot
 from phasmid.control.types import (
@@ -20,12 +26,17 @@ from phasmid.control.types import (
     SearchStage,
     State,
 )
+from phasmid.control.vectors import turned
 
 LOWEST_LIFT = 0.5
 """Part of the swing before which a contact does not count as a landing."""
 
 PROBING_SPEED = 0.2
 """Speed at which a foot without contact goes on down [m/s]."""
+
+MOST_ASIDE, ASIDE_STEP, TRIES, SLOW = 0.06, 0.015, 16, 1e-3
+"""Largest displacement of a swing to the side, its steps [m], and attempts to bring the top of a
+swing within reach; speed below which the body does not move on [m/s]."""
 
 FROZEN = 0.7
 """Part of the swing after which the touchdown no longer changes."""
@@ -73,13 +84,49 @@ def reaches_height(state: State, model: Model, leg: int, height: float) -> bool:
 
 
 @internal
+def direction_aside(state: State, model: Model, leg: int) -> tuple[float, float]:
+    """Return the unit vector in odom across the body's motion that points away from a leg's hip.
+
+    Where the body does not move on, it points from the hip to the neutral foot.
+    """
+    out, v = model.neutral[leg] - model.p_body_hip[leg], state.velocity_filter[2]
+    x, y = out[0], out[1]
+    if math.hypot(v[0], v[1]) > SLOW:
+        side = 1.0 if v[0] * y >= v[1] * x else -1.0
+        x, y = -side * v[1], side * v[0]
+    size = math.hypot(x, y)
+    return turned(state.path[2], x / size, y / size)
+
+
+@internal
+def shape_swing(state: State, model: Model, reference: Reference, leg: int) -> None:
+    """Bring the top of a swing within reach: to the side first, then lower by 20 % at a time.
+
+    The knee limits how high a foot rises near the body; farther out it rises higher.
+    """
+    foot, time, v = state.foot[leg], state.swing_duration[leg], state.velocity_filter[2]
+    _, _, x, y = neutral_landing(state, model, reference, leg, time)
+    vx, vy = turned(state.path[2], v[0], v[1])
+    # Where the foot will be over the body at half of the swing.
+    x, y = (foot[0] + x - vx * time) / 2, (foot[1] + y - vy * time) / 2
+    away_x, away_y = direction_aside(state, model, leg)
+    aside = 0.0
+    for _ in range(TRIES):
+        px, py, z = x + aside * away_x, y + aside * away_y, foot[2] + state.swing_height[leg]
+        if is_reachable(state, model, leg, px, py, z):
+            state.swing_aside[leg, 0], state.swing_aside[leg, 1] = aside * away_x, aside * away_y
+            break
+        if aside < MOST_ASIDE:
+            aside += ASIDE_STEP
+        else:
+            state.swing_height[leg] *= 0.8
+
+
+@internal
 def lift_off(
     state: State, model: Model, reference: Reference, leg: int, elapsed: float, duration: float
 ) -> None:
-    """Begin the swing of a leg, with the time since lift-off and its duration [s].
-
-    A swing whose height is out of reach is lowered by 20 % at a time.
-    """
+    """Begin the swing of a leg, with the time since lift-off and its duration [s]."""
     if state.leg_phase[leg] == LegPhase.STANCE:
         if reference.contact[leg] == Contact.GROUND:
             state.last_foothold[leg] = state.foot[leg]
@@ -89,10 +136,7 @@ def lift_off(
     state.manoeuvre[leg] = Manoeuvre.NONE
     set_times(state, leg, duration, max(reference.step_height, reference.swing_height[leg]))
     state.swing_elapsed[leg] = elapsed
-    for _ in range(9):
-        if reaches_height(state, model, leg, state.swing_height[leg]):
-            break
-        state.swing_height[leg] *= 0.8
+    shape_swing(state, model, reference, leg)
     state.touchdown[leg] = state.foot[leg]
     restart_line(state, leg)
 
@@ -213,8 +257,43 @@ def has_lost_ground(state: State, model: Model, reference: Reference, leg: int, 
 
 
 @internal
+def land_swing_legs(state: State, model: Model, reference: Reference) -> None:
+    """Let all swinging feet land from where they are, without a jump of position or velocity.
+
+    With contact sensing they go on to the landing depth below the ground plane, and feet in contact
+    stop.
+    """
+    for leg in range(state.leg_count):
+        if state.leg_phase[leg] == LegPhase.SWING:
+            if reference.contact[leg] == Contact.GROUND:
+                stop_at_contact(state, leg)
+                state.leg_phase[leg] = LegPhase.SETTLING
+                continue
+            drop = max(height_above_ground(state, leg), 0.0)
+            drop += reference.landing_depth if reference.contact[leg] != Contact.UNKNOWN else 0.0
+            time = max(1.875 * drop / LANDING_SPEED, LANDING_TIME)
+            restart_line(state, leg)
+            goal = state.foot[leg] + COASTING * time * state.foot_velocity[leg]
+            for _ in range(4):
+                goal[2] = state.foot[leg, 2] - drop
+                if is_reachable(state, model, leg, goal[0], goal[1], goal[2]):
+                    break
+                drop *= 0.7
+            state.touchdown[leg] = goal
+            state.manoeuvre[leg] = Manoeuvre.NONE
+            set_times(state, leg, time, 0.0)
+            state.time_without_contact[leg] = 0.0
+            state.leg_phase[leg] = LegPhase.PROBING
+        if state.leg_phase[leg] == LegPhase.PROBING:
+            # A foot that searches for ground would bear no load meanwhile.
+            set_search(state, leg, SearchStage.LAND_HERE)
+
+
+@internal
 def move_feet(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance the feet that are not at rest by a time step."""
+    if reference.tips:
+        land_swing_legs(state, model, reference)
     for leg in range(state.leg_count):
         phase, contact = state.leg_phase[leg], reference.contact[leg]
         returned = state.search_stage[leg] == SearchStage.RETURNED
@@ -280,23 +359,3 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
             state.swing_elapsed[leg] - before,
         )
         raise_foot(state, leg)
-
-
-def land_swing_legs(state: State, reference: Reference) -> None:
-    """Let all swinging feet land from where they are, without a jump of position or velocity.
-
-    With contact sensing they go on to the landing depth below the ground plane.
-    """
-    for leg in np.flatnonzero(state.leg_phase == LegPhase.SWING):
-        drop = max(height_above_ground(state, leg), 0.0)
-        drop += reference.landing_depth if reference.contact[leg] != Contact.UNKNOWN else 0.0
-        time = max(1.875 * drop / LANDING_SPEED, LANDING_TIME)
-        restart_line(state, leg)
-        state.touchdown[leg] = state.foot[leg] + COASTING * time * state.foot_velocity[leg]
-        state.touchdown[leg, 2] = state.foot[leg, 2] - drop
-        set_times(state, leg, time, 0.0)
-        state.time_without_contact[leg] = 0.0
-        state.leg_phase[leg] = LegPhase.PROBING
-    for leg in np.flatnonzero(state.leg_phase == LegPhase.PROBING):
-        # A foot that searches for ground would bear no load meanwhile.
-        set_search(state, leg, SearchStage.LAND_HERE)

@@ -73,6 +73,7 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
 def set_times(state: State, leg: int, duration: float, height: float) -> None:
     """Begin a curve of a foot with a duration [s] and a lift [m]."""
     state.swing_elapsed[leg] = 0.0
+    state.swing_aside[leg] = 0.0
     state.swing_duration[leg], state.swing_height[leg] = duration, height
 
 
@@ -104,13 +105,12 @@ def stop_foot(state: State, leg: int) -> None:
 def raise_foot(state: State, leg: int) -> None:
     """Write the place and motion of a swinging foot in odom: those of its line and of its lift."""
     s = state.swing_elapsed[leg] / state.swing_duration[leg]
-    z, v, a = lift(min(s, 1.0), state.swing_duration[leg], state.swing_height[leg])
-    state.foot[leg] = state.line_position[leg]
-    state.foot_velocity[leg] = state.line_velocity[leg]
-    state.foot_acceleration[leg] = state.line_acceleration[leg]
-    state.foot[leg, 2] += z
-    state.foot_velocity[leg, 2] += v
-    state.foot_acceleration[leg, 2] += a
+    z, v, a = lift(min(s, 1.0), state.swing_duration[leg], 1.0)
+    aside = state.swing_aside[leg]
+    top = np.array((aside[0], aside[1], state.swing_height[leg]))
+    state.foot[leg] = state.line_position[leg] + z * top
+    state.foot_velocity[leg] = state.line_velocity[leg] + v * top
+    state.foot_acceleration[leg] = state.line_acceleration[leg] + a * top
 
 
 @internal

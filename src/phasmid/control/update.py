@@ -26,7 +26,7 @@ from phasmid.control.estimation.estimator import estimate_ground
 from phasmid.control.feed_forward.feed_forward import compute_feed_forward
 from phasmid.control.footholds import end_search, is_returning, is_searching
 from phasmid.control.gait_scheduler import advance_phase, best_phase
-from phasmid.control.leg_phases import land_here, move_feet, stand
+from phasmid.control.leg_phases import land_here, land_swing_legs, move_feet, stand
 from phasmid.control.reach import HARD, bound_region, joints_at, to_hip_frame
 from phasmid.control.reference_governor import is_recoverable, is_settled
 from phasmid.control.swing import foot_at_joints, halt_foot, hold_leg, soften_joint_limits
@@ -282,6 +282,17 @@ def place(memories: np.ndarray) -> bool:
         return False
     state.clock.support_margin = measure_support(state)
     return True
+
+
+@compiled
+def land(memories: np.ndarray) -> None:
+    """Let all swinging feet land at once, without a jump of their motion.
+
+    Args:
+        memories: Record of `Memory`, changed, shape (1,).
+    """
+    memory = memories[0]
+    land_swing_legs(memory.states[0], memory.model, memory.references[0])
 
 
 @internal

@@ -111,3 +111,13 @@ def test_without_a_sensor_the_corrections_ease_out():
     body.update(4000, trusted=False)
     # 20 s: below e^-9 of it.
     assert np.abs(body.correction).max() < 1e-4
+
+
+def test_the_tilt_is_the_angle_from_the_commanded_attitude_and_0_without_a_sensor():
+    """By its sine, to rounding."""
+    body = Body(np.eye(3))
+    commanded = rotation(0.05, 0.1)
+    body.level((rotation(0.0, 0.2) @ commanded).T @ [0.0, 0.0, 1.0], commanded)
+    assert body.state.levelling.tilt == pytest.approx(math.sin(0.2), abs=1e-12)
+    body.level((0.0, 0.0, 1.0), commanded, trusted=False)
+    assert body.state.levelling.tilt == 0.0

@@ -52,6 +52,7 @@ def level_body(
         share = -math.expm1(-dt / LEVEL_TIME) if levelling.started != 0 else 1.0
         measured = R_odom_body @ estimator.attitude.up
     levelling.started = 1
+    levelling.tilt = math.hypot(measured[0], measured[1])
     levelling.up += share * (measured - levelling.up)
     # Up, and the normal of the ground, in the axes of the path.
     c, s = math.cos(heading), math.sin(heading)

@@ -31,7 +31,7 @@ from phasmid.control.estimation.state import (
     clear,
     parameters_of,
 )
-from phasmid.control.estimation.terrain_adaptation import adapt_to_terrain
+from phasmid.control.estimation.terrain_adaptation import MOST_BODY_RISE, adapt_to_terrain
 from phasmid.control.observation import Observation
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import Contact, LegPhase, Model, Reference, State
@@ -45,6 +45,10 @@ PLANNED_WEIGHT = 0.5
 
 SAG_LIMIT = 0.02
 """Largest height by which the body is raised over compliant legs [m]."""
+
+TIPPING, ROUGH_TIPPING = 0.09, 1.0
+"""Tilt of the body away from its commanded attitude above which it tips over [rad], and by how much
+the roughness raises that [rad/m], up to `MOST_BODY_RISE`: from high edges feet slip, and stand."""
 
 HEIGHT_TIME = 1.0
 """Time constant with which the body is raised by the legs' deflection [s]."""
@@ -252,6 +256,8 @@ def write_reference(
     correction[:2], correction[3:5] = levelling.shift, levelling.lean
     correction[2] = levelling.rise + min(max(estimator.body_sag, 0.0), SAG_LIMIT)
     adapt_to_terrain(state, model, reference, estimator, parameters, normal)
+    tipping = TIPPING + ROUGH_TIPPING * min(estimator.roughness, MOST_BODY_RISE)
+    reference.tips = int(levelling.tilt > tipping)
     for leg in range(legs):
         estimate = estimator.feet[leg]
         hits = estimate.obstacle_hits

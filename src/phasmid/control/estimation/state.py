@@ -155,6 +155,7 @@ class BodyLevelling:
     """Direction of up in odom, and correction of the body's pose in the axes of the path."""
 
     up: Float[np.ndarray, "3"]  # low-pass filtered
+    tilt: float  # of the body, away from its commanded attitude [rad]
     started: int  # 1 after the first update
     shift: Float[np.ndarray, "2"]  # forward and lateral [m]
     rise: float  # of the shift along the ground [m]

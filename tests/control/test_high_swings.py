@@ -1,0 +1,57 @@
+"""Swings whose top a leg does not reach beside the body: they go round to the side."""
+
+import numpy as np
+import pytest
+
+from control.estimation.walker import DT, WAYS, Walker
+from phasmid.control.leg_phases import MOST_ASIDE
+from phasmid.control.types import Contact, LegPhase
+
+LOW, HIGH = 0.03, 0.08
+"""Step heights [m]: a leg of the robot rises 60 mm over its neutral foot and no more."""
+
+
+def walker_that_steps(height, way="ahead"):
+    """Its feet feel nothing; its steps are raised as on rough ground, after the velocity is set."""
+    walker = Walker(way, step_height=LOW)
+    walker.told[:] = Contact.UNKNOWN
+    walker.step()
+    walker.engine.reference.step_height = height
+    return walker
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_swing_beyond_the_knee_s_reach_goes_round_to_the_side(way):
+    """Across the way, away from the hip, at most 60 mm; it rises to its full height.
+
+    Middle legs that swing along their own direction are lowered once, by 20 %.
+    """
+    walker = walker_that_steps(HIGH, way)
+    state, model = walker.state, walker.engine.model
+    rises, sides = np.zeros(6), np.zeros(6)
+    away = (model.neutral - model.p_body_hip)[:, :2]
+    away -= np.outer(away @ walker.way, walker.way)
+    for _ in range(round(4.0 / DT)):
+        before, speed = state.foot.copy(), state.foot_velocity.copy()
+        walker.step()
+        # The trapezoid is off by h³ of the third derivative, 1000 m/s³ at most, over 12.
+        mean = state.clock.time_scale * DT * (speed + state.foot_velocity) / 2
+        assert np.abs(state.foot - before - mean).max() < 1000 * DT**3 / 12 + 1e-6
+        swings = state.leg_phase == LegPhase.SWING
+        rises[swings] = np.maximum(rises[swings], state.foot[swings, 2])
+        aside = state.swing_aside[swings]
+        assert np.abs(aside @ walker.way).max(initial=0.0) < 1e-9
+        sides[swings] = np.maximum(sides[swings], (aside * away[swings]).sum(axis=1))
+    assert (sides > 0.0).any()
+    assert np.linalg.norm(state.swing_aside, axis=1).max() <= MOST_ASIDE + 1e-9
+    # Between two updates a swing of 0.5 s is within 64/64 - (1 - 4 (DT / 2 / 0.5)²)³ of its top.
+    heights = HIGH * np.array([1, 0.8 if walker.way[1] else 1, 1] * 2)
+    assert (rises > heights * (1 - 12 * (DT / 2 / 0.5) ** 2)).all()
+    assert not any(sentence.startswith("held all") for sentence in walker.said)
+
+
+def test_a_swing_within_reach_stays_on_its_line():
+    walker = walker_that_steps(LOW)
+    for _ in range(round(2.0 / DT)):
+        walker.step()
+        assert not walker.state.swing_aside.any()
