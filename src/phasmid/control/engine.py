@@ -368,6 +368,8 @@ class LocomotionEngine:
         state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
         if not self._update.place(memory):
             raise InvalidInput("a foot stands where its leg cannot walk from.")
+        # No foot swings: this only compiles what `catch` needs at once.
+        self._update.land(memory)
 
     def _take(self, command: Command) -> None:
         """Write the reference of a command, with its feasible velocity."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from phasmid.compiled import internal
 from phasmid.control.body_motion import ground_height
 from phasmid.control.footholds import (
