@@ -42,6 +42,7 @@ STUDIES = (
     "sequences",
     "terrain",
     "levelling",
+    "hardest",
     "causes",
     "bounds",
     "failures",
@@ -118,6 +119,8 @@ def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
         return study.run(ground.measure, cases, many, name)
     if name == "levelling":
         return study.run(ground.levelling, [{"slope_deg": 10.0}], one, name)
+    if name == "hardest":
+        return study.run(ground.measure, ground.hardest_cases(options.seeds), many, name)
     if name == "causes":
         walked = options.results / "terrain.json"
         if not walked.exists():
@@ -220,6 +223,7 @@ SECTIONS = {
     "Velocity": ("velocity",),
     "Random commands": ("sequences",),
     "Unknown ground": ("terrain", "levelling"),
+    "The hardest grounds": ("hardest",),
     "Causes of failures": ("causes",),
     "Bounds of reach, balance and torque": ("bounds",),
     "A dead servo": ("failures",),
@@ -236,6 +240,7 @@ def measurements(results: dict[str, list[study.Case]]) -> dict[str, str]:
         of_velocity,
         of_sequences,
         of_terrain,
+        of_hardest,
         of_causes,
         of_bounds,
         of_failures,
@@ -402,6 +407,16 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         f"{levelled['parallel']:.1f}° with `level=0`, parallel to the ground, and by "
         f"{levelled['level']:.1f}° with `level=1`: levelling removes "
         f"{100 * levelled['taken']:.0f} % of the tilt."
+    )
+
+
+def of_hardest(results: list[study.Case]) -> str:
+    """Return text and table of the hardest grounds with kept seeds and with AX-12A servos."""
+    return (
+        f"Seeds {ground.HELD_OUT_SEEDS[0]} to {ground.HELD_OUT_SEEDS[-1]}, on which no constant of "
+        "the controller was chosen; ideal servos, and AX-12A servos in place of the robot's own. "
+        "Columns: the way of walking, then the servo.\n\n"
+        f"{ground.table_of_hardest(results)}"
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -14,13 +13,10 @@ from phasmid.control.reach import ENOUGH, reach_margin
 from phasmid.control.types import Model
 from phasmid.gait import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles
-from phasmid.robot import load_robot, load_servo
+from phasmid.robot import load_robot
 
 from . import ground
 from .study import Case, markdown
-
-JOINTS = {"ideal": "ideal-servo", "AX-12A": "servo"}
-"""Drives of the joints; AX-12A servos replace the robot's own."""
 
 GROUNDS = (("slope", 0), ("blocks", 20), ("blocks", 40), ("slope", 10))
 """Kinds and sizes of ground; a slope of 0 is level."""
@@ -39,7 +35,7 @@ def cases(seeds: int = 20) -> list[Case]:
     one = [
         {"kind": kind, "size": size, "lost": lost, "joints": joints, "seed": seed}
         for kind, size in GROUNDS
-        for joints in JOINTS
+        for joints in ground.JOINTS
         for damaged in (False, True)
         for seed in range(seeds)
         # The seeds spread over the legs.
@@ -48,7 +44,7 @@ def cases(seeds: int = 20) -> list[Case]:
     two = [
         {"kind": "slope", "size": 0, "lost": list(pair), "joints": joints, "seed": seed}
         for pair in PAIRS
-        for joints in JOINTS
+        for joints in ground.JOINTS
         for seed in range(min(seeds, SEEDS_OF_PAIR))
     ]
     return one + two
@@ -56,10 +52,8 @@ def cases(seeds: int = 20) -> list[Case]:
 
 def measure(kind: str, size: float, lost: list[int], joints: str, seed: int) -> Case:
     """Walk over one ground with ground sensing and dynamics, without some legs from the start."""
-    robot = load_robot(ground.ROBOT)
-    if joints == "AX-12A":
-        robot = replace(robot, servo=load_servo(joints))
-    scenario = ground.scenario_of(kind, size, seed, robot, JOINTS[joints])
+    robot = ground.robot_with(joints)
+    scenario = ground.scenario_of(kind, size, seed, robot, ground.JOINTS[joints])
     settings = EngineSettings(period=ground.PERIOD, **ground.SENSING)
     engine = LocomotionEngine(robot, settings)
     return ground.walk_over(
@@ -116,7 +110,9 @@ def table(results: list[Case]) -> str:
         if len(run["lost"]) < 2:
             name = ground.label(run["kind"], run["size"]) if run["size"] else "level"
             rows.setdefault(f"{name}, {6 - len(run['lost'])} legs", []).append(run)
-    return markdown(["ground", *JOINTS], ([name, *_cells(runs)] for name, runs in rows.items()))
+    return markdown(
+        ["ground", *ground.JOINTS], ([name, *_cells(runs)] for name, runs in rows.items())
+    )
 
 
 def table_of_pairs(results: list[Case]) -> str:
@@ -127,8 +123,8 @@ def table_of_pairs(results: list[Case]) -> str:
         words = " and ".join(names[leg - 1].replace("_", " ") for leg in pair)
         runs = [run for run in results if run["lost"] == list(pair)]
         rows.append([words, f"{1000 * largest_margin(pair):.0f} mm", *_cells(runs)])
-    return markdown(["lost", "support margin, at most", *JOINTS], rows)
+    return markdown(["lost", "support margin, at most", *ground.JOINTS], rows)
 
 
 def _cells(runs: list[Case]) -> list[str]:
-    return [ground.cell([run for run in runs if run["joints"] == name]) for name in JOINTS]
+    return [ground.cell([run for run in runs if run["joints"] == name]) for name in ground.JOINTS]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +15,7 @@ from phasmid.control.estimation import EstimatorSettings
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
-from phasmid.robot import Robot, load_robot
+from phasmid.robot import Robot, load_robot, load_servo
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 from phasmid.simulation.closed_loop import ClosedLoopRun
@@ -56,18 +57,22 @@ class Mode(NamedTuple):
 
 
 SENSING = {"ground_sensing": True, "dynamics": "feed-forward"}
+BLIND, SEEING = "ground sensing and dynamics", "with a lidar"
 MODES = {
     "without": Mode({"ground_sensing": False, "dynamics": "none"}),
     "ground sensing": Mode({"ground_sensing": True, "dynamics": "none"}),
     "dynamics": Mode({"ground_sensing": False, "dynamics": "feed-forward"}),
-    "ground sensing and dynamics": Mode(SENSING),
-    "with a lidar": Mode({**SENSING, "terrain_map": "points"}, {"depth": "lidar"}),
+    BLIND: Mode(SENSING),
+    SEEING: Mode({**SENSING, "terrain_map": "points"}, {"depth": "lidar"}),
     "with a lidar, all sensors noisy": Mode(
         {**SENSING, "terrain_map": "points"},
         # Sensors read no more often than samples are recorded.
         {"depth": "lidar", "measured": "everything", "record_interval_ms": 10},
     ),
 }
+
+JOINTS = {"ideal": "ideal-servo", "AX-12A": "servo"}
+"""Drives of the joints; AX-12A servos replace the robot's own."""
 
 HIGHER = 0.05
 """Step height for rough ground without sensing [m]."""
@@ -154,6 +159,37 @@ def cases(
     ]
 
 
+HARDEST = {
+    "stairs": (40, 60, 67),
+    "slope": (25,),
+    "blocks": (80, 100),
+    "gap": (60,),
+    "stepping stones": (200,),
+}
+"""Kinds and sizes that are walked with `HELD_OUT_SEEDS`, too."""
+
+HELD_OUT_SEEDS = range(300, 320)
+"""Seeds that no constant of the controller was chosen on."""
+
+
+def hardest_cases(seeds: int = 20) -> list[Case]:
+    """Return runs on the hardest grounds with held-out seeds, on ideal and on AX-12A servos."""
+    return [
+        {"kind": kind, "size": size, "mode": mode, "seed": seed, "joints": joints}
+        for kind, sizes in HARDEST.items()
+        for size in sizes
+        for joints in JOINTS
+        for mode in (BLIND, SEEING)
+        for seed in HELD_OUT_SEEDS[:seeds]
+    ]
+
+
+def robot_with(joints: str) -> Robot:
+    """Return the robot with its own servos, or with those of `JOINTS` in their place."""
+    robot = load_robot(ROBOT)
+    return replace(robot, servo=load_servo(joints)) if joints == "AX-12A" else robot
+
+
 def scenario_of(
     kind: str, size: float, seed: int, robot: str | Robot = ROBOT, joints: str = DRIVE
 ) -> Scenario:
@@ -175,14 +211,15 @@ def scenario_of(
     )
 
 
-def measure(kind: str, size: float, mode: str, seed: int) -> Case:
+def measure(kind: str, size: float, mode: str, seed: int, joints: str = "ideal") -> Case:
     """Walk over one ground until the result is decided."""
+    robot = robot_with(joints)
     try:
-        scenario = scenario_of(kind, size, seed).replace(**MODES[mode].scenario)
+        scenario = scenario_of(kind, size, seed, robot, JOINTS[joints])
+        scenario = scenario.replace(**MODES[mode].scenario)
     except InvalidInput as error:
         # Hills of some seeds are steeper than the contact is verified for.
         return {"refused": str(error)}
-    robot = scenario.load_robot()
     return walk_over(scenario, robot, engine_of(robot, kind, mode), kind, size)
 
 
@@ -259,6 +296,18 @@ def label(kind: str, size: float) -> str:
     name, joined, extra = kind.partition(" with ")
     words = f"{name} {size:g} {GROUNDS[kind].unit}{joined}{extra}"
     return words.replace(" °", "°").rstrip()
+
+
+def table_of_hardest(results: list[Case]) -> str:
+    """Return the table of the runs on the hardest grounds, by mode and servo."""
+    columns = [(mode, joints) for joints in JOINTS for mode in (BLIND, SEEING)]
+    rows = []
+    for (kind, size), runs in grouped(results, "kind", "size").items():
+        some = (
+            [run for run in runs if (run["mode"], run["joints"]) == column] for column in columns
+        )
+        rows.append([label(kind, size), *map(cell, some)])
+    return markdown(["ground", *(f"{mode}, {joints}" for mode, joints in columns)], rows)
 
 
 def table(results: list[Case]) -> str:

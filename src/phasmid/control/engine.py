@@ -204,9 +204,10 @@ class LocomotionEngine:
         if self.feed_forward is not None:
             torque = self.feed_forward.apply_limits()
             reason = self.feed_forward.limit_reason
-        tips = self.reference.tips == 1
-        self._log.set("tips", tips, "the body tips: the feet in the air land at once")
-        self._log.add_update(result, reason)
+        tipping = self.reference.tipping == 1
+        lands = tipping and bool((state.leg_phase == LegPhase.PROBING).any())
+        self._log.set("tipping", lands, "the body tips over: the feet in the air land at once")
+        self._log.add_update(result, reason, tipping)
         return JointTargets(state.q.copy(), clock.time_scale * state.qd, torque)
 
     @property
@@ -368,7 +369,7 @@ class LocomotionEngine:
         state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
         if not self._update.place(memory):
             raise InvalidInput("a foot stands where its leg cannot walk from.")
-        # No foot swings: this only compiles what `catch` needs at once.
+        # No foot swings: this compiles `land`, for which `catch` has no time.
         self._update.land(memory)
 
     def _take(self, command: Command) -> None:

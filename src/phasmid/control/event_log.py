@@ -49,15 +49,16 @@ class EventLog:
         """Return whether a cause is active."""
         return cause in self._active
 
-    def add_update(self, result: int, limit_reason: str) -> None:
+    def add_update(self, result: int, limit_reason: str, tipping: bool) -> None:
         """Add the events of an update.
 
         Args:
             result: Result of `phasmid.control.update.advance_engine`.
             limit_reason: Limit of ground or servos that the motion exceeds; empty where none.
+            tipping: Whether the body tips over, for which lifts wait, too.
         """
         clock, stage = self._state.clock, self._state.search_stage
-        waits = clock.lift_wait > LONG_WAIT
+        waits = clock.lift_wait > LONG_WAIT and not tipping
         hindered = waits and clock.pose_hinders == 1
         weak = waits and not hindered
         if weak:

@@ -224,13 +224,13 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
         return
     step, time = h / period, (1.0 - reference.duty_factor) * period
     lifted = np.zeros(legs, dtype=np.bool_)
-    due, wait, short = 0, reference.tips == 1, False
+    due, wait, short = 0, reference.tipping == 1, False
     clock.pose_hinders = 0
     for leg in range(legs):
         stands = state.leg_phase[leg] == LegPhase.STANCE
         if not reference.used[leg]:
             # A leg that is no longer used leaves the ground as soon as it can be spared.
-            if stands:
+            if stands and not reference.tipping:
                 lifted[leg] = True
                 margin = margin_without_legs(state, model, reference, lifted, 0.5 * period, 0.0)
                 if margin > SUPPORT_MARGIN:
@@ -263,7 +263,7 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
         clock.lift_wait += h
         if clock.pose_hinders == 0 and short:
             lean(state, model, lifted, h)
-        if clock.lift_wait > PATIENCE and not reference.tips:
+        if clock.lift_wait > PATIENCE and not reference.tipping:
             step_to_neutral(state, model, reference, time)
         return
     if clock.support_margin > 4 * SUPPORT_MARGIN + 0.01:

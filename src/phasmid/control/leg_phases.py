@@ -32,9 +32,16 @@ LOWEST_LIFT = 0.5
 PROBING_SPEED = 0.2
 """Speed at which a foot without contact goes on down [m/s]."""
 
-MOST_ASIDE, ASIDE_STEP, TRIES, SLOW = 0.06, 0.015, 16, 1e-3
-"""Largest displacement of a swing to the side, its steps [m], and attempts to bring the top of a
-swing within reach; speed below which the body does not move on [m/s]."""
+MOST_LATERAL, LATERAL_STEP = 0.06, 0.015
+"""Largest lateral displacement of a swing, and the steps in which it is sought [m]."""
+
+LEAST_LATERAL, AT_REST = 0.5, 1e-3
+"""Least share of a foot's distance from its hip that is lateral, for a displacement; speed below
+which the body does not move on [m/s]."""
+
+SHAPES = 16
+"""Attempts to bring the top of a swing within reach: five displacements, then lower swings at the
+largest one."""
 
 FROZEN = 0.7
 """Part of the swing after which the touchdown no longer changes."""
@@ -82,23 +89,27 @@ def reaches_height(state: State, model: Model, leg: int, height: float) -> bool:
 
 
 @internal
-def direction_aside(state: State, model: Model, leg: int) -> tuple[float, float]:
+def lateral_direction(state: State, model: Model, leg: int) -> tuple[float, float]:
     """Return the unit vector in odom across the body's motion that points away from a leg's hip.
 
-    Where the body does not move on, it points from the hip to the neutral foot.
+    Where the body does not move on, it points from the hip to the neutral foot. It is zero for a
+    leg that swings along its own direction.
     """
     out, v = model.neutral[leg] - model.p_body_hip[leg], state.velocity_filter[2]
     x, y = out[0], out[1]
-    if math.hypot(v[0], v[1]) > SLOW:
-        side = 1.0 if v[0] * y >= v[1] * x else -1.0
-        x, y = -side * v[1], side * v[0]
-    size = math.hypot(x, y)
-    return turned(state.path[2], x / size, y / size)
+    length, speed = math.hypot(x, y), math.hypot(v[0], v[1])
+    if speed > AT_REST:
+        across = (v[0] * y - v[1] * x) / speed
+        if abs(across) < LEAST_LATERAL * length:
+            return 0.0, 0.0
+        side = 1.0 if across > 0.0 else -1.0
+        x, y, length = -side * v[1], side * v[0], speed
+    return turned(state.path[2], x / length, y / length)
 
 
 @internal
 def shape_swing(state: State, model: Model, reference: Reference, leg: int) -> None:
-    """Bring the top of a swing within reach: to the side first, then lower by 20 % at a time.
+    """Bring the top of a swing within reach: displace it laterally, then lower it by 20 % each.
 
     The knee limits how high a foot rises near the body; farther out it rises higher.
     """
@@ -107,15 +118,18 @@ def shape_swing(state: State, model: Model, reference: Reference, leg: int) -> N
     vx, vy = turned(state.path[2], v[0], v[1])
     # Where the foot will be over the body at half of the swing.
     x, y = (foot[0] + x - vx * time) / 2, (foot[1] + y - vy * time) / 2
-    away_x, away_y = direction_aside(state, model, leg)
-    aside = 0.0
-    for _ in range(TRIES):
-        px, py, z = x + aside * away_x, y + aside * away_y, foot[2] + state.swing_height[leg]
+    away_x, away_y = lateral_direction(state, model, leg)
+    lateral = 0.0
+    for _ in range(SHAPES):
+        px, py, z = x + lateral * away_x, y + lateral * away_y, foot[2] + state.swing_height[leg]
         if is_reachable(state, model, leg, px, py, z):
-            state.swing_aside[leg, 0], state.swing_aside[leg, 1] = aside * away_x, aside * away_y
+            state.swing_lateral[leg, 0], state.swing_lateral[leg, 1] = (
+                lateral * away_x,
+                lateral * away_y,
+            )
             break
-        if aside < MOST_ASIDE:
-            aside += ASIDE_STEP
+        if lateral < MOST_LATERAL:
+            lateral += LATERAL_STEP
         else:
             state.swing_height[leg] *= 0.8
 
@@ -262,7 +276,8 @@ def land_swing_legs(state: State, model: Model, reference: Reference) -> None:
     stop.
     """
     for leg in range(state.leg_count):
-        if state.leg_phase[leg] == LegPhase.SWING:
+        # A leg that is not used goes on folding.
+        if state.leg_phase[leg] == LegPhase.SWING and reference.used[leg]:
             if reference.contact[leg] == Contact.GROUND:
                 stop_at_contact(state, leg)
                 state.leg_phase[leg] = LegPhase.SETTLING
@@ -290,7 +305,7 @@ def land_swing_legs(state: State, model: Model, reference: Reference) -> None:
 @internal
 def move_feet(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance the feet that are not at rest by a time step."""
-    if reference.tips:
+    if reference.tipping:
         land_swing_legs(state, model, reference)
     for leg in range(state.leg_count):
         phase, contact = state.leg_phase[leg], reference.contact[leg]

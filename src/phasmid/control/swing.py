@@ -71,9 +71,9 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
 
 @internal
 def set_times(state: State, leg: int, duration: float, height: float) -> None:
-    """Begin a curve of a foot with a duration [s] and a lift [m]."""
+    """Begin a curve of a foot with a duration [s] and a lift [m], without lateral displacement."""
     state.swing_elapsed[leg] = 0.0
-    state.swing_aside[leg] = 0.0
+    state.swing_lateral[leg] = 0.0
     state.swing_duration[leg], state.swing_height[leg] = duration, height
 
 
@@ -103,11 +103,11 @@ def stop_foot(state: State, leg: int) -> None:
 
 @internal
 def raise_foot(state: State, leg: int) -> None:
-    """Write the place and motion of a swinging foot in odom: those of its line and of its lift."""
+    """Write position and motion of a swinging foot in odom: line, lift and lateral displacement."""
     s = state.swing_elapsed[leg] / state.swing_duration[leg]
     z, v, a = lift(min(s, 1.0), state.swing_duration[leg], 1.0)
-    aside = state.swing_aside[leg]
-    top = np.array((aside[0], aside[1], state.swing_height[leg]))
+    lateral = state.swing_lateral[leg]
+    top = np.array((lateral[0], lateral[1], state.swing_height[leg]))
     state.foot[leg] = state.line_position[leg] + z * top
     state.foot_velocity[leg] = state.line_velocity[leg] + v * top
     state.foot_acceleration[leg] = state.line_acceleration[leg] + a * top

@@ -126,7 +126,7 @@ class Reference:
     least_rise: float  # Least height of the body over its neutral one, for its clearance [m]
     landing_depth: float  # Depth to which a foot without contact goes on down [m]
     foot_sag: Float[np.ndarray, " legs"]  # Depth of each foot in the air below its target [m]
-    tips: int  # 1 while the body tips over
+    tipping: int  # 1 while the body tips over
 
 
 @dataclass(eq=False)
@@ -171,7 +171,7 @@ class State:
     foot: Float[np.ndarray, "legs 3"]  # Feet in odom [m]
     foot_velocity: Float[np.ndarray, "legs 3"]  # Velocities of the feet in odom [m/s]
     foot_acceleration: Float[np.ndarray, "legs 3"]  # Accelerations of the feet in odom [m/s²]
-    line_position: Float[np.ndarray, "legs 3"]  # Feet without the lift of the swing [m]
+    line_position: Float[np.ndarray, "legs 3"]  # Feet without lift and lateral displacement [m]
     line_velocity: Float[np.ndarray, "legs 3"]  # Its velocity [m/s]
     line_acceleration: Float[np.ndarray, "legs 3"]  # Its acceleration [m/s²]
     touchdown: Float[np.ndarray, "legs 3"]  # Next or last landing of each foot in odom [m]
@@ -179,7 +179,7 @@ class State:
     swing_elapsed: Float[np.ndarray, " legs"]  # Time since lift-off [s]
     swing_duration: Float[np.ndarray, " legs"]  # Time of the swing [s]
     swing_height: Float[np.ndarray, " legs"]  # Height of the swing [m]
-    swing_aside: Float[np.ndarray, "legs 2"]  # Displacement at half of the swing, in odom [m]
+    swing_lateral: Float[np.ndarray, "legs 2"]  # Lateral displacement at mid-swing, in odom [m]
     time_without_contact: Float[np.ndarray, " legs"]  # Of stance feet [s]
     q: Float[np.ndarray, "legs 3"]  # Joint angles [rad]
     qd: Float[np.ndarray, "legs 3"]  # Joint speeds [rad/s]

@@ -297,7 +297,7 @@ def land(memories: np.ndarray) -> None:
 
 @internal
 def stop_leg(state: State, model: Model, reference: Reference, leg: int) -> None:
-    """Stop a leg at once. A foot in the air continues from rest, straight."""
+    """Stop a leg at once. A foot in the air continues from rest, without a lift."""
     phase, touches = state.leg_phase[leg], reference.contact[leg] == Contact.GROUND
     if phase not in (LegPhase.STANCE, LegPhase.HELD):
         # The joints' position is within reach; that of the swing curve may not be.
@@ -314,6 +314,7 @@ def stop_leg(state: State, model: Model, reference: Reference, leg: int) -> None
         # It probes for ground here.
         land_here(state, model, reference, leg)
     elif swings:
+        # Its lateral displacement stays: farther out the leg is not at its limit.
         state.swing_elapsed[leg], state.swing_height[leg] = 0.0, 0.0
         stop_manoeuvre(state, leg)
         halt_foot(state, leg)

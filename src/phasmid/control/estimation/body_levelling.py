@@ -42,7 +42,8 @@ def level_body(
     The direction of up in odom is R u, with the commanded attitude R and the measured direction u
     in body axes. It holds the slope of the ground and all compliance of legs and servos. The body
     follows its mean over the levelling time, as an integral controller would. Where u is not
-    trusted the corrections decay.
+    trusted the corrections decay. The tilt is what the alignment of odom with gravity has not taken
+    away yet: that of the last half second.
     """
     dt, levelling, plane = parameters.dt, estimator.levelling, estimator.ground_plane
     trusted = estimator.attitude.source != AttitudeSource.NONE

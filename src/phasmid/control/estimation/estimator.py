@@ -47,8 +47,8 @@ SAG_LIMIT = 0.02
 """Largest height by which the body is raised over compliant legs [m]."""
 
 TIPPING, ROUGH_TIPPING = 0.09, 1.0
-"""Tilt of the body away from its commanded attitude above which it tips over [rad], and by how much
-the roughness raises that [rad/m], up to `MOST_BODY_RISE`: from high edges feet slip, and stand."""
+"""Tilt above which the body tips over, a sine, and its increase by the roughness [1/m] up to
+`MOST_BODY_RISE`: on high blocks feet slip off edges and stand again."""
 
 HEIGHT_TIME = 1.0
 """Time constant with which the body is raised by the legs' deflection [s]."""
@@ -257,7 +257,7 @@ def write_reference(
     correction[2] = levelling.rise + min(max(estimator.body_sag, 0.0), SAG_LIMIT)
     adapt_to_terrain(state, model, reference, estimator, parameters, normal)
     tipping = TIPPING + ROUGH_TIPPING * min(estimator.roughness, MOST_BODY_RISE)
-    reference.tips = int(levelling.tilt > tipping)
+    reference.tipping = int(levelling.tilt > tipping)
     for leg in range(legs):
         estimate = estimator.feet[leg]
         hits = estimate.obstacle_hits

@@ -155,7 +155,7 @@ class BodyLevelling:
     """Direction of up in odom, and correction of the body's pose in the axes of the path."""
 
     up: Float[np.ndarray, "3"]  # low-pass filtered
-    tilt: float  # of the body, away from its commanded attitude [rad]
+    tilt: float  # sine of the angle between up and odom's z, to which odom is aligned
     started: int  # 1 after the first update
     shift: Float[np.ndarray, "2"]  # forward and lateral [m]
     rise: float  # of the shift along the ground [m]
