@@ -11,6 +11,7 @@ from phasmid.reporting import summarise
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
+from .ground import JOINTS
 from .study import Case, grouped, markdown
 
 ROBOT, DURATION = "phantomx-ax", 33.0
@@ -27,7 +28,6 @@ GROUNDS = {
 }
 
 SENSORS = {"true": "nothing", "noisy": "everything"}
-JOINTS = {"ideal": "ideal-servo", "AX-12A": "servo"}
 
 
 def cases(seeds: int = 3) -> list[Case]:

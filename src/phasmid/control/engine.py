@@ -204,10 +204,7 @@ class LocomotionEngine:
         if self.feed_forward is not None:
             torque = self.feed_forward.apply_limits()
             reason = self.feed_forward.limit_reason
-        tipping = self.reference.tipping == 1
-        lands = tipping and bool((state.leg_phase == LegPhase.PROBING).any())
-        self._log.set("tipping", lands, "the body tips over: the feet in the air land at once")
-        self._log.add_update(result, reason, tipping)
+        self._log.add_update(result, reason, self.reference.tipping == 1)
         return JointTargets(state.q.copy(), clock.time_scale * state.qd, torque)
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.control.types import SearchStage, State
+from phasmid.control.types import LegPhase, SearchStage, State
 
 LONG_WAIT = 0.25
 """Waiting time of a lift from which on it is an event [s]."""
@@ -63,6 +63,8 @@ class EventLog:
         weak = waits and not hindered
         if weak:
             weak = not ((stage > SearchStage.NONE) & (stage < SearchStage.RETURNED)).any()
+        lands = tipping and (self._state.leg_phase == LegPhase.PROBING).any()
+        self.set("tipping", lands, "the body tips over: the feet in the air land at once")
         self.set("slowed", result == 1, "slowed down: a joint would turn too fast")
         self.set("braked", result == 2, "braked: a leg could not follow, or feet would not hold it")
         self.set("held", result == 3, "held all: a leg could not follow")

@@ -154,15 +154,25 @@ def lift_off(
 
 
 @internal
+def reachable_depth(
+    state: State, model: Model, leg: int, x: float, y: float, depth: float
+) -> float:
+    """Return a depth below a foot that its leg reaches at a point (x, y) of odom [m], at most this.
+
+    It is 0 where the leg reaches no depth that was tried.
+    """
+    for _ in range(4):
+        if is_reachable(state, model, leg, x, y, state.foot[leg, 2] - depth):
+            return depth
+        depth *= 0.7
+    return 0.0
+
+
+@internal
 def probe_down(state: State, model: Model, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down by a depth [m], or as far as its leg reaches."""
     foot = state.foot[leg]
-    for _ in range(4):
-        if is_reachable(state, model, leg, foot[0], foot[1], foot[2] - depth):
-            break
-        depth *= 0.7
-    else:
-        depth = 0.0
+    depth = reachable_depth(state, model, leg, foot[0], foot[1], depth)
     state.touchdown[leg, 2] = foot[2] - depth
     state.time_without_contact[leg] = 0.0
     set_times(state, leg, max(1.875 * depth / PROBING_SPEED, 0.05), 0.0)
@@ -272,26 +282,19 @@ def has_lost_ground(state: State, model: Model, reference: Reference, leg: int, 
 def land_swing_legs(state: State, model: Model, reference: Reference) -> None:
     """Let all swinging feet land from where they are, without a jump of position or velocity.
 
-    With contact sensing they go on to the landing depth below the ground plane, and feet in contact
-    stop.
+    With contact sensing they go on to the landing depth below the ground plane.
     """
     for leg in range(state.leg_count):
         # A leg that is not used goes on folding.
         if state.leg_phase[leg] == LegPhase.SWING and reference.used[leg]:
-            if reference.contact[leg] == Contact.GROUND:
-                stop_at_contact(state, leg)
-                state.leg_phase[leg] = LegPhase.SETTLING
-                continue
             drop = max(height_above_ground(state, leg), 0.0)
             drop += reference.landing_depth if reference.contact[leg] != Contact.UNKNOWN else 0.0
             time = max(1.875 * drop / LANDING_SPEED, LANDING_TIME)
             restart_line(state, leg)
             goal = state.foot[leg] + COASTING * time * state.foot_velocity[leg]
-            for _ in range(4):
-                goal[2] = state.foot[leg, 2] - drop
-                if is_reachable(state, model, leg, goal[0], goal[1], goal[2]):
-                    break
-                drop *= 0.7
+            goal[2] = state.foot[leg, 2] - reachable_depth(
+                state, model, leg, goal[0], goal[1], drop
+            )
             state.touchdown[leg] = goal
             state.manoeuvre[leg] = Manoeuvre.NONE
             set_times(state, leg, time, 0.0)
