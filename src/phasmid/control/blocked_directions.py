@@ -11,9 +11,9 @@ from phasmid.control.types import SearchStage, State
 from phasmid.control.vectors import point_velocity
 
 ROUGH, MOST_RETURNS, SAME_PLACE = 0.005, 3, 0.06
-"""Roughness from which on ground is rough [m]: there the next foothold may be on ground. Returns of
-feet after which their directions are blocked on rough ground, elsewhere after the first, and
-distance that the robot walks after which they are counted anew [m]."""
+"""Roughness from which on ground is rough [m]; returns of feet after which their directions are
+blocked on rough ground or with a height map, where the next foothold may be on ground (elsewhere
+after the first); distance that the robot walks after which they are counted anew [m]."""
 
 SAME_DIRECTION = 0.5
 """Cosine of the angle up to which two directions count as the same."""
@@ -36,11 +36,12 @@ class BlockedDirections:
         self._count, self._place = 0, np.zeros(2)
         self._changes, self._returned = 0, np.zeros(self._state.leg_count, dtype=bool)
 
-    def update(self, roughness: float) -> bool:
+    def update(self, roughness: float, mapped: bool) -> bool:
         """Block the directions of feet that have returned.
 
         Args:
             roughness: Estimated roughness of the ground [m].
+            mapped: Whether footholds are planned on a height map.
 
         Returns:
             Whether there is a new direction.
@@ -55,7 +56,7 @@ class BlockedDirections:
             if math.dist(state.path[:2], self._place) > SAME_PLACE:
                 self._count, self._place = 0, state.path[:2].copy()
             self._count += 1
-            if roughness >= ROUGH and self._count < MOST_RETURNS:
+            if (mapped or roughness >= ROUGH) and self._count < MOST_RETURNS:
                 return False
         for leg in np.flatnonzero(new):
             direction = (state.missed_foothold - state.last_foothold)[leg, :2]

@@ -197,7 +197,8 @@ class LocomotionEngine:
         changed = self._changing and not self.reference.gait_pending
         resting = not clock.gait_running
         rough = 0.0 if self.estimator is None else self.estimator.state.roughness
-        if changed or self._resting != resting or self._blocked.update(rough):
+        blocked = self._blocked.update(rough, math.isfinite(self._planned))
+        if changed or self._resting != resting or blocked:
             # The feasible velocity was that of the old gait, or its direction is blocked now.
             self._take(command)
         torque, reason = None, ""

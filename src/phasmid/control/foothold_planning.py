@@ -30,7 +30,7 @@ RINGS, RING_WEIGHTS = np.array((0.01, 0.02, 0.03)), np.array((1.0, 0.7, 0.4)) / 
 EDGE = 0.015
 """Change of height beside a candidate that counts as an edge [m]."""
 
-AT_EDGE, AWAY, DEEP, UNSURE = 1.5, 0.08, 0.06, 0.02
+AT_EDGE, AWAY, DEEP, UNSURE = 8.0, 0.08, 0.06, 0.02
 """Cost of an edge; distance from the neutral landing, height from the ground plane and standard
 deviation of the map [m] that each cost 1."""
 

@@ -29,8 +29,12 @@ from phasmid.control.vectors import turned
 LOWEST_LIFT = 0.5
 """Part of the swing before which a contact does not count as a landing."""
 
-PROBING_SPEED = 0.2
-"""Speed at which a foot without contact goes on down [m/s]."""
+PROBING_SPEED, ROUGH_PROBING_SPEED = 0.2, 0.15
+"""Speed at which a foot without contact goes on down, and that on rough ground, where the body
+follows it [m/s]."""
+
+AGAIN = 0.6
+"""Duration of a swing over a hit obstacle or to a search goal, as a share of the gait's."""
 
 MOST_LATERAL, LATERAL_STEP = 0.06, 0.015
 """Largest lateral displacement of a swing, and the steps in which it is sought [m]."""
@@ -169,13 +173,15 @@ def reachable_depth(
 
 
 @internal
-def probe_down(state: State, model: Model, leg: int, depth: float) -> None:
+def probe_down(state: State, model: Model, reference: Reference, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down by a depth [m], or as far as its leg reaches."""
     foot = state.foot[leg]
     depth = reachable_depth(state, model, leg, foot[0], foot[1], depth)
     state.touchdown[leg, 2] = foot[2] - depth
     state.time_without_contact[leg] = 0.0
-    set_times(state, leg, max(1.875 * depth / PROBING_SPEED, 0.05), 0.0)
+    rough = reference.landing_depth > model.landing_depth
+    speed = ROUGH_PROBING_SPEED if rough else PROBING_SPEED
+    set_times(state, leg, max(1.875 * depth / speed, 0.05), 0.0)
 
 
 @internal
@@ -188,7 +194,7 @@ def land_here(state: State, model: Model, reference: Reference, leg: int) -> Non
     depth = height_above_ground(state, leg)
     if reference.contact[leg] != Contact.UNKNOWN:
         depth += reference.landing_depth
-    probe_down(state, model, leg, max(depth, 0.0))
+    probe_down(state, model, reference, leg, max(depth, 0.0))
 
 
 @internal
@@ -210,7 +216,7 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
         state.leg_phase[leg] = LegPhase.PROBING
         # After hitting obstacles a foot aims above the estimated ground.
         depth = max(height_above_ground(state, leg), 0.0) + reference.landing_depth
-        probe_down(state, model, leg, depth)
+        probe_down(state, model, reference, leg, depth)
         return
     if (
         phase == LegPhase.PROBING
@@ -219,9 +225,10 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
         and state.search_stage[leg] < SearchStage.RETURNED
     ):
         deep = height_above_ground(state, leg) + reference.landing_depth
-        if deep > STOPS_SHORT and state.clock.sinks == 1:
-            # The body sinks until the leg reaches there.
-            probe_down(state, model, leg, deep)
+        foot = state.foot[leg]
+        if reachable_depth(state, model, leg, foot[0], foot[1], deep) > STOPS_SHORT:
+            # The body has come down after the foot.
+            probe_down(state, model, reference, leg, deep)
             return
         if start_search(state, reference, leg):
             return
@@ -324,7 +331,7 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
                 continue
             stop_foot(state, leg)
             depth = height_above_ground(state, leg) + reference.landing_depth
-            probe_down(state, model, leg, depth)
+            probe_down(state, model, reference, leg, depth)
             state.manoeuvre[leg] = Manoeuvre.LOWER
         before = state.swing_elapsed[leg]
         state.swing_elapsed[leg] += h
@@ -344,7 +351,7 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
                 land_here(state, model, reference, leg)
                 continue
             ago = state.swing_elapsed[leg] - state.swing_duration[leg]
-            time = (1.0 - reference.duty_factor) * reference.period
+            time = AGAIN * (1.0 - reference.duty_factor) * reference.period
             lift_off(state, model, reference, leg, ago, time)
             before, retreats = ago - h, False
             part = ago / time

@@ -144,8 +144,6 @@ class GaitClock:
     gait_running: int  # 1 while the gait advances, 0 at rest
     region_leg: int  # Leg whose region is bounded next
     pose_hinders: int  # 1 while a foot that is due would hardly rise before the pose is reached
-    sinks: int  # 1 while the body sinks for a foot without ground
-    crouch: float  # Depth by which the body has sunk for a foot without ground [m]
     search_changes: int  # Number of changes of `State.search_stage`
 
 

@@ -1,5 +1,7 @@
 """Feet that find no ground where they come down look for it elsewhere."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,10 @@ from control.estimation.walker import DT, ROBOT, SPEED, Walker
 from phasmid.control import Command, Observation
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.engine import LocomotionEngine
+from phasmid.control.estimation.estimator import update_estimates
+from phasmid.control.estimation.ground_plane import FORGETTING_TIME
 from phasmid.control.footholds import FAR, LOOKS
+from phasmid.control.leg_phases import PROBING_SPEED
 from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
@@ -28,16 +33,16 @@ def test_a_gap_is_stepped_over(way, start, width):
     assert (walker.along(foot[-1]) > walker.trench[1]).all()
     stands, over = leg == LegPhase.STANCE, walker.is_over_trench(foot)
     assert not (stands & over).any()
-    # No foot goes through a wall of the gap; feet settle 0.4 of 12 ms of 0.2 m/s beyond.
-    settled = 0.4 * 0.012 * 0.2 + 1e-4
-    assert foot[~over, 2].min() > -settled - DT * 0.2
+    # No foot goes through a wall of the gap; feet settle 0.4 of 12 ms of the probing speed beyond.
+    settled = 0.4 * 0.012 * PROBING_SPEED + 1e-4
+    assert foot[~over, 2].min() > -settled - DT * PROBING_SPEED
     assert margin.min() >= 0.0
     most = ROBOT.servo.no_load_speed * DT
     assert np.abs(np.diff(q, axis=0)).max() <= most * (1 + 1e-9)
     looks = (np.diff(search, axis=0) > 0) & (search[1:] <= LOOKS)
     # It begins to look from rest: an update before the end of a quintic of some depth in a time T
-    # its speed is 30 depth / T (DT / T)², T being 1.875 depth / 0.2 m/s and the depth over 15 mm.
-    shortest = 1.875 * 0.015 / 0.2
+    # its speed is 30 depth / T (DT / T)², T being 1.875 depth / PROBING_SPEED and the depth over 15 mm.
+    shortest = 1.875 * 0.015 / PROBING_SPEED
     assert speed[:-1][looks].max() < 30 * 0.015 / shortest * (DT / shortest) ** 2
     assert looks.any()
     assert not (stands & (search > 0) & (search <= LOOKS)).any()
@@ -153,12 +158,12 @@ def test_a_robot_stops_at_an_edge(way, start):
     assert np.ptp(path) < 1e-9
 
 
-def test_on_rough_ground_a_direction_is_blocked_by_the_third_return():
+def test_on_rough_or_mapped_ground_a_direction_is_blocked_by_the_third_return():
     """The next foothold may be on ground; after 60 mm of walking the returns count anew."""
     state = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none").state
     state.missed_foothold[0] = state.last_foothold[0] + (0.1, 0.0, 0.0)
 
-    def blocked_after(roughness, *walked):
+    def blocked_after(roughness, *walked, mapped=False):
         blocked = BlockedDirections(state)
         state.path[:] = 0.0
         for distance in walked:
@@ -166,13 +171,15 @@ def test_on_rough_ground_a_direction_is_blocked_by_the_third_return():
             for stage in (SearchStage.RETURNED, SearchStage.NONE):
                 state.search_stage[0] = stage
                 state.clock.search_changes += 1
-                blocked.update(roughness)
+                blocked.update(roughness, mapped)
         return blocked.blocking_leg(np.array([0.05, 0.0, 0.0])) is not None
 
     assert blocked_after(0.0, 0.0)
     assert not blocked_after(0.01, 0.0, 0.0)
     assert blocked_after(0.01, 0.0, 0.0, 0.0)
     assert not blocked_after(0.01, 0.0, 0.0, 0.1)
+    assert not blocked_after(0.0, 0.0, 0.0, mapped=True)
+    assert blocked_after(0.0, 0.0, 0.0, 0.0, mapped=True)
 
 
 @pytest.mark.parametrize(
@@ -208,3 +215,40 @@ def test_a_way_is_closed_although_the_robot_is_told_to_stop_while_a_foot_goes_ba
     *_, path = walker.walk(2.0)
     assert np.ptp(path) < 1e-9
     assert any(sentence.startswith("goes no farther") for sentence in walker.said)
+
+
+@pytest.mark.parametrize(
+    ("roughness", "planned", "weight"), [(0.05, False, 1.0), (0.0, False, 0.0), (0.05, True, 0.0)]
+)
+def test_on_rough_ground_the_plane_follows_a_foot_that_finds_no_ground(roughness, planned, weight):
+    """It is the least-squares plane; on even ground, or with a planned foothold, it stays."""
+    engine = LocomotionEngine(ROBOT, dynamics="none")
+    q = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot)
+    engine.reset(Observation(time=0.0, joint_position=q, contact=np.ones(6, dtype=bool)))
+    memory, state = engine.memory.view(np.recarray)[0], engine.state
+    estimator = memory.estimator
+
+    def update():
+        engine.estimator.measure(Observation(time=0.0, joint_position=q, contact=contact))
+        update_estimates(
+            memory.states[0], estimator, memory.estimator_parameters, memory.measurements
+        )
+
+    contact = np.ones(6, dtype=bool)
+    for _ in range(5):
+        update()
+    depth, contact[0] = 0.04, False
+    state.leg_phase[0] = LegPhase.PROBING
+    state.foot[0, 2] -= depth
+    state.next_foothold[0] = state.foot[0] if planned else np.nan
+    estimator.roughness = roughness
+    for _ in range(400):
+        update()
+    plane = estimator.ground_plane
+    # Feet that do not stand are forgotten from the first update on.
+    root = np.sqrt([weight * math.exp(-DT / FORGETTING_TIME), 1, 1, 1, 1, 1])
+    xy = np.column_stack([state.foot[:, :2], np.ones(6)])
+    z = -depth * np.eye(6)[0]
+    slope_x, slope_y, _ = np.linalg.lstsq(root[:, None] * xy, root * z, rcond=None)[0]
+    np.testing.assert_allclose([plane.slope_x, plane.slope_y], [slope_x, slope_y], atol=1e-6)
+    assert (abs(slope_x) > 0.01) == (weight > 0)

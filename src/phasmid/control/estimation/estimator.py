@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from phasmid.compiled import compiled, internal
+from phasmid.control.body_motion import ground_height
 from phasmid.control.estimation.attitude import estimate_attitude
 from phasmid.control.estimation.body_levelling import level_body
 from phasmid.control.estimation.contact import estimate_contact
@@ -42,6 +43,9 @@ HIT_RISE, MOST_RAISES = 0.02, 3
 
 PLANNED_WEIGHT = 0.5
 """Weight of a planned foothold in the ground plane, where a standing foot has 1."""
+
+PROBED_DEPTH = 0.01
+"""Depth below the ground plane from which a foot without contact lowers it [m]."""
 
 SAG_LIMIT = 0.02
 """Largest height by which the body is raised over compliant legs [m]."""
@@ -197,10 +201,17 @@ def update_estimates(
         foot = estimator.feet[leg]
         in_air = not is_first and foot.contact == Contact.AIR
         foot.bearing = 0 if in_air else foot.standing
-        if state.leg_phase[leg] == LegPhase.SWING and math.isfinite(state.next_foothold[leg, 0]):
+        planned = math.isfinite(state.next_foothold[leg, 0])
+        if state.leg_phase[leg] == LegPhase.SWING and planned:
             # The body follows the ground ahead.
             foot.foothold[:] = state.next_foothold[leg]
             foot.foothold_weight = PLANNED_WEIGHT
+        elif in_air and state.leg_phase[leg] == LegPhase.PROBING and not planned:
+            # The ground lies lower; on rough ground the body follows the foot.
+            x, y, z = state.foot[leg]
+            if z < ground_height(state, x, y) - PROBED_DEPTH:
+                foot.foothold[:] = state.foot[leg]
+                foot.foothold_weight = min(estimator.roughness / MOST_BODY_RISE, 1.0)
     estimate_plane(state.foot, state.path, estimator, parameters)
     height = state.body_position[2] - estimator.ground_plane.height
     R_odom_body = delayed_attitude(state, estimator, parameters)

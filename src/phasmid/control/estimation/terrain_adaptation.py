@@ -14,7 +14,7 @@ from jaxtyping import Float
 from phasmid.compiled import internal
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 from phasmid.control.reach import STRETCH, to_hip_frame
-from phasmid.control.types import Contact, LegPhase, Model, Reference, State
+from phasmid.control.types import LegPhase, Model, Reference, State
 
 LEAST_ROUGHNESS = 0.003
 """Height difference of the stance feet along the plane's normal that is due to compliant legs [m]:
@@ -43,19 +43,8 @@ STANCE_REACH, LANDING_REACH, LOWEST = 0.003, 0.01, -0.02
 """Height that the body could still rise over standing feet and over landings [m]; lowest height to
 which it is lowered for that [m]."""
 
-CROUCH_SPEED, RISE_SPEED, MOST_CROUCH, LEAST_CLEARANCE = 0.1, 0.03, 0.05, 0.015
-"""Speeds at which the body sinks for a foot that finds no ground, and rises again [m/s]; largest
-depth, and clearance of the trunk that is left [m]."""
-
-STEEP_CROUCH, ROUGH_CROUCH = 0.15, 0.4
-"""Depth to which the body sinks by the slope [m] and by the roughness, as a share of it: there the
-feet are far apart in height, at a gap there is no ground to sink for."""
-
 ROUGH_DEPTH, MOST_DEPTH = 0.5, 0.05
 """Depth by which a foot goes down farther, as a share of the roughness, and the most of it [m]."""
-
-SHORT = 0.003
-"""Reach that a foot lacks to its goal, from which the body sinks [m]."""
 
 
 @internal
@@ -70,7 +59,7 @@ def adapt_to_terrain(
     """Write the corrections of body, steps and stance for the estimated ground.
 
     Args:
-        state: `clock.crouch` and `clock.sinks` are written.
+        state: State of the engine.
         model: `neutral` is written.
         reference: `pose_correction`, `step_height` and `landing_depth` are written.
         estimator: `roughness` and `narrowing` are written.
@@ -89,7 +78,6 @@ def adapt_to_terrain(
     reference.step_height = estimator.raised_step_height = raised
     deeper = min(ROUGH_DEPTH * rough, MOST_DEPTH) if unseen else 0.0
     reference.landing_depth = model.landing_depth + deeper
-    crouch(state, model, reference, estimator, parameters, normal)
     # Legs that step higher need more clearance.
     rise = min(rough, MOST_BODY_RISE)
     if rise > 0.0:
@@ -97,7 +85,7 @@ def adapt_to_terrain(
         rise = min(rise, max(now + room_to_rise(state, model), LOWEST))
     # The trunk must clear the ground.
     rise = max(rise, min(reference.least_rise, MOST_CLEARANCE_RISE))
-    correction[2] += rise - state.clock.crouch
+    correction[2] += rise
 
 
 @internal
@@ -165,38 +153,6 @@ def shift_downhill(
     correction[0] -= size * ahead
     correction[1] -= size * aside
     correction[2] -= size * steep * steep
-
-
-@internal
-def crouch(
-    state: State,
-    model: Model,
-    reference: Reference,
-    estimator: EstimatorState,
-    parameters: EstimatorParameters,
-    normal: Float[np.ndarray, "3"],
-) -> None:
-    """Let the body sink while a foot without ground cannot reach its depth, and rise afterwards.
-
-    On a height map footholds are in reach.
-    """
-    clock, plane, short, probes = state.clock, estimator.ground_plane, False, False
-    for leg in range(parameters.leg_count):
-        if state.leg_phase[leg] != LegPhase.PROBING:
-            continue
-        probes = True
-        if reference.contact[leg] == Contact.AIR:
-            goal = state.foot[leg].copy()
-            goal[2] = reference.ground_height - normal[:2] @ goal[:2] - reference.landing_depth
-            short = short or height_left(state, model, leg, goal) < SHORT
-    most = min(MOST_CROUCH, max(model.height - model.trunk[2] - LEAST_CLEARANCE, 0.0))
-    likely = STEEP_CROUCH * math.hypot(plane.slope_x, plane.slope_y)
-    most = min(most, likely + ROUGH_CROUCH * min(estimator.roughness, MOST_BODY_RISE))
-    clock.sinks = int(short and math.isinf(reference.least_rise) and clock.crouch < most)
-    if clock.sinks:
-        clock.crouch = min(clock.crouch + CROUCH_SPEED * parameters.dt, most)
-    elif not probes:
-        clock.crouch = max(clock.crouch - RISE_SPEED * parameters.dt, 0.0)
 
 
 @internal
