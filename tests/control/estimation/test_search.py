@@ -41,7 +41,8 @@ def test_a_gap_is_stepped_over(way, start, width):
     assert np.abs(np.diff(q, axis=0)).max() <= most * (1 + 1e-9)
     looks = (np.diff(search, axis=0) > 0) & (search[1:] <= LOOKS)
     # It begins to look from rest: an update before the end of a quintic of some depth in a time T
-    # its speed is 30 depth / T (DT / T)², T being 1.875 depth / PROBING_SPEED and the depth over 15 mm.
+    # its speed is 30 depth / T (DT / T)², T being 1.875 depth over the probing speed, and the depth
+    # over 15 mm.
     shortest = 1.875 * 0.015 / PROBING_SPEED
     assert speed[:-1][looks].max() < 30 * 0.015 / shortest * (DT / shortest) ** 2
     assert looks.any()
