@@ -142,7 +142,7 @@ def classify(
 
 
 def cases(results: list[Case]) -> list[Case]:
-    """Return the failed runs of each ground on which fewer than `ENOUGH` passed, in two modes."""
+    """Return failed runs of grounds on which fewer than `ENOUGH` passed, blind or with a lidar."""
     names = "kind", "size", "mode", "seed"
     found = []
     for (*_, mode), runs in grouped(results, "kind", "size", "mode").items():

@@ -33,8 +33,9 @@ PROBING_SPEED, ROUGH_PROBING_SPEED = 0.2, 0.15
 """Speed at which a foot without contact goes on down, and that on rough ground, where the body
 follows it [m/s]."""
 
-AGAIN = 0.6
-"""Duration of a swing over a hit obstacle or to a search goal, as a share of the gait's."""
+REPEATED_SHARE = 0.6
+"""Duration of a repeated swing, over a hit obstacle or to a search goal, as a share of that of the
+gait's swing."""
 
 MOST_LATERAL, LATERAL_STEP = 0.06, 0.015
 """Largest lateral displacement of a swing, and the steps in which it is sought [m]."""
@@ -226,7 +227,8 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
     ):
         deep = height_above_ground(state, leg) + reference.landing_depth
         foot = state.foot[leg]
-        if reachable_depth(state, model, leg, foot[0], foot[1], deep) > STOPS_SHORT:
+        deep = reachable_depth(state, model, leg, foot[0], foot[1], deep)
+        if deep > STOPS_SHORT:
             # The body has come down after the foot.
             probe_down(state, model, reference, leg, deep)
             return
@@ -351,7 +353,7 @@ def move_feet(state: State, model: Model, reference: Reference, h: float) -> Non
                 land_here(state, model, reference, leg)
                 continue
             ago = state.swing_elapsed[leg] - state.swing_duration[leg]
-            time = AGAIN * (1.0 - reference.duty_factor) * reference.period
+            time = REPEATED_SHARE * (1.0 - reference.duty_factor) * reference.period
             lift_off(state, model, reference, leg, ago, time)
             before, retreats = ago - h, False
             part = ago / time
