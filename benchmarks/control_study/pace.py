@@ -8,9 +8,13 @@ import numpy as np
 
 from phasmid.control import Command, LocomotionEngine, Observation
 from phasmid.robot import Robot
+from phasmid.sensors.depth import lidar_rays
 
 WALKS, UPDATES = 10, 2000
 """Number of equal walks, and updates in each."""
+
+READING, SENSOR_HEIGHT = 10, 0.2
+"""Updates between two readings of a lidar, 20 a second, and its height above the ground [m]."""
 
 TOUCH = 1e-4
 """Height over the ground below which a foot has contact [m]."""
@@ -32,17 +36,23 @@ STAGES = {
     "with dynamics": (level, {"ground_sensing": False, "dynamics": "feed-forward"}),
     "with both": (level, BOTH),
     "with both, on waves of 20 mm": (rough, BOTH),
+    "with a lidar, too": (rough, {**BOTH, "terrain_map": "points"}),
 }
 """Ground and settings of each stage."""
 
 
-def update_time(robot: Robot, stage: str) -> float:
-    """Return the mean time of an update of a walk [s].
+def update_times(robot: Robot, stage: str) -> tuple[float, float]:
+    """Return the mean times of the updates of a walk without and with a reading of a lidar [s].
 
     Each update counts with its least time in several equal walks, which leaves out other load of
-    the machine but no difference between updates.
+    the machine but no difference between updates. The second is NaN where there is no lidar.
     """
-    return float(np.min([_walk(robot, *STAGES[stage]) for _ in range(WALKS)], axis=0).mean())
+    ground, settings = STAGES[stage]
+    least = np.min([_walk(robot, ground, settings) for _ in range(WALKS)], axis=0)
+    reads = np.arange(UPDATES) % READING == 0
+    if "terrain_map" not in settings:
+        return float(least.mean()), np.nan
+    return float(least[~reads].mean()), float(least[reads].mean())
 
 
 def _walk(robot: Robot, ground, settings) -> np.ndarray:
@@ -63,9 +73,20 @@ def _walk(robot: Robot, ground, settings) -> np.ndarray:
     for n in range(UPDATES):
         now += engine.settings.update_period
         x, y, z = engine.state.foot.T
-        touch = z - ground(x, y) < TOUCH
-        observation = Observation(now, engine.state.q.copy(), contact=touch, **sensors)
+        sensors["contact"] = z - ground(x, y) < TOUCH
+        reads = "terrain_map" in settings and n % READING == 0
+        sensors["ground_points"] = _ground_points(engine, ground) if reads else None
+        observation = Observation(now, engine.state.q.copy(), **sensors)
         began = time.perf_counter()
         engine.update(observation, command)
         took[n] = time.perf_counter() - began
     return took
+
+
+def _ground_points(engine: LocomotionEngine, ground) -> np.ndarray:
+    """Return points of the ground around a body, in its axes [m], shape (N, 3)."""
+    rays = lidar_rays(0.0)
+    R, body = engine.state.R_odom_body, engine.state.body_position
+    points = body + SENSOR_HEIGHT / -rays[:, 2:] * rays
+    points[:, 2] = ground(points[:, 0], points[:, 1])
+    return (points - body) @ R

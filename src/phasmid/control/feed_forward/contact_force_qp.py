@@ -11,17 +11,14 @@ import math
 
 import daqp
 import numpy as np
-from scipy.linalg import block_diag
 
-from phasmid.compiled import compiled
+from phasmid.compiled import compiled, internal
 from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
 from phasmid.control.feed_forward.load_sharing import (
     NEGLIGIBLE,
     load_joints,
     utilisation_of,
 )
-from phasmid.control.feed_forward.state import Parameters, State
-from phasmid.forces.load import grasp_matrix
 
 FACES = 8
 """Faces of the pyramid inside each friction cone; its edges lie on the cone."""
@@ -42,74 +39,111 @@ UNBOUNDED = 1e30
 """The solver's infinity."""
 
 
+@internal
+def pyramid(normal: np.ndarray, friction: float) -> np.ndarray:
+    """Return the outward normals of a friction pyramid's faces, shape (FACES, 3)."""
+    axis, faces = np.zeros(3), np.empty((FACES, 3))
+    # The first tangent is made from the axis farthest from the normal.
+    axis[np.argmin(np.abs(normal))] = 1.0
+    t = axis - (axis @ normal) * normal
+    t /= math.sqrt(t @ t)
+    u = np.cross(normal, t)
+    for k in range(FACES):
+        angle = 2 * math.pi * k / FACES
+        faces[k] = math.cos(angle) * t + math.sin(angle) * u - friction * normal
+    return faces
+
+
 @compiled
-def solve_at_rest(states: np.ndarray, robots: np.ndarray) -> None:
-    """Write the forces that the pose of the motion requires at rest."""
-    state = states[0]
+def write_programme(
+    states: np.ndarray, robots: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rows of the programme, and lower and upper bounds of its unknowns and rows.
+
+    The rows are the wrench, the faces of the friction pyramids and the joint torques; there are
+    none where no foot carries load. The forces that the pose requires at rest are written.
+    """
+    state, robot, legs = states[0], robots[0], states[0].leg_count
+    required, rest = state.required, state.at_rest
     state.pose.R_world_body[:] = state.motion.R_world_body
     state.pose.q[:] = state.motion.q
-    solve_inverse_dynamics(robots[0], state.pose, state.at_rest)
+    solve_inverse_dynamics(robot, state.pose, rest)
+    feet = np.flatnonzero(state.load_share[:legs] >= NEGLIGIBLE)
+    load, count = np.abs(rest.wrench[:3]).max(), len(feet)
+    rows = 6 + (FACES + 3) * count if load > 0.0 and count else 0
+    last = 3 * count
+    A = np.zeros((rows, last + 1))
+    lower, upper = np.full(last + 1 + rows, -UNBOUNDED), np.full(last + 1 + rows, UNBOUNDED)
+    if rows == 0:
+        return A, lower, upper
+    size = 0.0
+    for leg in feet:
+        size = max(size, np.abs(required.foot[leg]).max())
+    unit = 1.0 / max(size, 1e-9)
+    # The part of the motion that is left out needs no wrench.
+    A[:6, last] = (required.wrench - rest.wrench) / load
+    A[3:6, last] *= unit
+    lower[last], upper[last] = 0.0, 1.0
+    lowest, highest = lower[last + 1 :], upper[last + 1 :]
+    lowest[:6], highest[:6] = 0.0, 0.0
+    for k, leg in enumerate(feet):
+        force, J, columns = state.foot_force[leg], required.jacobian[leg], A[:, 3 * k : 3 * k + 3]
+        x, y, z = unit * required.foot[leg]
+        columns[:3] = np.eye(3)
+        columns[3, 1], columns[3, 2] = -z, y
+        columns[4, 0], columns[4, 2] = z, -x
+        columns[5, 0], columns[5, 1] = -y, x
+        at = slice(6 + FACES * k, 6 + FACES * (k + 1))
+        faces = pyramid(state.normals[leg], robot.friction * INSCRIBED)
+        columns[at], highest[at] = faces, -(faces @ force) / load
+        at = slice(6 + FACES * count + 3 * k, 6 + FACES * count + 3 * (k + 1))
+        columns[at] = -J.T
+        A[at, last] = (rest.torque[leg] - required.torque[leg]) / load
+        torque = required.torque[leg] - J.T @ force
+        lowest[at] = (state.torque_limits[0, leg] - torque) / load
+        highest[at] = (state.torque_limits[1, leg] - torque) / load
+        columns *= math.sqrt(state.load_share[leg])
+    return A, lower, upper
 
 
-def limit_forces(state: State, robot: Parameters) -> bool:
+@compiled
+def apply_solution(states: np.ndarray, x: np.ndarray) -> None:
+    """Write the forces of a solution, and their torques."""
+    state, k = states[0], 0
+    load = np.abs(state.at_rest.wrench[:3]).max()
+    scale = max(1.0 - x[-1], 0.0)
+    state.motion_scale = 1.0 if scale >= WHOLE else scale
+    for leg in range(state.leg_count):
+        if state.load_share[leg] >= NEGLIGIBLE:
+            root = math.sqrt(state.load_share[leg])
+            state.foot_force[leg] += load * root * x[3 * k : 3 * k + 3]
+            k += 1
+        else:
+            state.foot_force[leg] = 0.0
+    load_joints(state)
+    left_out = state.at_rest.torque - state.required.torque
+    state.joint_torque += (1.0 - state.motion_scale) * left_out
+    state.torque_utilisation = utilisation_of(state)
+
+
+def limit_forces(states: np.ndarray, robots: np.ndarray) -> bool:
     """Replace the cheapest forces, and the torques, by those nearest that keep all limits.
 
     Args:
-        state: After `solve_at_rest`; forces, torques and `motion_scale` are written.
-        robot: Friction.
+        states: Record of the feed-forward stage; forces, torques and `motion_scale` are written,
+            shape (1,).
+        robots: Record of its parameters, shape (1,).
 
     Returns:
         Whether there are such forces.
     """
-    required, rest, force = state.required, state.at_rest, state.foot_force
-    load, carries = np.abs(rest.wrench[:3]).max(), state.load_share >= NEGLIGIBLE
-    count = int(carries.sum())
-    if not (load > 0.0 and count):
+    A, lower, upper = write_programme(states, robots)
+    if not len(A):
         return False
-    feet, J = required.foot[carries], required.jacobian[carries]
-    unit, root = 1.0 / max(np.abs(feet).max(), 1e-9), np.sqrt(state.load_share[carries])
-    A = np.zeros((6 + (FACES + 3) * count, 3 * count + 1))
-    lower, upper = np.full(sum(A.shape), -UNBOUNDED), np.full(sum(A.shape), UNBOUNDED)
-    lower[3 * count], upper[3 * count] = 0.0, 1.0
-    bounds = lower[3 * count + 1 :], upper[3 * count + 1 :]
-    # The part of the motion that is left out needs no wrench.
-    A[:6, -1] = (required.wrench - rest.wrench) / load
-    A[3:6, -1] *= unit
-    bounds[0][:6] = bounds[1][:6] = 0.0
-    torque = required.torque - np.einsum("lij,li->lj", required.jacobian, force)
-    faces = _pyramid(state.normals[carries], robot.friction * INSCRIBED)
-    friction, torques = slice(6, 6 + FACES * count), slice(6 + FACES * count, None)
-    A[:6, :-1] = grasp_matrix(unit * feet)
-    A[friction, :-1] = block_diag(*faces)
-    A[torques, :-1] = block_diag(*-J.swapaxes(1, 2))
-    A[:, :-1] *= np.repeat(root, 3)
-    A[torques, -1] = (rest.torque - required.torque)[carries].ravel() / load
-    bounds[1][friction] = -(faces @ force[carries][..., None]).ravel() / load
-    low, high = (state.torque_limits - torque)[:, carries] / load
-    bounds[0][torques], bounds[1][torques] = low.ravel(), high.ravel()
-    kinds = np.zeros(len(lower), np.int32)
-    kinds[3 * count + 1 : 3 * count + 7] = EQUALITY
-    cost = np.zeros(A.shape[1])
-    cost[-1] = MOTION_COST
-    x, _, flag, _ = daqp.solve(np.eye(A.shape[1]), cost, A, upper, lower, kinds)
-    if flag <= 0:
-        return False
-    scale = max(1.0 - float(x[-1]), 0.0)
-    state.motion_scale = 1.0 if scale >= WHOLE else scale
-    force[~carries] = 0.0
-    force[carries] += load * root[:, None] * x[:-1].reshape(-1, 3)
-    load_joints(state)
-    state.joint_torque += (1.0 - state.motion_scale) * (rest.torque - required.torque)
-    state.torque_utilisation = utilisation_of(state)
-    return True
-
-
-def _pyramid(normals: np.ndarray, friction: float) -> np.ndarray:
-    """Return the outward normals of the faces of friction pyramids, shape (feet, FACES, 3)."""
-    # The first tangent is made from the axis farthest from the normal.
-    axes = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    t = axes - (axes * normals).sum(axis=1, keepdims=True) * normals
-    t /= np.linalg.norm(t, axis=1, keepdims=True)
-    angle = 2 * math.pi * np.arange(FACES)[:, None] / FACES
-    t, u, n = (v[:, None] for v in (t, np.cross(normals, t), normals))
-    return np.asarray(np.cos(angle) * t + np.sin(angle) * u - friction * n)
+    count = A.shape[1]
+    cost, kinds = np.zeros(count), np.zeros(len(lower), np.int32)
+    cost[-1], kinds[count : count + 6] = MOTION_COST, EQUALITY
+    x, _, flag, _ = daqp.solve(np.eye(count), cost, A, upper, lower, kinds)
+    if flag > 0:
+        apply_solution(states, np.asarray(x))
+    return bool(flag > 0)

@@ -9,7 +9,11 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled, internal
 from phasmid.control import types as engine
-from phasmid.control.feed_forward.contact_force_qp import limit_forces, solve_at_rest
+from phasmid.control.feed_forward.contact_force_qp import (
+    apply_solution,
+    limit_forces,
+    write_programme,
+)
 from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
 from phasmid.control.feed_forward.load_sharing import load_joints, share_load
 from phasmid.control.feed_forward.settings import FeedForwardSettings
@@ -178,6 +182,9 @@ class FeedForward:
         self.state.load_share[:] = 1.0
         self.state.time_since_touchdown[:] = self.parameters.load_transfer
         self.velocity_scale, self.limit_reason = 1.0, ""
+        # This compiles both, for which no update has time.
+        write_programme(self._states, self._robots)
+        apply_solution(self._states, np.zeros(3 * self.state.leg_count + 1))
 
     def apply_limits(self) -> Float[np.ndarray, "legs 3"]:
         """Return the joint torques [N·m] within the limits; adapt the velocity scale to them.
@@ -204,12 +211,10 @@ class FeedForward:
         ):
             return
         self.limit_reason = self._reason()
-        if state.missing <= MISSING:
-            solve_at_rest(self._states, self._robots)
-            if limit_forces(state, robot):
-                if state.motion_scale == 1.0:
-                    self.limit_reason = ""
-                return
+        if state.missing <= MISSING and limit_forces(self._states, self._robots):
+            if state.motion_scale == 1.0:
+                self.limit_reason = ""
+            return
         # Where no limit but the pyramid inside the cone is exceeded, the motion is feasible.
         state.motion_scale = 0.0 if self.limit_reason else 1.0
 
