@@ -388,10 +388,13 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
     others = "".join(f" {text}" for kind, text in words.items() if kind in kinds)
     return (
         f"The ground begins {220} to {320} mm ahead, is turned by up to 20° to either side and has "
-        f"random heights, all by the seed; {seeds}. The controller does not know the ground. A "
-        f"`{ground.ROBOT}` on ideal servos is commanded {1000 * ground.SPEED:.0f} mm/s forward: "
-        f"tripod, a cycle of {ground.PERIOD:g} s, steps of {1000 * ground.STEP_HEIGHT:.0f} mm, the "
-        f"engine's default. Rows with steps of {1000 * ground.HIGHER:.0f} mm show a choice for "
+        f"random heights, all by the seed; {seeds}, from 0. Some constants of the controller were "
+        f"chosen on these seeds. A `{ground.ROBOT}` on ideal servos is commanded "
+        f"{1000 * ground.SPEED:.0f} mm/s forward: tripod, a cycle of {ground.PERIOD:g} s, steps of "
+        f"{1000 * ground.STEP_HEIGHT:.0f} mm, the engine's default. Columns: *ground sensing* by "
+        "the feet; *dynamics*, the feed-forward torques; both, the engine's default; both with a "
+        "height map from a *lidar* with the errors of its defaults; the same with noise and delays "
+        f"of *all sensors*. Rows with steps of {1000 * ground.HIGHER:.0f} mm show a choice for "
         "rough ground without sensing. A run passes if the robot walks "
         f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, without steering, a fall or a "
         f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways{longer}. It ends when "

@@ -7,7 +7,7 @@ from phasmid.control import Command, LocomotionEngine, Observation
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.foothold_planning import (
     FOOT_CLEARANCE,
-    PITCH,
+    SPACING,
     TRUNK_CLEARANCE,
     WINDOW,
 )
@@ -37,7 +37,7 @@ def test_on_level_ground_feet_step_to_their_neutral_places():
     """At rest the neutral place costs nothing; the body rises for nothing."""
     engine = seeing(lambda x, y: 0.0 * x)
     footholds = engine.state.next_foothold
-    np.testing.assert_allclose(footholds[:, :2], engine.model.neutral[:, :2], atol=PITCH / 2)
+    np.testing.assert_allclose(footholds[:, :2], engine.model.neutral[:, :2], atol=SPACING / 2)
     np.testing.assert_allclose(footholds[:, 2], 0.0, atol=1e-3)
     lowest = HEIGHT - ROBOT.body.size[2] / 2 - TRUNK_CLEARANCE
     assert engine.reference.least_rise == pytest.approx(-lowest, abs=1e-3)
@@ -51,7 +51,7 @@ def test_feet_keep_away_from_holes():
         x, _, z = engine.state.next_foothold[leg]
         assert z == pytest.approx(0.0, abs=1e-3)
         assert abs(x - place) > 0.025 + CELL
-        assert abs(x - place) <= WINDOW * PITCH + PITCH
+        assert abs(x - place) <= WINDOW * SPACING + SPACING
 
 
 def test_swings_clear_what_lies_on_their_way():
@@ -76,10 +76,15 @@ def test_ground_that_is_not_known_is_not_planned_on():
     assert np.isfinite(engine.state.next_foothold[[2, 3]]).all()
 
 
-def test_without_new_ground_points_the_feet_alone_sense_the_ground():
-    """The plan lasts 0.5 s, then nothing of it is left, with one event; a reading plans again."""
+@pytest.mark.parametrize("points", [None, np.zeros((0, 3)), np.full((5, 3), np.nan)])
+def test_without_new_ground_points_the_feet_alone_sense_the_ground(points):
+    """The plan lasts 0.5 s, then nothing of it is left, with one event; a reading plans again.
+
+    Readings of a covered sensor hold no points.
+    """
     engine = seeing(lambda x, y: np.where(np.hypot(x, y) > 0.215, 0.04, 0.0))
-    readings = {"joint_position": engine.state.q.copy(), "contact": np.ones(6, dtype=bool)}
+    joints = {"joint_position": engine.state.q.copy(), "contact": np.ones(6, dtype=bool)}
+    readings = joints | {"ground_points": points}
     for time in (0.3, 0.5, 0.6):
         assert np.isfinite(engine.state.next_foothold).any()
         engine.update(Observation(time=time, **readings), Command())
@@ -91,7 +96,7 @@ def test_without_new_ground_points_the_feet_alone_sense_the_ground():
     assert [sentence for _, sentence in engine.events].count(lost) == 1
     engine.update(
         Observation(
-            time=0.8, ground_points=np.column_stack([*PLACES, 0 * PLACES[0] - HEIGHT]), **readings
+            time=0.8, ground_points=np.column_stack([*PLACES, 0 * PLACES[0] - HEIGHT]), **joints
         ),
         Command(),
     )

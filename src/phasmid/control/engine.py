@@ -169,8 +169,10 @@ class LocomotionEngine:
             self._take(command)
         if self.estimator is not None and self.memory["estimates_ground"][0]:
             self.estimator.measure(observation)
-        if observation.ground_points is not None and self.settings.terrain_map == "points":
-            points = np.ascontiguousarray(observation.ground_points, dtype=float)
+        points = observation.ground_points if self.settings.terrain_map == "points" else None
+        # A covered sensor has no points to send.
+        if points is not None and np.isfinite(points).all(axis=1).any():
+            points = np.ascontiguousarray(points, dtype=float)
             memory, age = self.memory[0], self.settings.estimator.depth_delay
             state_record, terrain_map = memory["states"][0], memory["terrain_map"]
             self._map_points(state_record, terrain_map, memory["body_poses"], points, age)

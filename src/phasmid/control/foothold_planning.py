@@ -21,7 +21,7 @@ from phasmid.control.vectors import in_odom, turned
 from phasmid.control.velocity_limits import time_to_lift
 from phasmid.kinematics.leg_kernels import Triple
 
-WINDOW, PITCH = 8, 0.0125
+WINDOW, SPACING = 8, 0.0125
 """Candidates to each side of the neutral landing, and their distance [m]."""
 
 RINGS, RING_WEIGHTS = np.array((0.01, 0.02, 0.03)), np.array((1.0, 0.7, 0.4)) / 2.1
@@ -50,7 +50,7 @@ between which they lie: nearer to its ends no height of the swing would clear a 
 FOOT_CLEARANCE, HIGHEST_SWING = 0.018, 0.08
 """Clearance of a swinging foot over the map, and largest height of a swing [m]."""
 
-TRUNK_CLEARANCE, TRUNK_PITCH, LOOK_AHEAD = 0.02, 0.02, 0.8
+TRUNK_CLEARANCE, TRUNK_SPACING, LOOK_AHEAD = 0.02, 0.02, 0.8
 """Clearance of the trunk over the map, distance of the points under it [m]; time for which its
 motion is looked ahead [s]."""
 
@@ -58,7 +58,8 @@ SOON, SLOW = 0.01, 0.01
 """Least time to a landing [s]; speed below which the robot goes in no direction [m/s]."""
 
 KNOWN = 0.15
-"""Share of the candidates that must be known. A hole that is hidden from the sensor is not."""
+"""Share of the candidates that must be known. Cells in a hole that the sensor cannot see are
+unknown."""
 
 UNKNOWN = 0.3
 """Cost of an unknown neighbour, as a share of that of an edge."""
@@ -115,7 +116,7 @@ def candidates(
     costs, heights = np.empty((count, count)), np.empty((count, count))
     for i in range(count):
         for j in range(count):
-            x, y = nx + (i - WINDOW) * PITCH, ny + (j - WINDOW) * PITCH
+            x, y = nx + (i - WINDOW) * SPACING, ny + (j - WINDOW) * SPACING
             costs[i, j], heights[i, j] = foothold_cost(state, terrain_map, x, y, nx, ny)
             known += costs[i, j] < math.inf
     return costs, heights, known / (count * count)
@@ -155,7 +156,7 @@ def choose(
         if last < math.inf and last - KEPT <= costs[i, j]:
             x, y, z, last = goal[0], goal[1], last_height, math.inf
         elif costs[i, j] < math.inf:
-            x, y, z = nx + (i - WINDOW) * PITCH, ny + (j - WINDOW) * PITCH, heights[i, j]
+            x, y, z = nx + (i - WINDOW) * SPACING, ny + (j - WINDOW) * SPACING, heights[i, j]
             # Its neighbours are hardly more within reach.
             costs[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2] = math.inf
         else:
@@ -200,8 +201,8 @@ def least_rise(state: State, model: Model, reference: Reference, terrain_map: Te
     most, trunk, v = -math.inf, model.trunk, reference.velocity
     look = LOOK_AHEAD * state.clock.velocity_share
     ahead, aside = look * v[0], look * v[1]
-    for x in np.arange(-trunk[0] + min(ahead, 0.0), trunk[0] + max(ahead, 0.0), TRUNK_PITCH):
-        for y in np.arange(-trunk[1] + min(aside, 0.0), trunk[1] + max(aside, 0.0), TRUNK_PITCH):
+    for x in np.arange(-trunk[0] + min(ahead, 0.0), trunk[0] + max(ahead, 0.0), TRUNK_SPACING):
+        for y in np.arange(-trunk[1] + min(aside, 0.0), trunk[1] + max(aside, 0.0), TRUNK_SPACING):
             px, py = in_odom(state.path, x, y)
             top = map_height(terrain_map, px, py) - ground_height(state, px, py)
             if not math.isnan(top):

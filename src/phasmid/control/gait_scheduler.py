@@ -7,7 +7,12 @@ import math
 import numpy as np
 
 from phasmid.compiled import internal
-from phasmid.control.body_motion import com_in_odom, standing_feet, sway_wave
+from phasmid.control.body_motion import (
+    SWAY_BANDWIDTH,
+    com_in_odom,
+    standing_feet,
+    sway_wave,
+)
 from phasmid.control.footholds import is_searching
 from phasmid.control.leg_phases import height_above_ground, lift_off, reaches_height
 from phasmid.control.reach import is_reachable
@@ -27,11 +32,12 @@ LEAN_AFTER, LEAN_SPEED, FARTHEST_LEAN = 0.1, 0.04, 0.08
 """Time that a lift waits before the body leans [s], velocity [m/s] and largest distance [m] of the
 lean."""
 
-OVERRUN = 3 * LEAN_SPEED / 15.0
-"""Distance that the body still moves after its lean ends: three lags of 15/s [m]."""
+OVERRUN = 3 * LEAN_SPEED / SWAY_BANDWIDTH
+"""Distance that the body still moves after its lean ends, by the three lags of the sway [m]."""
 
 FORESIGHT = 0.004
-"""Displacement of the centre of mass by the legs' own motion, which is not predicted [m]."""
+"""Shortfall of the margin predicted for touchdown at which a foot may lift: the prediction does
+not know the legs' own motion [m]."""
 
 PATIENCE = 1.0
 """Time for which a lift waits for support before feet step to neutral [s]."""
@@ -42,7 +48,7 @@ UPRIGHT = 1.0
 ON_ITS_WAY = 2e-3
 """Distance from its reference at which a pose is still changing [m, rad]."""
 
-LEAST_RISE = 0.4
+LEAST_STEP_SHARE = 0.4
 """Share of the step height that a foot should reach."""
 
 ALMOST = 1e-9
@@ -118,7 +124,7 @@ def best_phase(state: State, model: Model, reference: Reference) -> tuple[float,
 def is_hindered_by_pose(state: State, model: Model, reference: Reference, leg: int) -> bool:
     """Return whether a foot can hardly rise while the pose is still changing."""
     away = np.abs(state.pose_filter[3] - state.pose_filter[0]).max()
-    height = LEAST_RISE * reference.step_height
+    height = LEAST_STEP_SHARE * reference.step_height
     return away > ON_ITS_WAY and not reaches_height(state, model, leg, height)
 
 

@@ -55,7 +55,7 @@ STOPS_SHORT = 0.004
 """Distance to its depth at which a foot without contact has reached it [m]."""
 
 MOST_HITS = 3
-"""Obstacles in a swing after which a foot lands before them."""
+"""Most obstacles in a swing over which a foot lifts; at the next one it lands."""
 
 SETTLE = 0.012
 """Time in which a foot comes to rest after contact [s]."""

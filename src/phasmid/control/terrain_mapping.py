@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from phasmid.compiled import compiled, internal
-from phasmid.control.estimation.odometry_alignment import rotate
+from phasmid.control.estimation.odometry_alignment import rotate_points
 from phasmid.control.terrain_map import (
     ATTITUDE_NOISE,
     FOOT_RADIUS,
@@ -84,9 +84,9 @@ def align_map(
     rotate_map(terrain_map, R, p)
     if source == TerrainSource.POINTS:
         count, origin = min(poses.updates, poses.delay + 1), np.zeros(3)
-        rotate(R, p, poses.p_odom_body[:count])
+        rotate_points(R, p, poses.p_odom_body[:count])
         for k in range(count):
-            rotate(R, origin, poses.R_odom_body[k].T)
+            rotate_points(R, origin, poses.R_odom_body[k].T)
 
 
 @compiled

@@ -26,21 +26,20 @@ PLANE_TIME = 0.05
 @internal
 def estimate_plane(
     p_odom_foot: Float[np.ndarray, "legs 3"],
-    reference: Float[np.ndarray, " xy"],
+    point: Float[np.ndarray, "3"],
     estimator: EstimatorState,
     parameters: EstimatorParameters,
 ) -> None:
     """Fit the ground plane to the footholds, and smooth it by two first-order lags.
 
     The last slopes are the prior. Where the feet spread it fades within few updates, so that a
-    plane through all feet is met exactly. The planes' heights hold at the reference point.
+    plane through all feet is met exactly. The planes' heights hold at a point: x and y [m]; the
+    third number, a heading, is not used.
     """
     dt, plane, legs = parameters.dt, estimator.fitted_plane, parameters.leg_count
     for each in (plane, estimator.lagged_plane, estimator.ground_plane):
-        each.height += each.slope_x * (reference[0] - each.x) + each.slope_y * (
-            reference[1] - each.y
-        )
-        each.x, each.y = reference[0], reference[1]
+        each.height += each.slope_x * (point[0] - each.x) + each.slope_y * (point[1] - each.y)
+        each.x, each.y = point[0], point[1]
     started = estimator.plane_started != 0
     estimator.plane_started = 1
     points, weights = np.empty((legs, 3)), np.empty(legs)
@@ -60,7 +59,7 @@ def estimate_plane(
         share = min(1.0, PLANE_RATE * dt / max(math.hypot(a - a0, b - b0), 1e-300))
         a, b = a0 + share * (a - a0), b0 + share * (b - b0)
     plane.slope_x, plane.slope_y = a, b
-    plane.height = centre[2] + a * (reference[0] - centre[0]) + b * (reference[1] - centre[1])
+    plane.height = centre[2] + a * (point[0] - centre[0]) + b * (point[1] - centre[1])
     share = -math.expm1(-dt / PLANE_TIME) if started else 1.0
     follow_plane(estimator.lagged_plane, plane, share)
     follow_plane(estimator.ground_plane, estimator.lagged_plane, share)
@@ -73,7 +72,8 @@ def fit_plane(
     slope_x: float,
     slope_y: float,
 ) -> tuple[Float[np.ndarray, "3"], float, float]:
-    """Fit a plane by least squares; return the weighted centre, and the slopes along x and y.
+    """Fit a plane by least squares; return the weighted centre [m], and the slopes along x
+    and y.
 
     Minimise the sum of w (z - h - a x - b y)² + W s² (a - a')² + W s² (b - b')², with the sum W of
     the weights, s the `SPREAD`, and prior slopes a', b'. Across a line of points the slope is the

@@ -45,10 +45,10 @@ def align_odometry(
         ]
     )
     origin, p = np.zeros(3), state.body_position.copy()
-    rotate(R, origin, up.reshape((1, 3)))
+    rotate_points(R, origin, up.reshape((1, 3)))
     for k in range(parameters.attitude_delay):
-        rotate(R, origin, estimator.body_attitudes[k].T)
-    rotate(R, origin, state.R_odom_body.T)
+        rotate_points(R, origin, estimator.body_attitudes[k].T)
+    rotate_points(R, origin, state.R_odom_body.T)
     align_pose(state)
     for vector in (
         state.body_velocity,
@@ -56,14 +56,14 @@ def align_odometry(
         state.angular_velocity,
         state.angular_acceleration,
     ):
-        rotate(R, origin, vector.reshape((1, 3)))
+        rotate_points(R, origin, vector.reshape((1, 3)))
     for vectors in (
         state.line_velocity,
         state.line_acceleration,
         state.foot_velocity,
         state.foot_acceleration,
     ):
-        rotate(R, origin, vectors)
+        rotate_points(R, origin, vectors)
     for points in (
         state.foot,
         state.line_position,
@@ -73,9 +73,9 @@ def align_odometry(
         state.last_foothold,
         state.next_foothold,
     ):
-        rotate(R, p, points)
+        rotate_points(R, p, points)
     for leg in range(parameters.leg_count):
-        rotate(R, p, estimator.feet[leg].foothold.reshape((1, 3)))
+        rotate_points(R, p, estimator.feet[leg].foothold.reshape((1, 3)))
     for plane in (estimator.fitted_plane, estimator.lagged_plane, estimator.ground_plane):
         # The reference point keeps x and y.
         q = np.array([plane.x, plane.y, plane.height])
@@ -104,7 +104,7 @@ def align_pose(state: State) -> None:
 
 
 @internal
-def rotate(
+def rotate_points(
     R: Float[np.ndarray, "3 3"], p: Float[np.ndarray, "3"], points: Float[np.ndarray, "count 3"]
 ) -> None:
     """Rotate points about a point in place; a loop, 8 times as fast as a product of matrices."""

@@ -17,7 +17,7 @@ from phasmid.control.reach import STRETCH, to_hip_frame
 from phasmid.control.types import LegPhase, Model, Reference, State
 
 LEAST_ROUGHNESS = 0.003
-"""Height difference of the stance feet along the plane's normal that is due to compliant legs [m]:
+"""Vertical difference of the stance feet over the plane that is due to compliant legs [m]:
 AX-12A servos and light legs deflect by 1 to 2 mm."""
 
 FORGETTING = 0.4

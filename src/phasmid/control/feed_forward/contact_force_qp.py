@@ -1,8 +1,9 @@
 """Foot forces within friction and torque limits at one instant, by a quadratic programme.
 
 Unknowns are y of F = F_least + √share y for each foot that carries load, and s, the part of the
-motion that is left out. The programme minimises |y|² + s² + `MOTION_COST` s. Forces are in units of
-the robot's load at rest, moments in units of that load times the largest distance of a foot.
+motion that is left out. The programme minimises (|y|² + s²) / 2 + `MOTION_COST` s. Forces are in
+units of the robot's load at rest, moments in units of that load times the largest distance of a
+foot.
 """
 
 from __future__ import annotations
@@ -58,10 +59,18 @@ def pyramid(normal: np.ndarray, friction: float) -> np.ndarray:
 def write_programme(
     states: np.ndarray, robots: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the rows of the programme, and lower and upper bounds of its unknowns and rows.
+    """Return the programme for C loaded feet: its rows and their bounds.
 
     The rows are the wrench, the faces of the friction pyramids and the joint torques; there are
-    none where no foot carries load. The forces that the pose requires at rest are written.
+    none where no foot carries load.
+
+    Args:
+        states: Record of the feed-forward stage; what the pose requires at rest is written.
+        robots: Record of its parameters.
+
+    Returns:
+        Rows, shape (6 + (FACES + 3) C, 3 C + 1); lower and upper bounds of the unknowns, then of
+        the rows.
     """
     state, robot, legs = states[0], robots[0], states[0].leg_count
     required, rest = state.required, state.at_rest
@@ -108,7 +117,12 @@ def write_programme(
 
 @compiled
 def apply_solution(states: np.ndarray, x: np.ndarray) -> None:
-    """Write the forces of a solution, and their torques."""
+    """Write the forces of a solution, and their torques.
+
+    Args:
+        states: Record of the feed-forward stage.
+        x: y of each loaded foot, then s, shape (3 C + 1,).
+    """
     state, k = states[0], 0
     load = np.abs(state.at_rest.wrench[:3]).max()
     scale = max(1.0 - x[-1], 0.0)

@@ -200,7 +200,7 @@ class FeedForward:
         return self.state.joint_torque.copy()
 
     def _limit_motion(self) -> None:
-        """Reduce motion and forces to the limits of friction and servos, and return the reason."""
+        """Reduce motion and forces to the limits of friction and servos, and write the reason."""
         state, robot = self.state, self.parameters
         self.limit_reason = ""
         # Written so that NaN exceeds every limit.
