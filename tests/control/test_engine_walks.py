@@ -190,6 +190,17 @@ def test_a_robot_walks_on_four_legs_and_on_six_again(lost):
     assert engine.largest_velocity((1.0, 0.0, 0.0)) == whole
 
 
+@pytest.mark.parametrize("lost", [{1, 3}, {1, 5}])
+def test_a_robot_stands_where_the_other_legs_cannot_step(lost):
+    """Without 1 and 3 no lift is supported; without 1 and 5 legs do not reach far enough."""
+    engine = engine_of("phantomx-mk4")
+    lost = frozenset(lost)
+    seen = drive(engine, [(0.0, Command(velocity=(0.05, 0.0, 0.0), lost_legs=lost))], 3.0)
+    assert engine.is_lame
+    assert np.abs(seen.path[-1]).max() < 1e-9
+    assert seen.stance.all()
+
+
 def test_a_pose_does_not_lay_the_trunk_on_the_ground():
     """Low and tilted, each of which alone the legs and the ground allow."""
     robot = load_robot("phantomx-ax")

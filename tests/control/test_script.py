@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+import phasmid
 from phasmid.control import Command, CommandScript, LegCommand, Posture, load_script
 from phasmid.control.script import commands_to_text, script_from_text
 from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
+from phasmid.scenario import Scenario
 
 STEPS = """
 [[command]]
@@ -62,6 +64,14 @@ def body(velocity, pose, dt):
     ahead, left, turn = velocity
     c, s = np.cos(yaw), np.sin(yaw)
     return x + dt * (c * ahead - s * left), y + dt * (s * ahead + c * left), yaw + dt * turn
+
+
+def test_a_lost_leg_that_the_robot_does_not_have_is_refused():
+    script = script_from_text(
+        "format = 1\ncommand = [{time = 0.0, lost_legs = [2]}, {time = 1.0, lost_legs = [9]}]"
+    )
+    with pytest.raises(InvalidInput, match="command 2: lost_legs has 9; the robot has legs 1 to 6"):
+        phasmid.drive(Scenario(), commands=script)
 
 
 def test_waypoints_are_reached_in_order_with_their_headings():

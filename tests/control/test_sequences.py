@@ -233,6 +233,22 @@ def test_a_servo_that_answers_no_more_loses_its_leg_after_a_fifth_of_a_second():
     ]
 
 
+def test_a_lost_leg_that_stands_is_left_to_the_walking_controller_to_fold():
+    """Only legs that a sequence has put somewhere else are held there."""
+    robot, held = ROBOTS["phantomx-ax"], []
+
+    class Holding(Still):
+        def hold(self, leg, q):
+            held.append(leg)
+
+    command = Command(lost_legs=frozenset({2}))
+    # It stands a ten-thousandth of a radian from neutral, so that a sequence begins.
+    run(Sequencer(Holding(), robot), neutral_stance(robot).q + 1e-4, [command] * 200)
+    assert held == []
+    run(Sequencer(Holding(), robot), packing(robot).folded, [command] * 2000)
+    assert held == [1]
+
+
 @pytest.mark.parametrize("seed", [0, 12, 17])
 def test_legs_of_a_resting_robot_fold_past_the_ground(seed):
     """Straight paths of these dip 7 to 37 mm deep; a millimetre is not worth a way round."""

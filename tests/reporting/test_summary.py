@@ -14,6 +14,7 @@ from phasmid.recording import CHANNELS, new_recording
 from phasmid.reporting import Source, print_summary, read_run, summarise
 from phasmid.reporting.numbers import commanded_way
 from phasmid.reporting.steps import SETTLING, away_from_switches
+from phasmid.reporting.text import head
 from phasmid.robot import load_robot
 
 
@@ -299,6 +300,19 @@ def test_a_completed_walk_that_left_its_way_is_warned_of(short_walk, share):
     for attributes in ({"ending": "FELL"}, {"trajectory": "any"}):
         told = lost.assign_attrs(attributes)
         assert not any("of its way" in sentence for sentence in summarise(told)["warnings"])
+
+
+def test_a_driven_robot_that_does_not_get_on_is_warned_of(short_walk):
+    """It walks to and fro across its way, as one before a hole: the distance is no progress."""
+    position = short_walk["body_position"].values * np.array([0.1, 1.0, 1.0])
+    position[:, 1] += 0.08 * np.sin(2 * np.pi * short_walk["time"].values / 4)
+    lost = changed(short_walk, body_position=position)
+    lost.attrs |= {"ending": "COMPLETED", "controller": "any"}
+    summary = summarise(lost)
+    assert "The robot went 10 % of its commanded way." in summary["warnings"]
+    assert dict(head(summary))["How far?"].endswith(
+        "; only 16.00 mm of that in the commanded direction"
+    )
 
 
 def test_a_walk_that_ends_just_before_a_switch_is_judged_as_one_that_ends_on_it():

@@ -78,6 +78,7 @@ def run(
     _refuse(options)
     check_live(options)
     robot = scenario.load_robot()
+    script.check_legs(len(robot.legs))
     rate = options.rate or RATE
     calibration = _calibration(options, robot)
     log = result_folder(options, scenario, [*words, "bus"])

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.command import Command
-from phasmid.control.constraints import REACH, Constraint, VelocityLimit
+from phasmid.control.constraints import REACH, SUPPORT, Constraint, VelocityLimit
 from phasmid.control.estimation.state import DELAY_UPDATES
 from phasmid.control.event_log import EventLog
 from phasmid.control.gait_selection import GaitSelector
@@ -380,6 +380,8 @@ class LocomotionEngine:
             shift, nominal = self._gaits.write(
                 next_reference, command.gait, command.period, command.lost_legs
             )
+            if command.lost_legs:
+                self._require_steps(next_reference, shift, nominal)
         except InvalidGait as error:
             if not command.lost_legs:
                 raise
@@ -429,6 +431,23 @@ class LocomotionEngine:
             share * commanded
         )
         self._applied_scale = math.nan
+
+    def _require_steps(
+        self,
+        reference: Reference,
+        shift: Float[np.ndarray, "2"],
+        nominal: Float[np.ndarray, "legs 3"],
+    ) -> None:
+        """Raise InvalidGait where the remaining legs cannot step on the spot."""
+        base = np.zeros(6)
+        base[:2] = shift
+        model, regions = self._stance(tuple(base), nominal.tobytes())
+        limit = self._limits.steady_walk_constraint(
+            model, regions, record_behind(reference), base, np.zeros(3)
+        )
+        if limit.kind in (REACH, SUPPORT):
+            legs = ", ".join(self.robot.leg_names[i] for i in np.flatnonzero(reference.used == 0))
+            raise InvalidGait(f"without {legs} it cannot step: {limit.sentence(self.robot)}.")
 
     def _set_pose(self, pose: np.ndarray, shift: np.ndarray, standing: bool) -> None:
         """Write the feasible part of a pose for standing or stepping."""

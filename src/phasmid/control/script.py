@@ -195,6 +195,15 @@ class CommandScript(Table):
                 command = entry.after(command)
             self._commands.append(command)
 
+    def check_legs(self, count: int) -> None:
+        """Raise InvalidInput where a command names a lost leg beyond a robot's number of legs."""
+        for number, entry in enumerate(self.command, 1):
+            for leg in entry.lost_legs or ():
+                if leg > count:
+                    raise InvalidInput(
+                        f"command {number}: lost_legs has {leg}; the robot has legs 1 to {count}."
+                    )
+
     def at(self, time: float) -> Command | None:
         """Return the command at a time since the beginning [s]; None after the end."""
         if self.duration is not None and time > self.duration + ROUND_OFF:

@@ -24,6 +24,9 @@ NOTABLE_SWING_LOAD = 0.01
 NOTABLE_LAG = 0.1
 """Notable deviation from the commanded distance or turn, as a share."""
 
+LEAST_PROGRESS = 0.8
+"""Share of its commanded way below which a driven robot is warned of."""
+
 WITHIN_STEP = 0.15
 """Part of a step by which a rest-to-rest walk leads or trails the constant pace within it: the
 largest difference of 10 s³ - 15 s⁴ + 6 s⁵ from s is 0.147."""
@@ -87,20 +90,22 @@ def _feet(summary: dict[str, Any]) -> Iterator[str]:
 def _way(summary: dict[str, Any]) -> Iterator[str]:
     """Warn of a completed walk that missed its commanded distance or turn."""
     run, way = summary["run"], summary["travel"]
-    # A trajectory commands joints only, and a driven robot reports infeasible commands itself.
-    own = run.get("follows") == "trajectory" or run.get("controller")
-    if run.get("ending") != "COMPLETED" or own:
+    # A trajectory commands joints only.
+    if run.get("ending") != "COMPLETED" or run.get("follows") == "trajectory":
         return
     found = []
-    if "distance" in way:
-        ahead = math.hypot(way["commanded_forward"], way["commanded_sideways"])
+    if "distance" in way and "commanded_distance" in way:
         made, planned = way["distance"], way["commanded_distance"]
-        # A way that is not nearly a circle has a direction, and what lies across it is no part.
-        if ahead > planned / 2:
-            along = way["commanded_forward"] * way["forward"]
-            along += way["commanded_sideways"] * way["sideways"]
-            made, planned = along / ahead, ahead
+        if "progress" in way:
+            made = way["progress"]
+            planned = math.hypot(way["commanded_forward"], way["commanded_sideways"])
         found.append(("walked", "way", made, planned))
+    if run.get("controller"):
+        # A driven robot reports infeasible commands itself, and may have reason to be slower.
+        for _, _, made, planned in found:
+            if planned > SHORTEST_DISTANCE and made < LEAST_PROGRESS * planned:
+                yield f"The robot went {100 * made / planned:.0f} % of its commanded way."
+        return
     if "heading_change" in way:
         found.append(("turned", "turn", way["heading_change"], way["commanded_turn"]))
     allowed = NOTABLE_LAG + WITHIN_STEP / max(way["commanded_steps"], 1e-9)

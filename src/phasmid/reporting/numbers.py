@@ -107,7 +107,11 @@ def velocity(run: Run) -> dict[str, Any]:
 
 
 def travel(run: Run) -> dict[str, Any]:
-    """Return distance, drift, heading and tilt of the body."""
+    """Return distance, drift, heading and tilt of the body.
+
+    ``progress`` is the displacement in the commanded direction [m], where the commanded way is not
+    nearly a circle.
+    """
     time = run.time
     duration = float(time[-1] - time[0])
     # Between waypoints the velocity follows from where the robot is: it commands no path.
@@ -142,6 +146,10 @@ def travel(run: Run) -> dict[str, Any]:
             "body_height_change": float(height[-1] - height[0]),
             "body_height_range": float(height.max() - height.min()),
         }
+        ahead = math.hypot(way["forward"], way["sideways"]) if way else 0.0
+        if ahead > 0 and ahead > way["distance"] / 2:
+            along = way["forward"] * forward + way["sideways"] * sideways
+            found["progress"] = along / ahead
     if orientation is not None:
         upright = kinematics.quaternion_rotation(orientation)[:, 2, 2]
         found |= {

@@ -22,6 +22,9 @@ LABEL_WIDTH = 17
 
 ABSENT = "-"
 
+STRAIGHT = 0.9
+"""Share of the distance below which the progress in the commanded direction is printed, too."""
+
 MOST_EVENTS = 5
 """Events of a controller, and waypoints, that are printed."""
 
@@ -124,7 +127,10 @@ def _distance(summary: Summary) -> str:
     if commanded is not None:
         line += f", commanded {_mm(commanded)}"
         line += f" ({100 * way['distance'] / commanded:.1f} %)" if commanded > 1e-3 else ""
-    return f"{line}; {1000 * way['mean_speed']:.1f} mm/s" if "mean_speed" in way else line
+    line += f"; {1000 * way['mean_speed']:.1f} mm/s" if "mean_speed" in way else ""
+    if "progress" in way and way["progress"] < STRAIGHT * way["distance"]:
+        line += f"; only {_mm(way['progress'])} of that in the commanded direction"
+    return line
 
 
 def _agreement(summary: Summary) -> str:

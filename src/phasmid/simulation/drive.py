@@ -11,6 +11,7 @@ from pydantic import TypeAdapter
 
 from phasmid.control import (
     Command,
+    CommandScript,
     Controller,
     EngineSettings,
     LocomotionEngine,
@@ -116,6 +117,8 @@ def new_drive(
     """
     scenario = scenario.driven()
     checked = check_drive(scenario, rate=rate, faults=faults)
+    if isinstance(commands, CommandScript):
+        commands.check_legs(len(scenario.load_robot().legs))
     if controller is None:
         controller = scenario_controller(scenario, rate)
     _check_prescribed(scenario, controller)

@@ -223,10 +223,12 @@ class Sequencer:
         self.events += self._call_walker("take_events") or []
         self.stage, self._route = Stage.STANDING, None
         q = self._targets.position.copy()
-        if hasattr(self.walker, "hold"):
-            q[self._lost] = self._neutral.q[self._lost]
+        # A lost leg that still stands is folded by the walking controller.
+        away = np.abs(q - self._neutral.q).max(axis=1) >= SAME_ANGLE
+        held = [leg for leg in self._lost if away[leg]] if hasattr(self.walker, "hold") else []
+        q[held] = self._neutral.q[held]
         self.walker.reset(replace(observation, joint_position=q))
-        for leg in self._lost:
+        for leg in held:
             self._call_walker("hold", leg, self._targets.position[leg])
 
     def _stop(self, observation: Observation, command: Command, dt: float) -> JointTargets:

@@ -240,7 +240,9 @@ def _data(recording: Recording, summary: Summary, run: Run) -> str:
         cut += "\n… (cut off here)" if len(text) > LONGEST_FILE else ""
         shown.append(f"<details><summary>{file}</summary><pre>{escape(cut)}</pre></details>")
     again = ""
-    if summary["run"].get("kind") in ("simulation", "model"):
+    if "commands" in recording.attrs:
+        again = "# Run it again, and compare bit by bit\nphasmid replay recording.nc\n"
+    elif summary["run"].get("kind") in ("simulation", "model"):
         more = " --trajectory FILE" if summary["run"].get("follows") == "trajectory" else ""
         again = f"# Run it again\nphasmid walk scenario.toml{more} --out ../again\n"
     versions = "".join(
