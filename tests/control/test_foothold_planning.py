@@ -101,3 +101,13 @@ def test_without_new_ground_points_the_feet_alone_sense_the_ground(points):
         Command(),
     )
     assert np.isfinite(engine.state.next_foothold).any()
+
+
+def test_a_depth_sensor_that_never_sends_points_is_reported():
+    engine = LocomotionEngine(ROBOT, terrain_map="points")
+    readings = {"joint_position": engine.state.q.copy(), "contact": np.ones(6, dtype=bool)}
+    engine.reset(Observation(time=0.0, **readings))
+    for time in (0.3, 0.6, 0.9):
+        engine.update(Observation(time=time, **readings), Command())
+    sentences = [sentence for _, sentence in engine.events]
+    assert sentences.count("no ground points arrive; the feet alone sense the ground") == 1

@@ -363,7 +363,8 @@ class LocomotionEngine:
         ground = float(feet[:, 2].mean())
         state.pose_filter[:, 2] = -ground - self.model.height
         state.foot[:] = feet - [0.0, 0.0, ground]
-        self._planned = math.inf
+        # A sensor that never sends points is reported like one that stops.
+        self._planned = time if self.settings.terrain_map == "points" else math.inf
         state.next_foothold[:] = math.nan
         self.model.neutral[:] = self.model.nominal[:] = nominal
         state.line_position[:] = state.touchdown[:] = state.last_foothold[:] = state.foot
