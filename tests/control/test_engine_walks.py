@@ -7,6 +7,7 @@ import pytest
 
 from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control.types import LegPhase
 from phasmid.control.velocity_limits import LEAST_CLEARANCE
 from phasmid.errors import InvalidInput
 from phasmid.gait import GAITS, load_gait
@@ -166,6 +167,20 @@ def test_a_robot_walks_on_five_legs_and_on_six_again():
     way = seen.path[k, 0] - seen.path[round(6.0 / seen.dt), 0]
     assert way > 0.05
     assert engine.is_standing
+
+
+def test_a_lost_leg_folds_upwards():
+    """It folds from the top of a swing; with the acceleration there it would go down first."""
+    engine = engine_of("phantomx-mk4")
+    command = Command(lost_legs=frozenset({2}))
+    heights = []
+    for k in range(1, 401):
+        engine.update(Observation(0.005 * k, engine.state.q.copy()), command)
+        if engine.state.leg_phase[1] == LegPhase.HELD:
+            heights.append(engine.state.foot[1, 2])
+    assert heights[0] == pytest.approx(engine.reference.step_height, abs=1e-3)
+    assert min(heights) == heights[0]
+    np.testing.assert_allclose(engine.state.q[1], engine.model.folded[1])
 
 
 @pytest.mark.parametrize("lost", [{1, 4}, {2, 5}, {3, 6}])
