@@ -402,7 +402,7 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         f"{ground.FASTEST:g} times the commanded speed. The size of *blocks*, 100 mm wide, is the "
         f"range of their heights.{hills} Stairs are 150 mm deep, gaps 100 mm.{others} Cells give "
         "the number of runs that passed, the mean of the largest tilts of all runs, the mean time "
-        "of those that passed, and the failures.\n\n"
+        "of those that passed, and the failures; – was not run.\n\n"
         "A walk like those of one cell; `--terrain-seed`, `--terrain-start-mm` and "
         "`--terrain-yaw-deg` vary it:\n\n"
         f"```\nphasmid drive --robot {ground.ROBOT} --drive ideal-servo --period {ground.PERIOD:g} "
@@ -501,7 +501,9 @@ def of_damage(results: list[study.Case]) -> str:
         "Without two legs that are not adjacent, on level ground; a run passes after "
         f"{1000 * damage.DISTANCE_OF_PAIR:.0f} mm. The second column bounds the support margin "
         "from above: for each remaining leg the other three feet stand at the best places within "
-        "reach of the level body at its neutral height. Below 0 no quasi-static gait walks."
+        "reach of the level body at its neutral height. Below 0 no quasi-static gait walks. "
+        "Where it is small, the engine's four neutral feet and its sway are not all within reach: "
+        "the robot stands, with an event."
         f"\n\n{damage.table_of_pairs(results)}"
     )
 
