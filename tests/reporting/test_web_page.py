@@ -125,6 +125,14 @@ def test_without_scripts_the_still_picture_and_all_numbers_are_there(page, folde
         assert words in text
 
 
+def test_a_drive_is_repeated_with_its_commands(walk):
+    recording = walk(duration=2.0, interval=0.02)
+    recording.attrs["commands"] = "format = 1\ncommand = [{time = 0.0}]\n"
+    page = page_html(recording, summarise(recording), [])
+    assert "phasmid replay recording.nc" in page
+    assert "phasmid walk scenario.toml" not in page
+
+
 def test_hostile_names_are_text_W11(walk):
     recording = hostile_walk(walk(duration=2.0, interval=0.02))
     recording.attrs["phasmid_version"] = HOSTILE

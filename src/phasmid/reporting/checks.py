@@ -102,9 +102,8 @@ def _way(summary: dict[str, Any]) -> Iterator[str]:
         found.append(("walked", "way", made, planned))
     if run.get("controller"):
         # A driven robot reports infeasible commands itself, and may have reason to be slower.
-        for _, _, made, planned in found:
-            if planned > SHORTEST_DISTANCE and made < LEAST_PROGRESS * planned:
-                yield f"The robot went {100 * made / planned:.0f} % of its commanded way."
+        if found and planned > SHORTEST_DISTANCE and made < LEAST_PROGRESS * planned:
+            yield f"The robot went {100 * made / planned:.0f} % of its commanded way."
         return
     if "heading_change" in way:
         found.append(("turned", "turn", way["heading_change"], way["commanded_turn"]))
