@@ -132,6 +132,9 @@ class VirtualPort:
     def closePort(self):
         self.is_open = False
 
+    def reopen(self):
+        self._check()
+
     def getBaudRate(self):
         return self.baudrate
 
@@ -158,7 +161,8 @@ class VirtualPort:
         if self.lost:
             from phasmid.hardware.bus import PortLost
 
-            raise PortLost("virtual")
+            self.is_using = False
+            raise PortLost("virtual", "no such device")
 
     def setPacketTimeout(self, packet_length):
         del packet_length
@@ -186,10 +190,11 @@ def virtual_bus(monkeypatch, *, name="AX-12A", faults=(), seed=0, plant=None, la
     plant = plant or FollowingPlant(len(servos))
     emulator = VirtualEmulator(servos, plant, latency=latency, faults=faults, seed=seed)
     clock = VirtualTime(emulator)
-    for module in ("bus", "robot_bus", "driver", "protection"):
+    for module in ("bus", "robot_bus", "driver", "protection", "torque_off"):
         monkeypatch.setattr(f"phasmid.hardware.{module}.time", clock)
     monkeypatch.setattr(
-        "phasmid.hardware.port.Port", lambda path, baud: VirtualPort(clock, emulator, baud)
+        "phasmid.hardware.port.Port",
+        lambda path, baud, exclusive: VirtualPort(clock, emulator, baud),
     )
     calibration = default_calibration(robot, model(name))
     with Bus("virtual", BAUD, model(name).protocol, latency=latency) as bus:

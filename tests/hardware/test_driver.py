@@ -5,6 +5,7 @@ import math
 import os
 from contextlib import contextmanager
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -68,8 +69,9 @@ def check_reactions(driver, emulator, dead=()):
     for (at, sentence), end in zip(report.events, ends, strict=True):
         rows = (time > at + REACTION) & (time < end)
         if "torque is" in sentence:
-            assert not np.delete(enabled[time > at + REACTION], dead, axis=1).any(), sentence
-        elif "hold their goals" in sentence and rows.any():
+            # Servos have confirmed it before it is said.
+            assert not np.delete(enabled[time > at], dead, axis=1).any(), sentence
+        elif "no goals are written" in sentence and rows.any():
             assert np.ptp(goals[rows], axis=0).max() == 0, sentence
         elif "sits down" in sentence:
             # The servos' own limit of 60°/s counts: feed-forward moves the goals, too. Its register
@@ -96,7 +98,7 @@ def test_a_robot_stands_up_slowly_walks_and_lies_limp_at_the_end(monkeypatch, na
         "stands up.",
         "walks.",
         "sits down.",
-        "of the servos falls.",
+        "limits are lowered.",
         "is off.",
     ]
     assert report.walked == pytest.approx(3.0, abs=1.5 / RATE)
@@ -110,7 +112,9 @@ def test_a_robot_stands_up_slowly_walks_and_lies_limp_at_the_end(monkeypatch, na
     assert np.ptp(goals[(time > 0.05) & (time < begun)], axis=0).max() == 0
     moved = position[time > 0][0] - position[time < begun][-1]
     assert np.abs(moved).max() <= step
-    assert enabled[(time > 0.05) & (time < report.events[-1][0] - 0.05)].all()
+    # Output limits are written to one servo after the other, a round in 0.2 s.
+    lowered = event(report, "limits are lowered") + driver.settings.ramp_time - 0.2
+    assert enabled[(time > begun) & (time < lowered)].all()
     assert not enabled[-1].any()
 
 
@@ -244,9 +248,9 @@ FAULTS = {
     "1 % damaged": (["garbled 0.01"], [], "the robot walks"),
     "20 % damaged": ([f"garbled 0.2 {W}"], [], "is off"),
     "late": (["late 0.05 by 50 ms"], [], "is off"),
-    "all late": ([f"late 1 by 300 ms {W}"], [], "hold their goals"),
-    "silence": ([f"lost 1 {W}"], [], "hold their goals"),
-    "gap": ([f"lost 1 {W} for 0.4 s"], [], "hold their goals"),
+    "all late": ([f"late 1 by 300 ms {W}"], [], "no goals are written"),
+    "silence": ([f"lost 1 {W}"], [], "no goals are written"),
+    "gap": ([f"lost 1 {W} for 0.4 s"], [], "no goals are written"),
     "dead servo": ([f"5 dead {W}"], [], "its leg is lost"),
     "two dead servos": ([f"5 dead {W}", f"14 dead {W}"], [], "servos that do not run"),
     "hot": ([f"5 hot {W}"], [], "75 °C"),
@@ -255,17 +259,17 @@ FAULTS = {
     "phantom": ([f"5 phantom {W}"], [], "is off"),
     "wrong id": ([f"5 answers as 6 {W}"], [], "its leg is lost"),
     "brown-out": ([f"brown-out to 5 V {W} for 0.5 s"], [], "servos have restarted"),
-    "no supply": ([f"brown-out to 5 V {W}"], [], "hold their goals"),
-    "supply comes back": ([f"brown-out to 5 V {W} for 4 s"], [], "output of the servos falls"),
+    "no supply": ([f"brown-out to 5 V {W}"], [], "no goals are written"),
+    "supply comes back": ([f"brown-out to 5 V {W} for 4 s"], [], "torque off is sent"),
     "supply lost while sitting": (
         [f"brown-out to 5 V at {WALKS_AT + 2.5:g} s for 4 s"],
         [],
-        "hold their goals",
+        "no goals are written",
     ),
     "low supply": ([], [(WALKS_AT, low_supply)], "is 6.1 V"),
     "port": ([], [(WALKS_AT, fail_port)], "switch the supply off"),
     "sit": ([], [(WALKS_AT, stop(Reaction.SIT))], "stopped by the user: the robot sits"),
-    "limp": ([], [(WALKS_AT, stop(Reaction.LIMP))], "stopped by the user: the torque"),
+    "limp": ([], [(WALKS_AT, stop(Reaction.LIMP))], "stopped by the user: torque off is sent"),
 }
 
 
@@ -332,18 +336,19 @@ def test_an_x_servo_that_restarts_switches_all_torque_off(monkeypatch):
     assert not emulator.traces()[1][-1].any()
 
 
-def test_torque_is_off_after_the_process_that_guards_it_has_ended(monkeypatch):
+def test_the_robot_sits_down_after_the_process_that_guards_it_has_ended(monkeypatch):
     @contextmanager
-    def guard(port, packet, hold, silence):
-        del port, packet, hold, silence
-        yield lambda: len(driver.report.events) < 2
+    def guard(bus, ids, hold, silence):
+        del bus, ids, hold, silence
+        yield SimpleNamespace(alive=lambda: len(driver.report.events) < 2, gives_up=False)
 
     monkeypatch.setattr("phasmid.hardware.driver.torque_off_after_exit", guard)
     with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, clock):
         driver = new_driver(*robot, bus, settings=DriverSettings())
         report = driver.drive(3.0)
         clock.sleep(1.0)
-    event(report, "has ended: the torque is switched off")
+    event(report, "has ended: the robot sits down")
+    assert report.ending.ending.name == "ABORTED"
     assert not emulator.traces()[1][-1].any()
 
 
@@ -356,7 +361,8 @@ def test_servos_hold_the_measured_angles_even_if_packets_are_lost(monkeypatch):
                 # An old goal, far from the present angle.
                 servo["goal_position"] = 400
             emu.faults.add("lost 0.05", emu.faults.time)
-            joints.hold(math.radians(30))
+            for k in range(18):
+                joints.hold(k, math.radians(30))
             step = joints.bus.models[1].register("goal_position").scale
             for servo, row, q in zip(emu.servos, rows, joints.position.flat, strict=True):
                 assert abs(row.joint_angle(servo._setting().goal) - q) <= step

@@ -13,7 +13,6 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.hardware.control_table import Model, Register, model_of_number
-from phasmid.hardware.packets import BROADCAST, Instruction, encode
 from phasmid.hardware.rates import FACTORY_LATENCY, exchange_time, wire_time
 from phasmid.hardware.status import StatusError, hardware_error, status_error
 
@@ -47,14 +46,20 @@ class BusError(PhasmidError):
 
 
 class PortLost(BusError):
-    """The operating system has lost the port: its adapter was unplugged.
+    """The port fails: its adapter was unplugged or hangs, or another process reads it.
+
+    The same port, or the port opened anew, may work later.
 
     Args:
         path: The port.
+        reason: Error of the operating system or of the library.
     """
 
-    def __init__(self, path: str) -> None:
-        super().__init__(f"the port {path} is lost: its adapter was unplugged.")
+    def __init__(self, path: str, reason: str) -> None:
+        super().__init__(
+            f"the port {path} fails: its adapter was unplugged, or another process reads it "
+            f"({reason.strip().rstrip('.')})."
+        )
 
 
 class ServoReading(NamedTuple):
@@ -81,7 +86,7 @@ class Traffic:
 
 @dataclass
 class Bus:
-    """Servos on a serial port, which no other process can open meanwhile.
+    """Servos on a serial port.
 
     Angles are in rad from the servo's middle, loads are shares of the full output, all other values
     are in SI units.
@@ -92,9 +97,11 @@ class Bus:
         protocol: 1 or 2.
         latency: Latency timer of the USB adapter [s]; None: that of the system, else the
             factory's. It sets how long answers are awaited.
+        models: Models of servos that are known without a scan, by id.
+        exclusive: Whether no other process may open the port meanwhile.
 
     Attributes:
-        models: Models of the servos that `scan` or `add` found, by id.
+        models: Models of the servos that are known, by id; `scan` and `add` add some.
         traffic: Counters of packets.
 
     Raises:
@@ -106,7 +113,8 @@ class Bus:
     protocol: int = 1
     latency: float | None = None
     models: dict[int, Model] = field(default_factory=dict)
-    traffic: Traffic = field(default_factory=Traffic)
+    exclusive: bool = True
+    traffic: Traffic = field(default_factory=Traffic, init=False)
 
     def __post_init__(self) -> None:
         try:
@@ -123,13 +131,25 @@ class Bus:
             self.latency = usb_latency(self.path) or FACTORY_LATENCY
         self._packets: Any = dynamixel_sdk.PacketHandler(float(self.protocol))
         try:
-            self._port: Any = Port(self.path, self.baud)
+            self._port: Any = Port(self.path, self.baud, exclusive=self.exclusive)
         except (OSError, ValueError) as error:
             raise InvalidInput(open_error(self.path, error)) from None
 
-    def fileno(self) -> int:
-        """Return the file descriptor of the port."""
-        return int(self._port.ser.fileno())
+    def reopen(self) -> None:
+        """Close the port, and open it anew by its path.
+
+        Raises:
+            PortLost: It cannot be opened.
+        """
+        self._port.reopen()
+
+    def is_gone(self) -> bool:
+        """Return whether the port is a pseudo-terminal that has ended, as do emulated servos."""
+        return bool(self._port.is_gone())
+
+    def is_open_elsewhere(self) -> bool:
+        """Return whether another process has opened the port for itself alone."""
+        return bool(self._port.is_open_elsewhere())
 
     def close(self) -> None:
         """Close the port."""
@@ -230,16 +250,28 @@ class Bus:
 
     def write_raw(self, id_: int, register: Register, value: int) -> None:
         """Write the value of a register in its own unit."""
-        data = list(register.to_bytes(value))
         for tries in range(TRIES, 0, -1):
-            self._await(11)
-            result, error = self._packets.writeTxRx(
-                self._port, id_, register.address, len(data), data
-            )
-            self._count(result, LONG_SILENCE)
+            result, error = self._write_block(id_, register, value, LONG_SILENCE)
             if self._is_intact(result, error) or tries == 1:
                 break
         self._checked(id_, b"", result, error, f"writing {value} to {register.name}")
+
+    def write_once(self, id_: int, name: str, value: float) -> bool:
+        """Write the value of a register in SI units once; return whether the servo confirms it."""
+        register = self.model(id_).register(name)
+        result, error = self._write_block(id_, register, register.from_si(value), SILENCE)
+        refused = status_error(self.protocol, error) & REFUSALS
+        return result == self._sdk.COMM_SUCCESS and not refused
+
+    def _write_block(
+        self, id_: int, register: Register, value: int, silence: float
+    ) -> tuple[int, int]:
+        """Write a register once; return the library's result and the error byte."""
+        data = list(register.to_bytes(value))
+        self._await(11)
+        result, error = self._packets.writeTxRx(self._port, id_, register.address, len(data), data)
+        self._count(result, silence)
+        return result, error
 
     def _is_intact(self, result: int, error: int) -> bool:
         """Return whether an answer came, and the request had arrived undamaged."""
@@ -253,8 +285,14 @@ class Bus:
         """Return a part of a servo's table, the library's result and the error byte."""
         self._await(14 + 11 + size)
         data, result, error = self._packets.readTxRx(self._port, id_, address, size)
+        result = self._of_size(size, data, result)
         self._count(result, silence)
         return bytes(data), result, error
+
+    def _of_size(self, size: int, data: Sequence[int], result: int) -> int:
+        """Return the result of a read; data that are too short answer an earlier request."""
+        is_short = 0 < len(data) < size
+        return int(self._sdk.COMM_RX_CORRUPT) if is_short else result
 
     def _checked(self, id_: int, data: bytes, result: int, error: int, work: str) -> bytes:
         """Return data, unless the servo did not answer or refused."""
@@ -297,18 +335,12 @@ class Bus:
 
         Raises:
             InvalidInput: The registers are not adjacent, or lie elsewhere in one of the models.
+            PortLost: The port does not take the packet.
         """
         address, size, content = self._sync_write(names, values)
-        self._packets.syncWriteTxOnly(self._port, address, size, content, len(content))
-
-    def packet_to_all(
-        self, names: str | Sequence[str], values: Mapping[int, float | Sequence[float]]
-    ) -> bytes:
-        """Return the packet that `write_all` sends."""
-        address, size, content = self._sync_write(names, values)
-        where = (n.to_bytes(self.protocol, "little") for n in (address, size))
-        parameters = b"".join(where) + bytes(content)
-        return encode(self.protocol, BROADCAST, Instruction.SYNC_WRITE, parameters)
+        result = self._packets.syncWriteTxOnly(self._port, address, size, content, len(content))
+        if result != self._sdk.COMM_SUCCESS:
+            raise PortLost(self.path, self._packets.getTxRxResult(result).rpartition("] ")[2])
 
     def _sync_write(
         self, names: str | Sequence[str], values: Mapping[int, float | Sequence[float]]
@@ -373,11 +405,12 @@ class Bus:
         found: dict[int, Any] = {}
         # The library ends its exchange when it has received a packet.
         for id_, size in sizes.items():
-            answer = self._packets.readRx(self._port, id_, size)
-            self._count(answer[1])
-            if answer[1] == self._sdk.COMM_RX_TIMEOUT:
+            data, result, error = self._packets.readRx(self._port, id_, size)
+            result = self._of_size(size, data, result)
+            self._count(result)
+            if result == self._sdk.COMM_RX_TIMEOUT:
                 break
-            found[id_] = answer
+            found[id_] = data, result, error
         return found
 
     def _reading(

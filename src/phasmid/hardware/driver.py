@@ -11,7 +11,7 @@ from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from jaxtyping import Float
@@ -52,8 +52,25 @@ LATE = 5e-3
 READING_SHARE = 0.7
 """Share of a period after which no further servo is read."""
 
+LIMIT_SHARE = 0.35
+"""Share of a period after which no further output limit is written."""
+
+LONGEST_RAMP = 4.0
+"""Longest time for the confirmation of all output limits, after `DriverSettings.ramp_time` [s]."""
+
 LONGEST_RISE = 60.0
 """Longest time for standing up [s]."""
+
+LONGEST_WALK = 2.0, 10.0
+"""Longest time for walking: this share of its duration, and this time more [s]. The controller's
+time is slower where joints are too slow."""
+
+HOLDS, HOLDS_TIME = 3, 10.0
+"""Holds within a time [s], after which the robot sits down: the bus is not steady."""
+
+OFF_GOAL = math.radians(15)
+"""Distance of a joint from its goal above which it is reported when a posture is reached [rad]. An
+AX-12A with the factory's compliance slope is 9° off at its full torque."""
 
 STEADY_TIME = 0.2
 """Time for which servos must answer again before the robot goes on [s]."""
@@ -71,23 +88,38 @@ START_MARGIN = 0.95
 """Largest speed of the targets as a share of that of the settings, whose unit in the servos is
 coarse."""
 
-TORQUE_OFF_REPEATS = 3
-"""Times that torque off is sent: no servo confirms it."""
-
-
 Sensors = Callable[[], Mapping[str, Any]]
 """Returns fields of an observation."""
 
 
-class Stage(Enum):
-    """Stage of a drive."""
+class Guard(Protocol):
+    """What switches the torque off after this process, see `TorqueOffProcess`."""
 
-    RAMP = "the output of the servos rises"
+    gives_up: bool
+
+    def alive(self) -> bool:
+        """Report that this process does not hang; return whether the guard runs."""
+
+
+class NoGuard:
+    """Stands for a guard where the servos hold after the end of this process."""
+
+    gives_up = False
+
+    def alive(self) -> bool:
+        """Return True."""
+        return True
+
+
+class Stage(Enum):
+    """Stage of a drive: what the driver commands. Only `OFF` states what the servos confirm."""
+
+    RAMP = "the output limits are raised"
     RISE = "the robot stands up"
     WALK = "the robot walks"
-    HOLD = "the servos hold their goals"
+    HOLD = "no goals are written"
     SIT = "the robot sits down"
-    RELEASE = "the output of the servos falls"
+    RELEASE = "the output limits are lowered"
     OFF = "the torque is off"
 
 
@@ -101,6 +133,7 @@ class DriveReport:
 
     Attributes:
         ending: What ended it early; None where it was completed.
+        unconfirmed: Names of the servos that have not confirmed that their torque is off.
         events: Times since the beginning [s] and sentences.
         ticks: Number of ticks.
         late: Ticks that began more than 5 ms late.
@@ -115,6 +148,7 @@ class DriveReport:
     """
 
     ending: Failure | None = None
+    unconfirmed: list[str] = field(default_factory=list)
     events: list[tuple[float, str]] = field(default_factory=list)
     ticks: int = 0
     late: int = 0
@@ -132,8 +166,9 @@ class Driver:
     """Drives a robot on a bus by a controller.
 
     Each tick writes the goals of the tick before, reads servos, checks the readings, and computes
-    the next goals. At the start the servos hold the measured angles while their output rises; then
-    the robot stands up slowly. At the end it sits down and its torque is switched off.
+    the next goals. At the start the servos hold the measured angles while their output limits are
+    raised; then the robot stands up slowly. At the end it sits down and its torque is switched
+    off, which the servos confirm.
 
     Args:
         robot: The robot, whose servos have been inspected, see `phasmid.hardware.inspect_servos`.
@@ -225,13 +260,17 @@ class Driver:
         self._written_at = 0.0
         self._shift = np.zeros_like(robot.position)
         self._begin = self._entered = time.monotonic()
+        self._first_entered: dict[Stage, float] = {}
+        self._holds: list[float] = []
         self._clock = self._walk_clock = 0.0
         self._command = Command(posture=Posture.STANDING)
         self._ended_command = False
         self._paced: PacedTargets | None = None
         self._error: Exception | None = None
         self._goals = self._written = self._written_before = robot.position.copy()
-        self._before_hold, self._steady_since = Stage.WALK, math.inf
+        self._after_hold, self._steady_since = Stage.WALK, math.inf
+        self._port_failures = 0
+        self._guard: Guard = NoGuard()
         self._steered = False
         self._telemetry: dict[str, Any] = {}
 
@@ -245,7 +284,7 @@ class Driver:
         """Drive until the commands end, or for a time of walking [s].
 
         Raises:
-            BusError: The servos do not answer before the start.
+            BusError: The servos do not answer at the start; their torque has been switched off.
             Exception: The controller or a watcher has raised it; the robot has sat down then.
             OutputError: The log cannot be written; the robot has sat down then.
         """
@@ -261,22 +300,21 @@ class Driver:
             force=self._force,
             watch=self.watch,
         )
-        with closing(log), self._guarded() as alive, self._signals():
+        with closing(log), self._guarded(), self._signals():
             # Objects that stay need not be examined during the drive.
             gc.collect()
             gc.freeze()
             try:
                 self._start()
-                self._run(duration, log, alive)
-            except PortLost as error:
-                self._note(f"{error.what} The servos hold their last goals: switch the supply off.")
-                self._end("the port is lost")
+                self._run(duration, log)
             finally:
                 gc.unfreeze()
-                with suppress(PortLost):
-                    self._torque_off()
-            if self._error is None:
+                if self.stage is not Stage.OFF:
+                    self._switch_off()
+            try:
                 log.finish(report.ending, report.events)
+            except Exception as error:
+                self._error = self._error or error
         if self._error is not None:
             raise self._error
         traffic = robot.bus.traffic
@@ -296,12 +334,17 @@ class Driver:
 
     def _start(self) -> None:
         """Let the servos hold the measured angles without output."""
-        self.robot.hold(self.settings.start_speed)
-        self._begin = self._entered = time.monotonic()
-        self.robot.answered_at = self._begin
+        self._begin = time.monotonic()
+        for k in range(len(self.robot.ids)):
+            if self.stop_requested:
+                break
+            self._guard.alive()
+            self.robot.hold(k, self.settings.start_speed)
+        self._entered = self._first_entered[Stage.RAMP] = time.monotonic()
+        self.robot.answered_at = self._entered
 
-    def _run(self, duration: float, log: DriveLog, alive: Callable[[], bool]) -> None:
-        """Tick until the torque is off."""
+    def _run(self, duration: float, log: DriveLog) -> None:
+        """Tick until torque off was sent."""
         report, period, due = self.report, self._period, time.monotonic()
         while True:
             delay = time.monotonic() - due
@@ -311,57 +354,99 @@ class Driver:
             report.ticks += 1
             report.late += delay > LATE
             report.worst_delay = max(report.worst_delay, delay)
-            if not alive():
-                self._react(Reaction.LIMP, "the process that switches the torque off has ended")
+            self._check_driver(delay)
             if self.stage is not Stage.OFF:
-                self._write()
-                self.robot.read(due + READING_SHARE * period)
+                self._exchange(due)
                 self._check()
             if self.stage is Stage.OFF:
                 return
             self._sample(log)
             clock = self._clock
-            self._plan(duration)
+            try:
+                self._plan(duration)
+            except Exception as error:
+                # The robot must not stay as it is; the error is raised when the torque is off.
+                self._error = error
+                cause = f"the controller failed: {error}"
+                self._end(cause)
+                self._enter(Stage.RELEASE, f"{cause}: {Stage.RELEASE.value}.")
             if self._clock == clock:
                 self.controller.monitor.add_load(self.robot.load, period)
             due += period
             time.sleep(max(due - time.monotonic(), 0.0))
 
+    def _check_driver(self, delay: float) -> None:
+        """React to requests, to a hang of this process [s], and to the end of the second one."""
+        if self.stop_requested:
+            self._react(self.stop_requested, STOPPED)
+        if not self._guard.alive():
+            cause = "the process that switches the torque off has ended"
+            self._react(Reaction.SIT, cause)
+        if delay > self.settings.hold_time + HANG_TIME:
+            # The second process may have switched the torque off; goals would switch it on again.
+            self._react(Reaction.LIMP, f"the driver hung for {delay:.1f} s")
+
+    def _exchange(self, due: float) -> None:
+        """Write what the stage needs, and read servos, in the period from a time [s]."""
+        try:
+            self._write(due)
+            self.robot.read(due + READING_SHARE * self._period)
+            self._port_failures = 0
+        except PortLost as error:
+            # To the servos this is silence. The same port may work again, or the port opened anew.
+            self._port_failures += 1
+            if self._port_failures == 1:
+                self._note(error.what)
+            else:
+                with suppress(PortLost):
+                    self.robot.bus.reopen()
+
     def _enter(self, stage: Stage, sentence: str = "") -> None:
         self.stage, self._entered = stage, time.monotonic()
+        self._first_entered.setdefault(stage, self._entered)
         self._note(sentence or f"{stage.value}.")
 
-    def _end(self, cause: str) -> None:
-        """Set how the drive ends."""
+    def _time_of(self, stage: Stage) -> float:
+        """Return the time since a stage was first entered [s]; holds do not restart it."""
+        return time.monotonic() - self._first_entered[stage]
+
+    def _end(self, cause: str) -> bool:
+        """Set how the drive ends, unless a fault has set it; return whether it was set.
+
+        A fault after a stop by the user counts, too.
+        """
+        earlier = self.report.ending
+        is_stop = cause == STOPPED
+        if earlier is not None and (is_stop or earlier.ending is Ending.ABORTED):
+            return False
         at = f"at {time.monotonic() - self._begin:.1f} s"
-        ending, reason = Ending.ABORTED, f"{at}: {cause}"
-        if cause == STOPPED:
+        if is_stop:
             ending, reason = Ending.STOPPED, at
+        else:
+            after = f", after a stop by the user {earlier.reason}" if earlier else ""
+            ending, reason = Ending.ABORTED, f"{at}: {cause}{after}"
         self.report.ending = Failure(ending, self.report.ticks, reason)
+        return True
 
     def _note(self, sentence: str) -> None:
         event = time.monotonic() - self._begin, sentence
         self.report.events.append(event)
         if self.on_event is not None:
             # A terminal that was closed must not end the drive.
-            with suppress(OSError):
+            with suppress(OSError, ValueError):
                 self.on_event(*event)
 
     # Goals ---------------------------------------------------------------------------------------
 
-    def _write(self) -> None:
-        """Write what the stage needs."""
+    def _write(self, due: float) -> None:
+        """Write what the stage needs in the period from a time [s]."""
         robot, settings, stage = self.robot, self.settings, self.stage
         share = (time.monotonic() - self._entered) / max(settings.ramp_time, 1e-9)
+        until = due + LIMIT_SHARE * self._period
         if stage is Stage.RAMP:
-            robot.set_torque_limit(min(share, 1.0))
-        elif stage is Stage.RISE:
-            # One packet may be lost.
-            robot.set_torque_limit(1.0)
+            robot.limit_output(min(share, 1.0), until)
         elif stage is Stage.RELEASE:
-            robot.set_torque_limit(max(1.0 - share, 0.0))
-            if share >= 1.0:
-                self._torque_off()
+            robot.limit_output(max(1.0 - share, 0.0), until)
         if stage in MOVING:
             goals = np.clip(self._goals + self._shift, robot.low, robot.high)
             # The servos' own limit protects where the driver ends during the motion.
@@ -377,9 +462,9 @@ class Driver:
 
     def _plan(self, duration: float) -> None:
         """Compute the next goals, and enter the next stage where this one is over."""
-        stage, elapsed = self.stage, time.monotonic() - self._entered
+        stage, settings = self.stage, self.settings
         if stage is Stage.RAMP:
-            if elapsed >= self.settings.ramp_time:
+            if (self.robot.output_limit == 1.0).all():
                 self.controller.reset(self._observe())
                 self.controller.monitor.temperature = self.robot.temperature.copy()
                 self._paced = PacedTargets(self._goals, self._period, self._update)
@@ -387,33 +472,48 @@ class Driver:
             return
         if self._paced is None or stage in (Stage.HOLD, Stage.RELEASE):
             return
-        try:
-            self._goals = self._paced.advance(START_MARGIN * self._speed())
-        except Exception as error:
-            # The robot must not stay as it is; the error is raised when it lies.
-            self._error = error
-            self._end(f"the controller failed: {error}")
-            self._enter(Stage.RELEASE, f"the controller failed: {Stage.RELEASE.value}.")
-            return
+        self._goals = self._paced.advance(START_MARGIN * self._speed())
         self._take_events()
-        posture = self._telemetry.get("sequence")
+        posture, elapsed = self._telemetry.get("sequence"), self._time_of(stage)
         if stage is Stage.RISE and posture == Sequence.STANDING.value:
             self._walk_clock = self._clock
             if self._estimator is not None:
                 self._estimator.reset(self._read())
+            self._note_joints_off_goal()
             self._enter(Stage.WALK)
         elif stage is Stage.RISE and elapsed > LONGEST_RISE:
-            cause = f"it does not stand after {LONGEST_RISE:g} s"
-            self._end(cause)
-            self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
+            self._sit(f"it does not stand after {LONGEST_RISE:g} s")
         elif stage is Stage.WALK:
             self.report.walked = self._clock - self._walk_clock
+            share, more = LONGEST_WALK
             if self._ended_command or self.report.walked >= duration:
                 self._enter(Stage.SIT)
-        elif stage is Stage.SIT and (
-            posture == Sequence.LYING.value or elapsed > self.settings.sit_time
-        ):
+            elif elapsed > share * duration + more:
+                walked = f"{self.report.walked:.1f} of {duration:g} s"
+                self._sit(f"it walked {walked} within {elapsed:.0f} s")
+        elif stage is Stage.SIT and posture == Sequence.LYING.value:
+            self._note_joints_off_goal()
             self._enter(Stage.RELEASE)
+        elif stage is Stage.SIT and elapsed > settings.sit_time:
+            cause = f"it does not lie after {settings.sit_time:g} s"
+            self._end(cause)
+            self._enter(Stage.RELEASE, f"{cause}: {Stage.RELEASE.value}.")
+
+    def _sit(self, cause: str) -> None:
+        """Let the robot sit down for a fault."""
+        self._end(cause)
+        self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
+
+    def _note_joints_off_goal(self) -> None:
+        """Report joints that are far from their goals when a posture is reached."""
+        robot = self.robot
+        off = np.abs(robot.position - self._goals)
+        far = [
+            f"{robot.names[k]} {math.degrees(off.flat[k]):.0f}°"
+            for k in np.flatnonzero((off > OFF_GOAL) & robot.running)
+        ]
+        if far:
+            self._note(f"joints are away from their goals: {', '.join(far)}.")
 
     def _update(self) -> Float[np.ndarray, "legs 3"]:
         """Update the controller after another period of its clock, and return its targets."""
@@ -485,79 +585,122 @@ class Driver:
     # Protection ----------------------------------------------------------------------------------
 
     def _check(self) -> None:
-        """React to readings and requests."""
+        """React to readings."""
         robot, report, now = self.robot, self.report, time.monotonic()
         report.hottest = max(report.hottest, float(robot.temperature.max()))
         predicted = float(self.controller.monitor.temperature.max())
         report.hottest_predicted = max(report.hottest_predicted, predicted)
-        known = robot.voltage[robot.voltage > 0]
-        report.lowest_voltage = min(report.lowest_voltage, float(known.min(initial=math.inf)))
-        if self.stop_requested:
-            self._react(self.stop_requested, STOPPED)
+        report.lowest_voltage = min(report.lowest_voltage, float(robot.voltage.min()))
         reaction, cause = self._protection.check(self.controller.monitor)
+        if self.stage is Stage.RAMP:
+            self._check_ramp()
+        elif self.stage is Stage.RELEASE and self._time_of(Stage.RELEASE) > self.settings.ramp_time:
+            self._switch_off()
         if self.stage is Stage.HOLD and reaction is not Reaction.LIMP:
             self._hold(reaction, cause, now)
         else:
             self._react(reaction, cause)
+
+    def _check_ramp(self) -> None:
+        """Switch the torque off where a servo shuts down, or does not confirm its output limit."""
+        robot, excess = self.robot, self._time_of(Stage.RAMP) - self.settings.ramp_time
+        if robot.has_shut_down.any():
+            name = robot.names[int(np.argmax(robot.has_shut_down))]
+            self._react(Reaction.LIMP, f"the servo of {name} has shut down")
+        elif excess > LONGEST_RAMP:
+            name = robot.names[int(np.argmax(robot.output_limit != 1.0))]
+            cause = f"the servo of {name} does not confirm its output limit"
+            self._react(Reaction.LIMP, cause)
 
     def _react(self, reaction: Reaction, cause: str) -> None:
         """Enter the stage of a reaction, unless a stronger one acts."""
         stage = self.stage
         if reaction is Reaction.NONE or stage is Stage.OFF:
             return
-        stops = reaction is Reaction.LIMP or stage is Stage.RAMP
-        sits = stage is Stage.SIT and reaction is Reaction.SIT
-        if not stops and (sits or stage in (Stage.RELEASE, Stage.HOLD)):
-            return
-        if stops or reaction is not Reaction.HOLD:
+        if reaction is Reaction.LIMP or stage is Stage.RAMP:
             self._end(cause)
-        if stops:
-            self._note(f"{cause}: the torque is switched off.")
-            self._torque_off()
+            self._note(f"{cause}: torque off is sent.")
+            self._switch_off()
         elif reaction is Reaction.HOLD:
-            self._before_hold = stage
-            self._steady_since = math.inf
-            self._enter(Stage.HOLD, f"{cause}: {Stage.HOLD.value}.")
+            if stage in (Stage.RISE, Stage.WALK, Stage.SIT):
+                self._begin_hold(cause)
+        elif stage in (Stage.RISE, Stage.WALK):
+            self._sit(cause)
         else:
-            self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
+            # It sits down already, or will after the hold.
+            if stage is Stage.HOLD:
+                self._after_hold = Stage.SIT
+                self._first_entered.setdefault(Stage.SIT, time.monotonic())
+            if self._end(cause):
+                self._note(f"{cause}.")
+
+    def _begin_hold(self, cause: str) -> None:
+        """Write no goals until the servos answer again."""
+        now = time.monotonic()
+        self._after_hold, self._steady_since = self.stage, math.inf
+        self._holds = [at for at in self._holds if now - at < HOLDS_TIME] + [now]
+        self._enter(Stage.HOLD, f"{cause}: {Stage.HOLD.value}.")
+        if len(self._holds) >= HOLDS and self._after_hold is not Stage.SIT:
+            self._end(f"{cause}, {HOLDS} times in {HOLDS_TIME:g} s")
+            self._after_hold = Stage.SIT
 
     def _hold(self, reaction: Reaction, cause: str, now: float) -> None:
         """Go on where the servos answer again with their torque on; sit down after a while."""
-        robot = self.robot
+        robot, settings = self.robot, self.settings
+        lasts = now - self._entered > settings.hold_time
+        sits = self._after_hold is Stage.SIT and Stage.SIT in self._first_entered
+        if sits and self._time_of(Stage.SIT) > settings.sit_time:
+            lasts = True
         if reaction is not Reaction.NONE:
             self._steady_since = math.inf
-            if now - self._entered > self.settings.hold_time:
-                self._end(cause)
+            if not lasts:
+                return
+            self._end(cause)
+            if robot.is_silent:
                 # Goals to a silent bus would move servos whose supply comes back.
-                stage = Stage.RELEASE if robot.is_silent else Stage.SIT
-                self._enter(stage, f"{cause}: {stage.value}.")
+                self._note(f"{cause}: torque off is sent.")
+                self._switch_off()
+            else:
+                self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
             return
         self._steady_since = min(self._steady_since, now)
         if now - self._steady_since < STEADY_TIME:
             return
-        if not robot.torque_is_on():
-            self._react(Reaction.LIMP, "servos have restarted, and are limp")
+        try:
+            is_on = robot.torque_is_on()
+        except PortLost:
+            self._steady_since = math.inf
+            return
+        if is_on:
+            self._enter(self._after_hold, f"servos answer again: {self._after_hold.value}.")
         else:
-            self._enter(self._before_hold, f"servos answer again: {self._before_hold.value}.")
+            self._react(Reaction.LIMP, "servos have restarted, and are limp")
 
-    def _torque_off(self) -> None:
-        """Switch the torque off, and send it again in case that a packet is lost."""
-        for _ in range(TORQUE_OFF_REPEATS):
-            self.robot.torque_off()
-            time.sleep(2e-3)
-        if self.stage is not Stage.OFF:
+    def _switch_off(self) -> None:
+        """Send torque off until the servos confirm it, and report those that do not."""
+        report, robot = self.report, self.robot
+        report.unconfirmed = robot.switch_torque_off(self.settings.off_time, self._guard.alive)
+        if not report.unconfirmed:
             self._enter(Stage.OFF)
+            return
+        names = ", ".join(report.unconfirmed)
+        which = "any servo" if len(report.unconfirmed) == len(robot.ids) else names
+        sentence = f"torque off is not confirmed by {which}: switch the supply off"
+        ending = report.ending
+        reason = f"{ending.reason}; {sentence}" if ending else sentence
+        report.ending = Failure(Ending.ABORTED, report.ticks, reason)
+        self._guard.gives_up = True
+        self._enter(Stage.OFF, f"{sentence}.")
 
     @contextmanager
-    def _guarded(self) -> Iterator[Callable[[], bool]]:
-        """Switch the torque off after this process; yield whether that is sure."""
+    def _guarded(self) -> Iterator[None]:
+        """Run a second process that switches the torque off after this one, unless it holds."""
         if self.settings.after_exit == "hold":
-            yield lambda: True
+            yield
             return
-        bus, hold = self.robot.bus, self.settings.hold_time
-        packet = bus.packet_to_all("torque_enable", dict.fromkeys(self.robot.ids, 0.0))
-        with torque_off_after_exit(bus.fileno(), packet, hold, hold + HANG_TIME) as alive:
-            yield alive
+        bus, ids, hold = self.robot.bus, self.robot.ids, self.settings.hold_time
+        with torque_off_after_exit(bus, ids, hold, hold + HANG_TIME) as self._guard:
+            yield
 
     @contextmanager
     def _signals(self) -> Iterator[None]:
@@ -606,4 +749,4 @@ class Driver:
         except Exception as error:
             # Without its log the robot must not walk on; the error is raised when it lies.
             self._error = error
-            self._react(Reaction.SIT, "the log cannot be written")
+            self._sit("the log cannot be written")

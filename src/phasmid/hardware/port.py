@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import errno
 import time
+from contextlib import suppress
+from pathlib import Path
 
 import serial
 from dynamixel_sdk import PortHandler
@@ -16,16 +18,24 @@ from phasmid.hardware.bus import PortLost
 READ_TIMEOUT = 1e-3
 """Longest time that a read waits for its bytes [s]."""
 
+WRITE_TIMEOUT = 0.1
+"""Longest time in which the system must take a packet [s]. A packet takes 5 ms at 57,600 baud; an
+adapter that hangs takes none, and must not block the driver."""
+
+TERMINALS = "/dev/pts/"
+"""Folder of pseudo-terminals, such as the ports of emulated servos."""
+
 LONGEST_DRAIN = 0.5
 """Time after which a line that is never silent is used again [s]."""
 
 
 class Port(PortHandler):  # type: ignore[misc]
-    """A serial port that this process alone has open.
+    """A serial port.
 
     Args:
         path: The port.
         baud: Baud rate [1/s].
+        exclusive: Whether no other process may open it.
 
     Attributes:
         patience: Time for which an answer is awaited [s].
@@ -33,20 +43,71 @@ class Port(PortHandler):  # type: ignore[misc]
 
     is_open: bool
 
-    def __init__(self, path: str, baud: int) -> None:
+    def __init__(self, path: str, baud: int, *, exclusive: bool = True) -> None:
         super().__init__(path)
         self.baudrate, self.patience = baud, 0.05
-        self._deadline = 0.0
+        self._deadline, self._exclusive = 0.0, exclusive
         self.setupPort(baud)
 
     def setupPort(self, cflag_baud: int) -> bool:
         """Open the port; the library calls it too."""
         if self.is_open:
             self.closePort()
-        self.ser = serial.Serial(self.port_name, cflag_baud, timeout=READ_TIMEOUT, exclusive=True)
+        self.ser = serial.Serial(
+            self.port_name,
+            cflag_baud,
+            timeout=READ_TIMEOUT,
+            write_timeout=WRITE_TIMEOUT,
+            exclusive=self._exclusive,
+        )
         self.is_open = True
         self.ser.reset_input_buffer()
         return True
+
+    def closePort(self) -> None:
+        """Close the port; the library calls it too."""
+        with suppress(OSError):
+            # The system waits for up to 30 s until an adapter has taken what was written.
+            self.ser.reset_output_buffer()
+        self.ser.close()
+        self.is_open = False
+
+    def reopen(self) -> None:
+        """Close the port, and open it anew by its path.
+
+        Raises:
+            PortLost: It cannot be opened, or is a pseudo-terminal.
+        """
+        if self.port_name.startswith(TERMINALS):
+            # The system gives the name to another terminal, such as the user's shell.
+            raise PortLost(self.port_name, "a pseudo-terminal does not come back")
+        self.closePort()
+        try:
+            self.setupPort(self.baudrate)
+        except (OSError, ValueError) as error:
+            raise self._failure(error) from error
+
+    def is_gone(self) -> bool:
+        """Return whether the port is a pseudo-terminal that has ended."""
+        return self.port_name.startswith(TERMINALS) and not Path(self.port_name).exists()
+
+    def is_open_elsewhere(self) -> bool:
+        """Return whether another process has opened the port for itself alone."""
+        import fcntl
+
+        if not self.ser.is_open:
+            return False
+        try:
+            fcntl.flock(self.ser.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return True
+        fcntl.flock(self.ser.fileno(), fcntl.LOCK_UN)
+        return False
+
+    def _failure(self, error: Exception) -> PortLost:
+        """Return the error of a port that fails; the next packet may be sent all the same."""
+        self.is_using = False
+        return PortLost(self.port_name, str(error))
 
     def clearPort(self) -> None:
         """Do nothing: the library waits here until all is sent, which a lost port never ends."""
@@ -55,23 +116,23 @@ class Port(PortHandler):  # type: ignore[misc]
         """Read bytes that arrive before the timeout.
 
         Raises:
-            PortLost: The adapter is gone.
+            PortLost: The port fails.
         """
         try:
             return bytes(self.ser.read(length))
         except OSError as error:
-            raise PortLost(self.port_name) from error
+            raise self._failure(error) from error
 
     def writePort(self, packet: bytes) -> int:
         """Write bytes.
 
         Raises:
-            PortLost: The adapter is gone.
+            PortLost: The port fails, or takes no packet.
         """
         try:
             return int(self.ser.write(packet) or 0)
         except OSError as error:
-            raise PortLost(self.port_name) from error
+            raise self._failure(error) from error
 
     def setPacketTimeout(self, packet_length: int) -> None:  # noqa: ARG002
         """Begin to wait for an answer: as long as `patience`, whatever the library thinks."""

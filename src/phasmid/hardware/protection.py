@@ -47,11 +47,12 @@ class DriverSettings:
     Attributes:
         start_speed: Largest joint speed until the robot stands [rad/s].
         sit_speed: Largest joint speed while it sits down [rad/s].
-        ramp_time: Time in which the output of the servos rises at the start, and falls after
+        ramp_time: Time in which the output limits are raised at the start, and lowered after
             sitting down [s].
         hold_time: Time of holding after which it sits down, or goes limp where the driver's process
             has ended [s].
-        sit_time: Longest time for sitting down [s].
+        sit_time: Longest time for sitting down, holds included [s].
+        off_time: Longest time for which torque off is sent until all servos confirm it [s].
         temperature_margin: It sits down where a servo is warmer than its limit less this [K].
         voltage_margin: It sits down where a supply is below the servo's limit and this [V].
         lost_legs: Most lost legs with which it walks on.
@@ -64,6 +65,7 @@ class DriverSettings:
     ramp_time: float = 1.0
     hold_time: float = 2.0
     sit_time: float = 20.0
+    off_time: float = 3.0
     temperature_margin: float = 5.0
     voltage_margin: float = 0.3
     lost_legs: int = 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from phasmid.hardware.bus import MONITORED, Bus, BusError, ServoReading
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.rates import read_time
 from phasmid.hardware.status import StatusError, hardware_error
+from phasmid.hardware.torque_off import switch_torque_off
 from phasmid.motion.trajectory import joint_names
 from phasmid.robot import Robot
 
@@ -80,8 +81,8 @@ class RobotBus:
         high: Highest targets [rad], shape (L, 3).
         position: Last credible angles of the joints [rad], shape (L, 3); NaN before the first.
         load: Last outputs, as shares of the largest, shape (L, 3).
-        voltage: Last supplies [V], shape (L, 3).
-        temperature: Last temperatures [°C], shape (L, 3).
+        voltage: Last supplies [V], shape (L, 3); NaN before the first.
+        temperature: Last temperatures [°C], shape (L, 3); NaN before the first.
         read_at: Times of these readings by the monotonic clock [s], shape (L, 3).
         misses: Readings in a row without an answer, shape (L, 3).
         doubts: Answers in a row whose angle is not credible, shape (L, 3).
@@ -90,6 +91,9 @@ class RobotBus:
         health_readings: The same of supply and temperature, shape (L, 3).
         limp: Readings in a row of torque that is off without a shutdown, shape (L, 3); protocol 1.0
             does not read it, since a goal switches the torque on.
+        has_shut_down: Servos that have shut down since the start, shape (L, 3).
+        output_limit: Largest outputs that the servos have confirmed since the start, as shares of
+            the full one, shape (L, 3); NaN before.
         answered_at: Time of the last answer of any servo [s].
 
     Raises:
@@ -121,16 +125,20 @@ class RobotBus:
         in_ampere = ["current_limit" in model.registers for model in self._models]
         self._load_scale = np.where(in_ampere, 1 / stall, 1.0)
         self.position, self.read_at = np.full(shape, np.nan), np.full(shape, -np.inf)
-        self.load, self.voltage, self.temperature = np.zeros((3, *shape))
+        self.load = np.zeros(shape)
+        self.voltage, self.temperature = np.full((2, *shape), np.nan)
         self.misses: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.doubts: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.shutdowns: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.readings: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
         self.health_readings = np.zeros(shape, dtype=int)
         self.limp: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
+        self.has_shut_down = np.zeros(shape, dtype=bool)
+        self.output_limit = np.full(shape, np.nan)
         self.answered_at = self._health_at = time.monotonic()
         self._doubted, self._tried = np.full(shape, np.nan), np.full(shape, -np.inf)
         self._queue = list(range(len(rows)))
+        self._limit_queue = list(range(len(rows)))
         self._common_read = all(model.reads != "single" for model in self._models)
         self._names = FAST[bus.protocol]
         self._delay = bus.read(self.ids[0], "return_delay_time")
@@ -180,19 +188,22 @@ class RobotBus:
         """Read each servo until a second reading confirms its angle, `START_READINGS` at most.
 
         Raises:
-            BusError: The angle of a servo is not known afterwards.
+            BusError: Angle, supply or temperature of a servo is not known afterwards.
         """
         for _ in range(START_READINGS):
-            for k in np.flatnonzero(np.isnan(self.position)).tolist():
+            for k in np.flatnonzero(self._is_unknown()).tolist():
                 self._take(k, self.bus.read_all([self.ids[k]], self._names)[self.ids[k]])
                 self._take_health(k)
-        unknown = np.isnan(self.position)
-        if unknown.any():
-            k = int(np.argmax(unknown))
+        if self._is_unknown().any():
+            k = int(np.argmax(self._is_unknown()))
             raise BusError(
-                f"servo {self.ids[k]} ({self.names[k]}) gives no steady angle.",
+                f"servo {self.ids[k]} ({self.names[k]}) gives no steady readings.",
                 hint="check its cable, and that no two servos have this id",
             )
+
+    def _is_unknown(self) -> Bool[np.ndarray, "legs 3"]:
+        """Return the servos of which a reading is not known, shape (L, 3)."""
+        return np.isnan(self.position) | np.isnan(self.voltage) | np.isnan(self.temperature)
 
     def read(self, until: float) -> None:
         """Read servos until a time of the monotonic clock [s], one at least.
@@ -240,7 +251,7 @@ class RobotBus:
         torque, errors, self.voltage[at], self.temperature[at] = reading.values.values()
         self.health_readings[at] += 1
         has_shut_down = bool(hardware_error(int(errors)) & SHUTDOWNS)
-        self.shutdowns[at] = self.shutdowns[at] + 1 if has_shut_down else 0
+        self._take_shutdown(at, has_shut_down)
         self.limp[at] = 0 if torque or has_shut_down else self.limp[at] + 1
 
     def _take(self, k: int, reading: ServoReading | None) -> None:
@@ -270,8 +281,12 @@ class RobotBus:
         if health:
             self.voltage[at], self.temperature[at] = health
             self.health_readings[at] += 1
-            has_shut_down = bool(reading.error & SHUTDOWNS)
-            self.shutdowns[at] = self.shutdowns[at] + 1 if has_shut_down else 0
+            self._take_shutdown(at, bool(reading.error & SHUTDOWNS))
+
+    def _take_shutdown(self, at: tuple[int, int], is_reported: bool) -> None:
+        """Take whether a servo reports a shutdown."""
+        self.shutdowns[at] = self.shutdowns[at] + 1 if is_reported else 0
+        self.has_shut_down[at] |= self.shutdowns[at] >= CONFIRMED
 
     # Settings and goals --------------------------------------------------------------------------
 
@@ -284,43 +299,71 @@ class RobotBus:
         values = {id_: (angle, speed) for id_, angle in zip(self.ids, angles.tolist(), strict=True)}
         self.bus.write_all(("goal_position", "goal_speed"), values)
 
-    def hold(self, speed: float) -> None:
-        """Switch the torque on without output, with the measured angles as goals.
+    def hold(self, k: int, speed: float) -> None:
+        """Switch the torque of a servo on without output, with the measured angle as its goal.
 
-        Each servo confirms each write: a lost goal would turn it to an old one.
+        The servo confirms each write: a lost goal would turn it to an old one.
 
         Args:
-            speed: The servos' own speed limit [rad/s].
+            k: Number of the servo, leg by leg.
+            speed: The servo's own speed limit [rad/s].
 
         Raises:
-            BusError: A servo does not confirm.
+            BusError: The servo does not confirm.
         """
-        goals = (self._zero + self._sign * np.clip(self.position, self.low, self.high)).ravel()
-        for id_, goal in zip(self.ids, goals.tolist(), strict=True):
-            self.bus.write(id_, self._limit, 0.0)
-            self.bus.write(id_, "goal_speed", speed)
-            self.bus.write(id_, "goal_position", goal)
-            self.bus.write(id_, "torque_enable", 1.0)
-        # Before, all servos were limp.
-        self.limp[:] = 0
+        id_, at = self.ids[k], divmod(k, 3)
+        q = np.clip(self.position[at], self.low[at], self.high[at])
+        self.bus.write(id_, self._limit, 0.0)
+        self.bus.write(id_, "goal_speed", speed)
+        self.bus.write(id_, "goal_position", float(self._zero[at] + self._sign[at] * q))
+        self.bus.write(id_, "torque_enable", 1.0)
+        # Before, it was limp.
+        self.limp[at], self.output_limit[at] = 0, 0.0
 
-    def torque_off(self) -> None:
-        """Switch the torque of all servos off; none confirms it."""
-        self.bus.write_all("torque_enable", dict.fromkeys(self.ids, 0.0))
+    def switch_torque_off(self, duration: float, alive: Callable[[], object]) -> list[str]:
+        """Send torque off until all servos confirm it, see `torque_off.switch_torque_off`.
 
-    def set_torque_limit(self, share: float) -> None:
-        """Limit the output of servos to a share of their largest.
+        Args:
+            duration: Longest time [s].
+            alive: Called before each reading.
 
-        Servos that have shut down are left out: those of the AX and MX series would start again.
+        Returns:
+            Names of the servos that have not confirmed it.
         """
-        down = (self.shutdowns > 0).ravel()
-        limits = {
-            id_: share * full
-            for (id_, full), is_down in zip(self._full.items(), down, strict=True)
-            if not is_down
-        }
-        if limits:
-            self.bus.write_all(self._limit, limits)
+        remaining = switch_torque_off(self.bus, self.ids, duration, alive)
+        return [name for name, id_ in zip(self.names, self.ids, strict=True) if id_ in remaining]
+
+    def limit_output(self, share: float, until: float) -> None:
+        """Write the output limit of servos in turn, one at least, until a time.
+
+        The limit of the AX and MX series also ends a shutdown. Each write follows a reading of
+        the same servo, and a servo that has shut down keeps its limit. Where a shutdown comes
+        between reading and write, 3 ms, the servo runs again.
+
+        Args:
+            share: Largest output, as a share of the full one.
+            until: Time of the monotonic clock [s].
+
+        Raises:
+            PortLost: The port fails.
+        """
+        shuts_down = (self.shutdowns > 0) | self.has_shut_down
+        due = [
+            k
+            for k in self._limit_queue
+            if self.output_limit.flat[k] != share and self.running.flat[k]
+            if not shuts_down.flat[k]
+        ]
+        for k in due:
+            id_, at = self.ids[k], divmod(k, 3)
+            self._take(k, self.bus.read_all([id_], self._names)[id_])
+            is_sound = not (self.misses[at] or self.doubts[at] or self.shutdowns[at])
+            if is_sound and self.bus.write_once(id_, self._limit, share * self._full[id_]):
+                self.output_limit[at] = share
+            self._limit_queue.remove(k)
+            self._limit_queue.append(k)
+            if time.monotonic() > until:
+                return
 
     def torque_is_on(self) -> bool:
         """Read whether the torque is on of all servos that run."""

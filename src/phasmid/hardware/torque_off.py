@@ -1,85 +1,248 @@
-"""Switches the torque of servos off after the driver's process has ended or hangs.
+"""Switch the torque of servos off, confirmed by reading back.
 
-    python torque_off.py FD HOLD SILENCE PACKET
-
-The driver starts this program with the open port as file descriptor FD, and sends a byte through
-its standard input in each period. PACKET (hexadecimal) goes to the port HOLD seconds after the end
-of that stream, or after SILENCE seconds without a byte. The byte ``q`` ends the program without
-it. It imports nothing of phasmid, so that it starts at once.
+The driver starts this module as a second process, which switches the torque off after the driver's
+process has ended or hangs. It loads the bus alone, so that it starts in 0.3 s.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import select
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from typing import Any
 
-REPEATS, PAUSE = 5, 0.02
-"""How often the packet is sent, and the time between [s]: one may be lost."""
+from phasmid.hardware.bus import Bus, BusError, PortLost
+from phasmid.hardware.control_table import model
+
+READ_BACK = "torque_enable", "present_temperature"
+"""Registers that are read back as one block. No other read has as many bytes, so that a late answer
+to an earlier request is not taken for this one."""
+
+CONFIRMATIONS = 2
+"""Readings in a row without torque that confirm it: a single one may be damaged undetected."""
+
+REOPEN_PAUSE = 0.05
+"""Time between attempts with a port that fails [s]."""
+
+START_TIME = 20.0
+"""Longest time for the start of the second process [s]: 0.3 s on a machine without other work."""
+
+RETRY_TIME, RETRY_PAUSE = 0.9, 0.5
+"""Time for which the second process sends torque off again and again, and its pause after it [s].
+18 servos confirm in 0.1 s."""
+
+PORT = "path", "baud", "protocol", "latency"
+"""Arguments of `Bus` that the second process gets."""
+
+ALIVE, READY, GIVES_UP, QUIT = b".", b"r", b"g", b"q"
+"""Messages: the driver does not hang; the second process is ready; the driver gives up without a
+confirmation; the torque is off."""
+
+
+def switch_torque_off(
+    bus: Bus,
+    ids: Sequence[int],
+    duration: float,
+    alive: Callable[[], object] = lambda: None,
+) -> list[int]:
+    """Send torque off until all servos confirm it by reading back.
+
+    A port that fails is tried again, and opened anew.
+
+    Args:
+        bus: The bus, with the models of the servos.
+        ids: Ids of the servos.
+        duration: Longest time [s].
+        alive: Called before each reading.
+
+    Returns:
+        Ids of the servos that have not confirmed it.
+    """
+    end = time.monotonic() + duration
+    zeros, confirmed = dict.fromkeys(ids, 0.0), dict.fromkeys(ids, 0)
+    remaining, fails = list(ids), 0
+    while remaining:
+        alive()
+        id_ = remaining.pop(0)
+        try:
+            # One packet may be lost, or reach some servos only.
+            bus.write_all("torque_enable", zeros)
+            reading = bus.read_all([id_], READ_BACK)[id_]
+            fails = 0
+        except PortLost:
+            reading = None
+            fails += 1
+            if fails > 1:
+                with suppress(PortLost):
+                    bus.reopen()
+            time.sleep(REOPEN_PAUSE)
+        if reading is not None and reading.values:
+            is_off = reading.values["torque_enable"] == 0
+            confirmed[id_] = confirmed[id_] + 1 if is_off else 0
+        if confirmed[id_] < CONFIRMATIONS:
+            remaining.append(id_)
+        if time.monotonic() > end:
+            break
+    return sorted(remaining)
+
+
+# The second process, as the driver sees it --------------------------------------------------------
+
+
+_going_on: list[TorqueOffProcess] = []
+"""Second processes that go on after a drive of this process."""
+
+
+class TorqueOffProcess:
+    """A second process that switches the torque off after this one has ended or hangs.
+
+    Args:
+        settings: Port, models of the servos, and times, see `torque_off_after_exit`.
+
+    Attributes:
+        gives_up: Whether this process could not confirm that the torque is off: the second one
+            goes on with it.
+    """
+
+    def __init__(self, settings: Mapping[str, Any]) -> None:
+        self.gives_up = False
+        # Without -P a file of the working folder could replace a module.
+        command = [sys.executable, "-P", "-m", __name__, json.dumps(settings)]
+        self._process = subprocess.Popen(  # noqa: S603
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            # It may outlive this process; readers of its streams would wait for its end.
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            # Signals to the driver's group must not reach it.
+            start_new_session=True,
+        )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._to, self._from = self._process.stdin, self._process.stdout
+
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return self._process.pid
+
+    def is_ready(self) -> bool:
+        """Wait for its start; return whether it can switch the torque off."""
+        ready = select.select([self._from], [], [], START_TIME)[0]
+        return bool(ready) and self._from.read(1) == READY
+
+    def alive(self) -> bool:
+        """Report that this process does not hang; return whether the second one runs."""
+        self._send(ALIVE)
+        return self._process.poll() is None
+
+    def close(self) -> None:
+        """Let it end, unless it goes on."""
+        if self.gives_up and self.alive():
+            # The open pipe tells it whether this process still has the port.
+            self._send(GIVES_UP)
+            _going_on.append(self)
+            return
+        self._send(QUIT)
+        try:
+            self._process.wait(timeout=START_TIME)
+        except subprocess.TimeoutExpired:
+            self.kill()
+        for stream in (self._to, self._from):
+            stream.close()
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._process.kill()
+        self._process.wait()
+
+    def _send(self, message: bytes) -> None:
+        with suppress(OSError):
+            self._to.write(message)
 
 
 @contextmanager
 def torque_off_after_exit(
-    port: int, packet: bytes, hold: float, silence: float
-) -> Iterator[Callable[[], bool]]:
-    """Run the program for as long as the context lasts.
+    bus: Bus, ids: Sequence[int], hold: float, silence: float
+) -> Iterator[TorqueOffProcess]:
+    """Run the second process for as long as the context lasts.
 
     Args:
-        port: File descriptor of the open port.
-        packet: Instruction packet that switches the torque off.
-        hold: Time from the end of this process to the packet [s].
-        silence: Time without a call of the yielded function before the packet [s].
+        bus: The bus, with the models of the servos.
+        ids: Ids of the servos.
+        hold: Time from the end of this process to torque off [s].
+        silence: Time without a call of `TorqueOffProcess.alive` before torque off [s].
 
-    Yields:
-        A function to be called in each period, which returns whether the program still runs.
+    Raises:
+        BusError: It does not start.
     """
-    command = [sys.executable, "-I", __file__, str(port), f"{hold:g}", f"{silence:g}"]
-    with subprocess.Popen(  # noqa: S603
-        [*command, packet.hex()],
-        stdin=subprocess.PIPE,
-        pass_fds=(port,),
-        bufsize=0,
-        # Signals to the driver's group must not reach it.
-        start_new_session=True,
-    ) as program:
-        pipe = program.stdin
-        assert pipe is not None
+    while _going_on:
+        # That of an earlier drive would switch the torque off in this one.
+        earlier = _going_on.pop()
+        earlier.gives_up = False
+        earlier.kill()
+        earlier.close()
+    second = TorqueOffProcess(
+        {
+            "port": {name: getattr(bus, name) for name in PORT},
+            "models": {id_: bus.model(id_).name for id_ in ids},
+            "hold": hold,
+            "silence": silence,
+        }
+    )
+    try:
+        if not second.is_ready():
+            raise BusError("the process that switches the torque off does not start.")
+        yield second
+    finally:
+        second.close()
 
-        def alive() -> bool:
-            with suppress(OSError):
-                pipe.write(b".")
-            return program.poll() is None
 
-        try:
-            yield alive
-        finally:
-            with suppress(OSError):
-                pipe.write(b"q")
+# The second process -------------------------------------------------------------------------------
 
 
 def main() -> None:
     """Wait for the end of the driver, then switch the torque off."""
-    port, hold, silence = int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3])
-    packet = bytes.fromhex(sys.argv[4])
-    for ignored in (signal.SIGTERM, signal.SIGHUP):
+    settings = json.loads(sys.argv[1])
+    for ignored in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(ignored, signal.SIG_IGN)
-    while select.select([0], [], [], silence)[0]:
-        received = os.read(0, 4096)
-        if b"q" in received:
+    models = {int(id_): model(name) for id_, name in settings["models"].items()}
+    # The driver has the port, too.
+    with Bus(**settings["port"], models=models, exclusive=False) as bus:
+        os.write(1, READY)
+        while select.select([0], [], [], settings["silence"])[0]:
+            received = os.read(0, 4096)
+            if QUIT in received:
+                return
+            if GIVES_UP in received:
+                break
+            if not received:
+                time.sleep(settings["hold"])
+                break
+        _go_on(bus, sorted(models))
+
+
+def _go_on(bus: Bus, ids: list[int]) -> None:
+    """Switch the torque off, until it is confirmed, the port is gone, or another process has it."""
+    has_ended = False
+    while ids := switch_torque_off(bus, ids, RETRY_TIME):
+        time.sleep(RETRY_PAUSE)
+        while not has_ended and select.select([0], [], [], 0.0)[0]:
+            received = os.read(0, 4096)
+            if QUIT in received:
+                return
+            has_ended = not received
+        if bus.is_gone():
             return
-        if not received:
-            time.sleep(hold)
-            break
-    # An adapter that was unplugged takes no packet.
-    with suppress(OSError):
-        for _ in range(REPEATS):
-            os.write(port, packet)
-            time.sleep(PAUSE)
+        if has_ended and bus.is_open_elsewhere():
+            return
 
 
 if __name__ == "__main__":
