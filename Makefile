@@ -136,8 +136,9 @@ bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, s
 stress: $(DEVELOP) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
 	@"$(BIN)/python" benchmarks/stress.py $(ARGS)
 
-bus-faults: $(DEVELOP) ## drive a robot on an emulated bus with 21 faults of 20 seeds each
-	@PHASMID_FAULT_SEEDS=20 "$(BIN)/python" -m pytest tests/hardware/test_driver.py -k fault_ends $(ARGS)
+bus-faults: $(DEVELOP) ## drive robots on an emulated bus with faults in each stage: 2 hours (ARGS=-k=overload)
+	@PHASMID_FAULT_SEEDS=20 "$(BIN)/python" -m pytest tests/hardware/test_driver.py \
+		tests/hardware/test_torque_truth.py tests/hardware/kills_on_bus.py -k "fault_ends or true or kill" $(ARGS)
 
 bad-input: $(DEVELOP) ## give bad inputs of every kind, each to be refused in one sentence (ARGS=urdf)
 	@"$(BIN)/python" benchmarks/bad_input.py $(ARGS)

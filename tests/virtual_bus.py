@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from phasmid.control import Command
+from phasmid.control.sequences import packing
 from phasmid.hardware import (
     Bus,
     Driver,
@@ -85,6 +86,15 @@ class FollowingPlant:
 
     def heat(self, index, temperature):
         self.temperature[index] = temperature
+
+
+def folded(name="AX-12A"):
+    """Return servos that turn to their goals, and begin with the robot's legs folded."""
+    robot = load_scenario("paper").replace(robot="phantomx-ax").load_robot()
+    plant, rows = FollowingPlant(18), default_calibration(robot, model(name))
+    angles = packing(robot).folded.ravel()
+    plant.position = np.array([r.servo_angle(q) for r, q in zip(rows, angles, strict=True)])
+    return plant
 
 
 class VirtualEmulator(Emulator):

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from phasmid.control import Command
-from phasmid.control.sequences import packing
 from phasmid.errors import InvalidInput
 from phasmid.hardware import (
     DriverSettings,
@@ -24,7 +23,7 @@ from phasmid.hardware import (
 from phasmid.hardware.paced_targets import PacedTargets
 from phasmid.recording import load_recording
 from phasmid.scenario import load_scenario
-from virtual_bus import FollowingPlant, new_driver, virtual_bus
+from virtual_bus import folded, new_driver, virtual_bus
 
 RATE = 50.0
 WALKS_AT = 6.0
@@ -35,15 +34,6 @@ REACTION = 0.2
 
 SEEDS = int(os.environ.get("PHASMID_FAULT_SEEDS", "0"))
 """Seeds of each fault; 0: one seed of some faults. `make bus-faults` takes 20."""
-
-
-def folded(name="AX-12A"):
-    """Return servos that turn to their goals, and begin with the robot's legs folded."""
-    robot = load_scenario("paper").replace(robot="phantomx-ax").load_robot()
-    plant, rows = FollowingPlant(18), default_calibration(robot, model(name))
-    angles = packing(robot).folded.ravel()
-    plant.position = np.array([r.servo_angle(q) for r, q in zip(rows, angles, strict=True)])
-    return plant
 
 
 def driven(monkeypatch, *, name="AX-12A", faults=(), seed=0, at=(), duration=3.0, **arguments):
@@ -324,6 +314,34 @@ def test_a_failing_controller_lowers_the_robot_and_raises_its_error(monkeypatch)
         assert not emulator.traces()[1][-1].any()
 
 
+def test_a_fault_after_a_stop_by_the_user_counts(monkeypatch):
+    at = [(WALKS_AT, stop(Reaction.SIT)), (WALKS_AT + 0.5, low_supply)]
+    _, _, report = driven(monkeypatch, at=at)
+    assert report.ending.ending.name == "ABORTED"
+    assert "is 6.1 V, after a stop by the user at" in report.ending.sentence
+
+
+def test_a_robot_on_a_bus_that_falls_silent_again_and_again_sits_down(monkeypatch):
+    gaps = [f"lost 1 at {WALKS_AT + 1.5 * k:g} s for 0.3 s" for k in range(3)]
+    _, _, report = driven(monkeypatch, faults=gaps, duration=30.0)
+    assert report.walked < 10.0
+    event(report, "servos answer again: the robot sits down")
+    assert "3 times in 10 s" in report.ending.sentence
+
+
+def test_a_joint_that_does_not_follow_is_named_when_the_robot_stands(monkeypatch):
+    plant = folded()
+    advance = plant.advance
+
+    def block_one(steps, goal, enabled):
+        advance(steps, np.where(np.arange(18) == 4, plant.position, goal), enabled)
+
+    plant.advance = block_one
+    with virtual_bus(monkeypatch, plant=plant) as (*robot, bus, _, _):
+        report = new_driver(*robot, bus).drive(1.0)
+    event(report, "joints are away from their goals: right_middle.femur")
+
+
 def test_an_x_servo_that_restarts_switches_all_torque_off(monkeypatch):
     def restart(driver, emulator, bus):
         emulator.servos[6].reboot()
@@ -418,6 +436,39 @@ def test_angles_that_no_servo_can_reach_in_time_are_not_believed(monkeypatch):
         # A random angle is believed where it is within 10° plus what the servo turns: no farther.
         assert np.abs(joints.position - before).max() < math.radians(20)
         assert joints.running.all()
+
+
+def test_a_short_answer_to_an_earlier_request_is_not_taken(monkeypatch):
+    """A late answer with fewer bytes than were requested is that of another request."""
+    with virtual_bus(monkeypatch, plant=folded()) as (_, _, _, bus, emulator, _):
+        # An answer is awaited for 12 ms; the second request is lost.
+        for text in "late 1 by 20 ms for 0.01 s", "lost 1 at 0.012 s for 0.01 s":
+            emulator.faults.add(text, emulator.faults.time)
+        bus.read_all([1], ["torque_limit"])
+        before = bus.traffic.damaged
+        assert bus.read_all([1], ["torque_enable", "present_temperature"])[1] is None
+        assert bus.traffic.damaged == before + 1
+
+
+def test_a_port_that_takes_no_bytes_fails_in_time(tmp_path):
+    """A pseudo-terminal that nobody reads takes 4 kB, as an adapter that hangs does."""
+    pty = pytest.importorskip("pty")
+    pytest.importorskip("dynamixel_sdk")
+    from phasmid.hardware.bus import PortLost
+    from phasmid.hardware.port import Port
+
+    master, slave = pty.openpty()
+    port = Port(os.ttyname(slave), 1_000_000)
+
+    def fill():
+        for _ in range(100):
+            port.writePort(bytes(1000))
+
+    with pytest.raises(PortLost):
+        fill()
+    port.closePort()
+    os.close(slave)
+    os.close(master)
 
 
 # Inspection ---------------------------------------------------------------------------------------

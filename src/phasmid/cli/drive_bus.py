@@ -29,6 +29,14 @@ if TYPE_CHECKING:
 EMULATED = "emulated"
 """Name of the port that stands for an emulated robot."""
 
+EMULATE = """import sys
+from phasmid.parent_death import end_with_parent
+end_with_parent(int(sys.argv[1]))
+from phasmid.cli import main
+sys.exit(main(sys.argv[2:]))
+"""
+"""Program of the emulated robot, which ends with this process."""
+
 RATE = 50.0
 """Updates a second where no rate is given."""
 
@@ -123,7 +131,11 @@ def run(
                     input()
             driver.on_event = _print_event
         with _keys(driver), served_driver(driver, options):
-            report = driver.drive(scenario.duration)
+            try:
+                report = driver.drive(scenario.duration)
+            except Exception:
+                _print_unconfirmed(driver.report)
+                raise
     if not options.quiet:
         _print_report(report, rate)
         if log.exists():
@@ -186,7 +198,8 @@ def _emulated(
     options: argparse.Namespace, scenario: Scenario, calibration: Sequence[ServoCalibration]
 ) -> Iterator[str]:
     """Run an emulated robot in another process; yield its port."""
-    command = [sys.executable, "-m", "phasmid", "bus", "emulate", "--robot", str(scenario.robot)]
+    command = [sys.executable, "-P", "-c", EMULATE, str(os.getpid())]
+    command += ["bus", "emulate", "--robot", str(scenario.robot)]
     command += ["--baud", str(options.baud), "--return-delay-us", "0"]
     command += ["--model", calibration[0].model]
     if options.calibration:
@@ -256,6 +269,12 @@ def _print_report(report: DriveReport, rate: float) -> None:
         rows.append(["lowest supply", f"{report.lowest_voltage:.1f} V"])
     say()
     print_table(rows)
+
+
+def _print_unconfirmed(report: DriveReport) -> None:
+    """Print which servos have not confirmed that their torque is off, before an error is."""
+    if report.unconfirmed and report.ending is not None:
+        say(f"phasmid: {report.ending.sentence}", file=sys.stderr)
 
 
 def _print_event(time: float, sentence: str) -> None:

@@ -120,7 +120,7 @@ class Bus:
         try:
             import dynamixel_sdk
 
-            from phasmid.hardware.port import Port, open_error
+            from phasmid.hardware.port import FAILURES, Port, open_error
         except ModuleNotFoundError:
             raise InvalidInput(
                 "the servo bus needs the extra hardware, which is not installed.",
@@ -132,7 +132,7 @@ class Bus:
         self._packets: Any = dynamixel_sdk.PacketHandler(float(self.protocol))
         try:
             self._port: Any = Port(self.path, self.baud, exclusive=self.exclusive)
-        except (OSError, ValueError) as error:
+        except FAILURES as error:
             raise InvalidInput(open_error(self.path, error)) from None
 
     def reopen(self) -> None:

@@ -390,10 +390,12 @@ class Driver:
         """Write what the stage needs, and read servos, in the period from a time [s]."""
         try:
             self._write(due)
+            self._written_at = time.monotonic()
             self.robot.read(due + READING_SHARE * self._period)
             self._port_failures = 0
         except PortLost as error:
             # To the servos this is silence. The same port may work again, or the port opened anew.
+            self._written_at = time.monotonic()
             self._port_failures += 1
             if self._port_failures == 1:
                 self._note(error.what)
@@ -452,7 +454,6 @@ class Driver:
             # The servos' own limit protects where the driver ends during the motion.
             robot.write_goals(goals, 0.0 if stage is Stage.WALK else self._speed())
             self._written_before, self._written = self._written, goals
-        self._written_at = time.monotonic()
 
     def _speed(self) -> float:
         """Return the largest joint speed of the stage [rad/s]."""

@@ -15,6 +15,15 @@ from dynamixel_sdk import PortHandler
 
 from phasmid.hardware.bus import PortLost
 
+try:
+    import termios
+except ModuleNotFoundError:
+    # Windows
+    FAILURES: tuple[type[Exception], ...] = OSError, ValueError
+else:
+    FAILURES = OSError, ValueError, termios.error
+"""Errors of a port that fails, or cannot be opened."""
+
 READ_TIMEOUT = 1e-3
 """Longest time that a read waits for its bytes [s]."""
 
@@ -66,7 +75,7 @@ class Port(PortHandler):  # type: ignore[misc]
 
     def closePort(self) -> None:
         """Close the port; the library calls it too."""
-        with suppress(OSError):
+        with suppress(*FAILURES):
             # The system waits for up to 30 s until an adapter has taken what was written.
             self.ser.reset_output_buffer()
         self.ser.close()
@@ -84,7 +93,7 @@ class Port(PortHandler):  # type: ignore[misc]
         self.closePort()
         try:
             self.setupPort(self.baudrate)
-        except (OSError, ValueError) as error:
+        except FAILURES as error:
             raise self._failure(error) from error
 
     def is_gone(self) -> bool:
@@ -120,7 +129,7 @@ class Port(PortHandler):  # type: ignore[misc]
         """
         try:
             return bytes(self.ser.read(length))
-        except OSError as error:
+        except FAILURES as error:
             raise self._failure(error) from error
 
     def writePort(self, packet: bytes) -> int:
@@ -131,7 +140,7 @@ class Port(PortHandler):  # type: ignore[misc]
         """
         try:
             return int(self.ser.write(packet) or 0)
-        except OSError as error:
+        except FAILURES as error:
             raise self._failure(error) from error
 
     def setPacketTimeout(self, packet_length: int) -> None:  # noqa: ARG002

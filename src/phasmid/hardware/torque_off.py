@@ -232,15 +232,13 @@ def main() -> None:
 def _go_on(bus: Bus, ids: list[int]) -> None:
     """Switch the torque off, until it is confirmed, the port is gone, or another process has it."""
     has_ended = False
-    while ids := switch_torque_off(bus, ids, RETRY_TIME):
+    while not bus.is_gone() and (ids := switch_torque_off(bus, ids, RETRY_TIME)):
         time.sleep(RETRY_PAUSE)
         while not has_ended and select.select([0], [], [], 0.0)[0]:
             received = os.read(0, 4096)
             if QUIT in received:
                 return
             has_ended = not received
-        if bus.is_gone():
-            return
         if has_ended and bus.is_open_elsewhere():
             return
 

@@ -1,0 +1,134 @@
+"""The second process, which switches the torque off after the driver's process: in real time."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from cable import Cable, runs, wait
+from phasmid.hardware import Bus, Emulator, make_servos
+from virtual_bus import FollowingPlant
+
+pytest.importorskip("dynamixel_sdk")
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+IDS = [1, 2, 3]
+
+HOLDER = """
+import sys, time
+from phasmid.hardware import Bus
+from phasmid.hardware.torque_off import torque_off_after_exit
+port, protocol, gives_up = sys.argv[1], int(sys.argv[2]), sys.argv[3]
+with Bus(port, protocol=protocol) as bus:
+    ids = [1, 2, 3]
+    while len(bus.models) < 3:
+        # On a busy machine an answer may be late.
+        bus.scan(ids)
+    with torque_off_after_exit(bus, ids, 0.3, 5.0) as second:
+        for id_ in ids:
+            while not bus.write_once(id_, "torque_enable", 1.0):
+                pass
+        print(second.pid, flush=True)
+        while gives_up == "no":
+            second.alive()
+            time.sleep(0.02)
+        sys.stdin.read()
+        second.gives_up = True
+"""
+"""Holds the torque of three servos: until it is killed, or its input ends."""
+
+
+@contextmanager
+def held(tmp_path, name="AX-12A", *, gives_up=False):
+    """Yield servos whose torque is on, their cable, the holder and the second process's number."""
+    servos = make_servos(name, IDS, baud=1_000_000)
+    emulator = Emulator(servos, FollowingPlant(len(IDS)))
+    with emulator, Cable(tmp_path / "port", emulator.port) as cable:
+        arguments = [str(cable.path), str(servos[0].protocol), "yes" if gives_up else "no"]
+        with subprocess.Popen(
+            [sys.executable, "-P", "-c", HOLDER, *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        ) as holder:
+            second = 0
+            try:
+                second = int(holder.stdout.readline())
+                assert all(servo["torque_enable"] for servo in servos)
+                yield servos, cable, holder, second
+            finally:
+                holder.kill()
+                if second and runs(second):
+                    os.kill(second, signal.SIGKILL)
+
+
+def is_off(servos):
+    return not any(servo["torque_enable"] for servo in servos)
+
+
+@pytest.mark.parametrize("name", ["AX-12A", "XL430-W250"])
+def test_torque_is_off_after_the_driver_was_killed(tmp_path, name):
+    with held(tmp_path, name) as (servos, _, holder, second):
+        holder.kill()
+        wait(lambda: is_off(servos))
+        wait(lambda: not runs(second))
+
+
+def test_it_goes_on_until_a_broken_line_is_repaired(tmp_path):
+    with held(tmp_path) as (servos, cable, holder, second):
+        cable.is_cut = True
+        holder.kill()
+        # 0.3 s of hold and the first attempts of 0.9 s.
+        with pytest.raises(subprocess.TimeoutExpired):
+            subprocess.run(["tail", f"--pid={second}", "-f", "/dev/null"], timeout=2.5, check=False)
+        assert not is_off(servos)
+        cable.is_cut = False
+        wait(lambda: is_off(servos))
+        wait(lambda: not runs(second))
+
+
+def test_it_opens_an_adapter_anew_that_was_unplugged(tmp_path):
+    with held(tmp_path) as (servos, cable, holder, second):
+        cable.unplug()
+        holder.kill()
+        with pytest.raises(subprocess.TimeoutExpired):
+            subprocess.run(["tail", f"--pid={second}", "-f", "/dev/null"], timeout=2.0, check=False)
+        assert not is_off(servos)
+        cable.plug()
+        wait(lambda: is_off(servos))
+        wait(lambda: not runs(second))
+
+
+def test_it_goes_on_where_the_driver_gives_up(tmp_path):
+    with held(tmp_path, gives_up=True) as (servos, cable, holder, second):
+        cable.is_cut = True
+        holder.stdin.close()
+        assert holder.wait() == 0
+        assert runs(second)
+        assert not is_off(servos)
+        cable.is_cut = False
+        wait(lambda: is_off(servos))
+        wait(lambda: not runs(second))
+
+
+def test_it_leaves_the_port_to_another_process(tmp_path):
+    with held(tmp_path) as (servos, cable, holder, second):
+        cable.is_cut = True
+        holder.kill()
+        holder.wait()
+        with Bus(str(cable.path)):
+            wait(lambda: not runs(second))
+        assert not is_off(servos)
+
+
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_signals_do_not_reach_it(tmp_path, name):
+    with held(tmp_path) as (servos, _, holder, second):
+        os.kill(second, getattr(signal, name))
+        os.killpg(os.getpgid(second), getattr(signal, name))
+        holder.kill()
+        wait(lambda: is_off(servos))

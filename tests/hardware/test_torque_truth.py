@@ -1,0 +1,170 @@
+"""What is said of the torque against the registers of the servos: stages, faults and ends.
+
+In virtual time; registers are read past the bus. `make bus-faults` runs all cells, the tests a
+dozen of them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from phasmid.hardware.driver import LONGEST_RAMP, LONGEST_RISE, LONGEST_WALK, Stage
+from phasmid.recording import load_recording
+from virtual_bus import folded, new_driver, virtual_bus
+
+WHOLE = bool(os.environ.get("PHASMID_FAULT_SEEDS"))
+
+DURATION = 3.0
+"""Time of walking [s]."""
+
+OVERRUN = 1.0
+"""Time by which ticks with lost answers may last longer, in all stages together [s]."""
+
+STOP_TIME = 25.0
+"""Longest time from the first Ctrl-C to the end of the drive [s]."""
+
+STAGES = {
+    "ramp": (Stage.RAMP, 0.4),
+    "rise": (Stage.RISE, 1.0),
+    "stand": (Stage.WALK, 1.0),
+    "walk": (Stage.WALK, 1.0),
+    "sit": (Stage.SIT, 0.4),
+}
+"""Stage in which a fault begins, and the time from the stage's beginning [s]."""
+
+
+def lose_port(clock, bus, duration):
+    bus._port.lost = True
+    if math.isfinite(duration):
+        clock.at(clock.now + duration, lambda: setattr(bus._port, "lost", False))
+
+
+def lower_supply(emulator):
+    emulator.plant.voltage[:] = 6.1
+
+
+FAULTS = {
+    "none": lambda emulator, clock, bus: None,
+    "silent": ["lost 1"],
+    "garbled": ["garbled 1"],
+    "late": ["late 1 by 50 ms"],
+    "15 % lost": ["lost 0.15"],
+    "50 % lost": ["lost 0.5"],
+    "95 % lost": ["lost 0.95"],
+    "lost, garbled and late": ["lost 0.1", "garbled 0.05", "late 0.1 by 50 ms"],
+    "port gone": lambda emulator, clock, bus: lose_port(clock, bus, math.inf),
+    "second reader": lambda emulator, clock, bus: lose_port(clock, bus, 1.0),
+    "overload": ["5 overload"],
+    "hot": ["5 hot"],
+    "low supply": lambda emulator, clock, bus: lower_supply(emulator),
+    "two legs dead": ["5 dead", "14 dead"],
+}
+
+ENDS = "none", "Ctrl-C twice"
+
+CELLS = [
+    ("ramp", "silent", "none", "AX-12A"),
+    ("ramp", "overload", "none", "AX-12A"),
+    ("ramp", "overload", "none", "MX-28"),
+    ("rise", "port gone", "none", "AX-12A"),
+    ("rise", "overload", "none", "AX-12A"),
+    ("stand", "second reader", "none", "XL430-W250"),
+    ("walk", "garbled", "Ctrl-C twice", "AX-12A"),
+    ("walk", "95 % lost", "none", "XL430-W250"),
+    ("walk", "late", "none", "AX-12A"),
+    ("sit", "15 % lost", "none", "AX-12A"),
+    ("sit", "two legs dead", "none", "AX-12A"),
+    ("sit", "low supply", "Ctrl-C twice", "AX-12A"),
+]
+if WHOLE:
+    CELLS = [
+        (stage, fault, end, servo)
+        for servo in ("AX-12A", "MX-28", "XL430-W250")
+        for stage in STAGES
+        for fault in FAULTS
+        for end in ENDS
+    ]
+
+
+@pytest.mark.parametrize(("stage", "fault", "end", "servo"), CELLS)
+def test_what_is_said_of_the_torque_is_true(monkeypatch, tmp_path, stage, fault, end, servo):
+    """In each cell, at the end:
+
+    - "the torque is off" was said if and only if no servo is named; then all registers are 0.
+    - A servo whose torque is on is named with "switch the supply off", and the status is not 0.
+    - A servo that has shut down runs at no time afterwards.
+    - The drive ends within the sum of its stages, and within 25 s of a Ctrl-C.
+    - The log states the same ending.
+    """
+    entered, delay = STAGES[stage]
+    begun, stopped = [], []
+    velocity = (0.0, 0.0, 0.0) if stage == "stand" else (0.06, 0.0, 0.0)
+    with virtual_bus(monkeypatch, name=servo, plant=folded(servo), seed=3) as parts:
+        *robot, bus, emulator, clock = parts
+        driver = new_driver(*robot, bus, velocity=velocity, log=tmp_path / "a.mcap")
+
+        def strike():
+            begun.append(clock.now)
+            if callable(FAULTS[fault]):
+                FAULTS[fault](emulator, clock, bus)
+            else:
+                for text in FAULTS[fault]:
+                    emulator.faults.add(text, emulator.faults.time)
+            if end == "Ctrl-C twice":
+                clock.at(clock.now + 0.5, interrupt)
+                clock.at(clock.now + 1.5, interrupt)
+
+        def interrupt():
+            stopped.append(clock.now)
+            if driver.stage is not Stage.OFF:
+                signal.raise_signal(signal.SIGINT)
+
+        def look():
+            since = driver._first_entered.get(entered)
+            if since is not None and clock.now >= since + delay:
+                strike()
+            else:
+                clock.at(clock.now + 0.01, look)
+
+        clock.at(0.0, look)
+        # A signal after the drive is that of the test.
+        monkeypatch.setattr(signal, "default_int_handler", lambda *_: None)
+        report = driver.drive(DURATION)
+        finished = clock.now
+    assert begun
+    _, enabled, _, _ = emulator.traces()
+    on = {
+        name for name, one in zip(driver.robot.names, emulator.servos, strict=True) if one.enabled
+    }
+    sentences = [sentence for _, sentence in report.events]
+    assert on <= set(report.unconfirmed)
+    assert ("the torque is off." in sentences) == (not report.unconfirmed)
+    assert ("switch the supply off" in sentences[-1]) == bool(report.unconfirmed)
+    if report.unconfirmed:
+        assert report.ending.ending.name == "ABORTED"
+        assert "not confirmed" in report.ending.sentence
+    if fault in ("overload", "hot"):
+        after = np.array([row[0] for row in emulator.history]) > begun[0] + 0.05
+        assert not enabled[after, 4].any()
+        assert report.ending is not None or fault == "overload"
+    if fault == "two legs dead":
+        assert report.ending.ending.name == "ABORTED"
+    if fault == "none":
+        name = report.ending.ending.name if report.ending else None
+        assert name == ("STOPPED" if end == "Ctrl-C twice" else None)
+    share, more = LONGEST_WALK
+    settings = driver.settings
+    last = settings.sit_time + settings.ramp_time + settings.off_time + OVERRUN
+    before = settings.ramp_time + LONGEST_RAMP + LONGEST_RISE + share * DURATION + more
+    assert finished - driver._begin < before + last
+    if stopped:
+        assert finished - stopped[0] < STOP_TIME
+    recording = load_recording(tmp_path / "a.mcap") if (tmp_path / "a.mcap").exists() else None
+    if recording is not None:
+        ending = report.ending.ending.name if report.ending else "COMPLETED"
+        assert recording.attrs["ending"] == ending
