@@ -265,17 +265,13 @@ FAULTS = {
 
 SHORT = (
     "1 % lost",
-    "silence",
     "gap",
-    "two dead servos",
-    "low supply",
     "brown-out",
     "supply comes back",
     "supply lost while sitting",
-    "port",
     "limp",
 )
-"""Faults of the short run."""
+"""Faults of the short run, beside those of test_torque_truth.py."""
 
 
 @pytest.mark.parametrize("seed", range(max(SEEDS, 1)))
@@ -319,6 +315,23 @@ def test_a_fault_after_a_stop_by_the_user_counts(monkeypatch):
     _, _, report = driven(monkeypatch, at=at)
     assert report.ending.ending.name == "ABORTED"
     assert "is 6.1 V, after a stop by the user at" in report.ending.sentence
+
+
+def test_a_driver_that_hung_sends_torque_off_and_no_goal(monkeypatch):
+    """The second process switches the torque off after 3 s; a goal switches an AX-12A on again."""
+    with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, clock):
+        hangs = [5.0]
+
+        def command(time, observation):
+            if time > 1.0 and hangs:
+                clock.sleep(hangs.pop())
+            return Command((0.03, 0.0, 0.0))
+
+        report = new_driver(*robot, bus, commands=command).drive(3.0)
+    hung = event(report, "the driver hung for 5.0 s: torque off is sent")
+    assert event(report, "the torque is off") - hung < 0.5
+    assert report.ending.ending.name == "ABORTED"
+    assert not emulator.traces()[1][-1].any()
 
 
 def test_a_robot_on_a_bus_that_falls_silent_again_and_again_sits_down(monkeypatch):

@@ -225,7 +225,8 @@ def _emulated(
                 raise InvalidInput(f"the emulated robot did not start: {reason}")
             yield first.removeprefix("The port is ").strip()
         finally:
-            process.terminate()
+            # A process that was stopped does not end otherwise.
+            process.kill()
 
 
 def _controller(options: argparse.Namespace, scenario: Scenario, rate: float) -> Controller:

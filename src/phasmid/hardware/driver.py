@@ -379,12 +379,12 @@ class Driver:
         """React to requests, to a hang of this process [s], and to the end of the second one."""
         if self.stop_requested:
             self._react(self.stop_requested, STOPPED)
-        if not self._guard.alive():
-            cause = "the process that switches the torque off has ended"
-            self._react(Reaction.SIT, cause)
         if delay > self.settings.hold_time + HANG_TIME:
             # The second process may have switched the torque off; goals would switch it on again.
             self._react(Reaction.LIMP, f"the driver hung for {delay:.1f} s")
+        elif not self._guard.alive():
+            cause = "the process that switches the torque off has ended"
+            self._react(Reaction.SIT, cause)
 
     def _exchange(self, due: float) -> None:
         """Write what the stage needs, and read servos, in the period from a time [s]."""
