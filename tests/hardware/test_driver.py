@@ -3,7 +3,8 @@
 import json
 import math
 import os
-from contextlib import contextmanager
+import threading
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -480,6 +481,32 @@ def test_a_port_that_takes_no_bytes_fails_in_time(tmp_path):
     with pytest.raises(PortLost):
         fill()
     port.closePort()
+    os.close(slave)
+    os.close(master)
+
+
+def test_a_device_that_never_stops_talking_does_not_block_a_reading(tmp_path):
+    """Intact packets of servo 9 come without an end, while servo 1 is read."""
+    pty = pytest.importorskip("pty")
+    pytest.importorskip("dynamixel_sdk")
+    from phasmid.hardware import Bus
+    from phasmid.hardware.packets import status_packet
+
+    master, slave = pty.openpty()
+    os.set_blocking(master, False)
+    ended = threading.Event()
+
+    def talk():
+        while not ended.is_set():
+            with suppress(BlockingIOError):
+                os.write(master, 10 * status_packet(1, 9, 0, b"\1"))
+
+    thread = threading.Thread(target=talk)
+    with Bus(os.ttyname(slave), models={1: model("AX-12A")}) as bus:
+        thread.start()
+        assert bus.read_all([1], ["torque_enable"])[1] is None
+        ended.set()
+        thread.join()
     os.close(slave)
     os.close(master)
 

@@ -13,7 +13,7 @@ import signal
 import numpy as np
 import pytest
 
-from phasmid.hardware.driver import LONGEST_RAMP, LONGEST_RISE, LONGEST_WALK, Stage
+from phasmid.hardware.driver import LONGEST_RAMP, LONGEST_RISE, WALK_EXCESS, WALK_STRETCH, Stage
 from phasmid.recording import load_recording
 from virtual_bus import folded, new_driver, virtual_bus
 
@@ -157,10 +157,11 @@ def test_what_is_said_of_the_torque_is_true(monkeypatch, tmp_path, stage, fault,
     if fault == "none":
         name = report.ending.ending.name if report.ending else None
         assert name == ("STOPPED" if end == "Ctrl-C twice" else None)
-    share, more = LONGEST_WALK
     settings = driver.settings
     last = settings.sit_time + settings.ramp_time + settings.off_time + OVERRUN
-    before = settings.ramp_time + LONGEST_RAMP + LONGEST_RISE + share * DURATION + more
+    before = (
+        settings.ramp_time + LONGEST_RAMP + LONGEST_RISE + WALK_STRETCH * DURATION + WALK_EXCESS
+    )
     assert finished - driver._begin < before + last
     if stopped:
         assert finished - stopped[0] < STOP_TIME

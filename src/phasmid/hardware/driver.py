@@ -61,12 +61,19 @@ LONGEST_RAMP = 4.0
 LONGEST_RISE = 60.0
 """Longest time for standing up [s]."""
 
-LONGEST_WALK = 2.0, 10.0
-"""Longest time for walking: this share of its duration, and this time more [s]. The controller's
-time is slower where joints are too slow."""
+WALK_STRETCH = 2.0
+"""Longest time for walking, as a multiple of its duration. The controller's time is slower than
+real time where joints are too slow."""
 
-HOLDS, HOLDS_TIME = 3, 10.0
-"""Holds within a time [s], after which the robot sits down: the bus is not steady."""
+WALK_EXCESS = 10.0
+"""Longest time for walking beyond this multiple [s]: five holds."""
+
+MOST_HOLDS = 3
+"""Number of holds within `HOLD_WINDOW` after which the robot sits down: the bus is not steady."""
+
+HOLD_WINDOW = 10.0
+"""Time in which holds are counted [s]. With 5 % of lost packets one comes by chance in 40 minutes:
+all five readings of 0.1 s are lost."""
 
 OFF_GOAL = math.radians(15)
 """Distance of a joint from its goal above which it is reported when a posture is reached [rad]. An
@@ -486,10 +493,9 @@ class Driver:
             self._sit(f"it does not stand after {LONGEST_RISE:g} s")
         elif stage is Stage.WALK:
             self.report.walked = self._clock - self._walk_clock
-            share, more = LONGEST_WALK
             if self._ended_command or self.report.walked >= duration:
                 self._enter(Stage.SIT)
-            elif elapsed > share * duration + more:
+            elif elapsed > WALK_STRETCH * duration + WALK_EXCESS:
                 walked = f"{self.report.walked:.1f} of {duration:g} s"
                 self._sit(f"it walked {walked} within {elapsed:.0f} s")
         elif stage is Stage.SIT and posture == Sequence.LYING.value:
@@ -639,10 +645,10 @@ class Driver:
         """Write no goals until the servos answer again."""
         now = time.monotonic()
         self._after_hold, self._steady_since = self.stage, math.inf
-        self._holds = [at for at in self._holds if now - at < HOLDS_TIME] + [now]
+        self._holds = [at for at in self._holds if now - at < HOLD_WINDOW] + [now]
         self._enter(Stage.HOLD, f"{cause}: {Stage.HOLD.value}.")
-        if len(self._holds) >= HOLDS and self._after_hold is not Stage.SIT:
-            self._end(f"{cause}, {HOLDS} times in {HOLDS_TIME:g} s")
+        if len(self._holds) >= MOST_HOLDS and self._after_hold is not Stage.SIT:
+            self._end(f"{cause}, {MOST_HOLDS} times in {HOLD_WINDOW:g} s")
             self._after_hold = Stage.SIT
 
     def _hold(self, reaction: Reaction, cause: str, now: float) -> None:

@@ -34,6 +34,10 @@ adapter that hangs takes none, and must not block the driver."""
 TERMINALS = "/dev/pts/"
 """Folder of pseudo-terminals, such as the ports of emulated servos."""
 
+BABBLE_TIME = 0.1
+"""Time after the deadline of an answer from which on nothing is read [s]. The library reads packets
+of other devices for as long as they come."""
+
 LONGEST_DRAIN = 0.5
 """Time after which a line that is never silent is used again [s]."""
 
@@ -127,6 +131,11 @@ class Port(PortHandler):  # type: ignore[misc]
         Raises:
             PortLost: The port fails.
         """
+        if time.monotonic() > self._deadline + BABBLE_TIME:
+            return b""
+        return self._read(length)
+
+    def _read(self, length: int) -> bytes:
         try:
             return bytes(self.ser.read(length))
         except FAILURES as error:
@@ -159,7 +168,7 @@ class Port(PortHandler):  # type: ignore[misc]
         """Drop what arrives, until there has been silence for a time [s]."""
         begin = last = time.monotonic()
         while time.monotonic() - last < silence and last - begin < LONGEST_DRAIN:
-            if self.readPort(256):
+            if self._read(256):
                 last = time.monotonic()
 
 

@@ -33,16 +33,27 @@ REOPEN_PAUSE = 0.05
 START_TIME = 20.0
 """Longest time for the start of the second process [s]: 0.3 s on a machine without other work."""
 
-RETRY_TIME, RETRY_PAUSE = 0.9, 0.5
-"""Time for which the second process sends torque off again and again, and its pause after it [s].
-18 servos confirm in 0.1 s."""
+RETRY_TIME = 0.9
+"""Time for which the second process sends torque off without a pause [s]; 18 servos confirm in
+0.1 s."""
+
+RETRY_PAUSE = 0.5
+"""Pause of the second process between two such times [s], in which other programs can read."""
 
 PORT = "path", "baud", "protocol", "latency"
 """Arguments of `Bus` that the second process gets."""
 
-ALIVE, READY, GIVES_UP, QUIT = b".", b"r", b"g", b"q"
-"""Messages: the driver does not hang; the second process is ready; the driver gives up without a
-confirmation; the torque is off."""
+READY = b"r"
+"""Message of the second process: it can switch the torque off."""
+
+ALIVE = b"."
+"""Message of the driver: it does not hang."""
+
+GIVES_UP = b"g"
+"""Message of the driver: it could not confirm that the torque is off."""
+
+QUIT = b"q"
+"""Message of the driver: the torque is off."""
 
 
 def switch_torque_off(
