@@ -33,6 +33,7 @@ class Cable:
         mode[4] = mode[5] = termios.B1000000
         termios.tcsetattr(self._port, termios.TCSANOW, mode)
         self._near: int | None = None
+        self._name = ""
         self._lock = threading.Lock()
         self.plug()
         self._thread = threading.Thread(target=self._carry, daemon=True)
@@ -41,13 +42,19 @@ class Cable:
     def plug(self) -> None:
         """Make a new pseudo-terminal, and let the link name it."""
         near, far = pty.openpty()
+        if os.ttyname(far) == self._name:
+            # The name of the last one must not come again.
+            ends = near, far
+            near, far = pty.openpty()
+            for end in ends:
+                os.close(end)
         tty.setraw(far)
-        name = os.ttyname(far)
+        self._name = os.ttyname(far)
         os.close(far)
         with self._lock:
             self._near = near
         self.path.unlink(missing_ok=True)
-        self.path.symlink_to(name)
+        self.path.symlink_to(self._name)
 
     def unplug(self) -> None:
         """Close the pseudo-terminal; its path ends with it."""

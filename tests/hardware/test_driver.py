@@ -319,7 +319,8 @@ def test_a_fault_after_a_stop_by_the_user_counts(monkeypatch):
 
 
 def test_a_driver_that_hung_sends_torque_off_and_no_goal(monkeypatch):
-    """The second process switches the torque off after 3 s; a goal switches an AX-12A on again."""
+    """The guard switches the torque off after 3.5 s; a goal switches an AX-12A on again."""
+    replace_guard(monkeypatch, lambda: True)
     with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, clock):
         hangs = [5.0]
 
@@ -328,7 +329,8 @@ def test_a_driver_that_hung_sends_torque_off_and_no_goal(monkeypatch):
                 clock.sleep(hangs.pop())
             return Command((0.03, 0.0, 0.0))
 
-        report = new_driver(*robot, bus, commands=command).drive(3.0)
+        settings = DriverSettings()
+        report = new_driver(*robot, bus, commands=command, settings=settings).drive(3.0)
     hung = event(report, "the driver hung for 5.0 s: torque off is sent")
     assert event(report, "the torque is off") - hung < 0.5
     assert report.ending.ending.name == "ABORTED"
@@ -368,18 +370,24 @@ def test_an_x_servo_that_restarts_switches_all_torque_off(monkeypatch):
     assert not emulator.traces()[1][-1].any()
 
 
-def test_the_robot_sits_down_after_the_process_that_guards_it_has_ended(monkeypatch):
+def replace_guard(monkeypatch, alive):
+    """Replace the second process by one that only answers whether it is alive."""
+
     @contextmanager
     def guard(bus, ids, hold, silence):
         del bus, ids, hold, silence
-        yield SimpleNamespace(alive=lambda: len(driver.report.events) < 2, gives_up=False)
+        yield SimpleNamespace(alive=alive, has_acted=lambda: False, is_confirmed=False)
 
     monkeypatch.setattr("phasmid.hardware.driver.torque_off_after_exit", guard)
+
+
+def test_the_robot_sits_down_after_the_process_that_guards_it_has_ended(monkeypatch):
+    replace_guard(monkeypatch, lambda: len(driver.report.events) < 2)
     with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, clock):
         driver = new_driver(*robot, bus, settings=DriverSettings())
         report = driver.drive(3.0)
         clock.sleep(1.0)
-    event(report, "has ended: the robot sits down")
+    event(report, "has ended or hangs: the robot sits down")
     assert report.ending.ending.name == "ABORTED"
     assert not emulator.traces()[1][-1].any()
 
@@ -483,6 +491,26 @@ def test_a_port_that_takes_no_bytes_fails_in_time(tmp_path):
     port.closePort()
     os.close(slave)
     os.close(master)
+
+
+def test_another_adapter_with_the_same_path_is_not_opened(monkeypatch):
+    pty = pytest.importorskip("pty")
+    pytest.importorskip("dynamixel_sdk")
+    from phasmid.hardware.bus import PortLost
+    from phasmid.hardware.port import Port
+
+    ends = pty.openpty()
+    path = os.ttyname(ends[1])
+    adapter = SimpleNamespace(device=path, vid=0x0403, pid=0x6014, serial_number="A", location="1")
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [adapter])
+    port = Port(path, 1_000_000)
+    port.reopen()
+    adapter.serial_number = "B"
+    with pytest.raises(PortLost, match="6014 B is another device"):
+        port.reopen()
+    port.closePort()
+    for end in ends:
+        os.close(end)
 
 
 def test_a_device_that_never_stops_talking_does_not_block_a_reading(tmp_path):

@@ -6,12 +6,15 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from contextlib import contextmanager
 
 import pytest
 
 from cable import Cable, runs, wait
-from phasmid.hardware import Bus, Emulator, make_servos
+from phasmid.errors import InvalidInput
+from phasmid.hardware import Bus, Emulator, make_servos, model
+from phasmid.hardware.torque_off import torque_off_after_exit
 from virtual_bus import FollowingPlant
 
 pytest.importorskip("dynamixel_sdk")
@@ -38,7 +41,6 @@ with Bus(port, protocol=protocol) as bus:
             second.alive()
             time.sleep(0.02)
         sys.stdin.read()
-        second.gives_up = True
 """
 """Holds the torque of three servos: until it is killed, or its input ends."""
 
@@ -115,14 +117,45 @@ def test_it_goes_on_where_the_driver_gives_up(tmp_path):
         wait(lambda: not runs(second))
 
 
-def test_it_leaves_the_port_to_another_process(tmp_path):
+def test_it_waits_while_another_program_has_the_port_open(tmp_path):
     with held(tmp_path) as (servos, cable, holder, second):
         cable.is_cut = True
         holder.kill()
         holder.wait()
+        # For the first attempts the second process keeps others out.
+        wait(lambda: opens(cable.path))
         with Bus(str(cable.path)):
-            wait(lambda: not runs(second))
-        assert not is_off(servos)
+            # An attempt that had begun ends within 0.5 s.
+            time.sleep(1.0)
+            cable.is_cut = False
+            time.sleep(2.0)
+            assert not is_off(servos)
+            assert runs(second)
+        wait(lambda: is_off(servos))
+        wait(lambda: not runs(second))
+
+
+def opens(path):
+    """Return whether a port can be opened."""
+    try:
+        Bus(str(path)).close()
+    except InvalidInput:
+        return False
+    return True
+
+
+def test_a_stopped_second_process_does_not_block_the_driver(tmp_path):
+    """The pipe takes 65,536 bytes."""
+    with held(tmp_path) as (_, cable, _, _), Bus(str(cable.path), exclusive=False) as bus:
+        bus.add(1, model("AX-12A"))
+        with torque_off_after_exit(bus, [1], 0.3, 60.0) as second:
+            os.kill(second.pid, signal.SIGSTOP)
+            for _ in range(70_000):
+                second.alive()
+            wait(lambda: not second.alive())
+            os.kill(second.pid, signal.SIGCONT)
+            wait(second.alive)
+            second.is_confirmed = True
 
 
 @pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])

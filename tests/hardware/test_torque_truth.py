@@ -63,6 +63,7 @@ FAULTS = {
     "hot": ["5 hot"],
     "low supply": lambda emulator, clock, bus: lower_supply(emulator),
     "two legs dead": ["5 dead", "14 dead"],
+    "a leg's cable": ["4 dead", "5 dead", "6 dead"],
 }
 
 ENDS = "none", "Ctrl-C twice"
@@ -79,6 +80,8 @@ CELLS = [
     ("walk", "late", "none", "AX-12A"),
     ("sit", "15 % lost", "none", "AX-12A"),
     ("sit", "two legs dead", "none", "AX-12A"),
+    ("walk", "a leg's cable", "none", "AX-12A"),
+    ("walk", "a leg's cable", "none", "XL430-W250"),
     ("sit", "low supply", "Ctrl-C twice", "AX-12A"),
 ]
 if WHOLE:
@@ -152,6 +155,9 @@ def test_what_is_said_of_the_torque_is_true(monkeypatch, tmp_path, stage, fault,
         after = np.array([row[0] for row in emulator.history]) > begun[0] + 0.05
         assert not enabled[after, 4].any()
         assert report.ending is not None or fault == "overload"
+    if fault == "a leg's cable":
+        # 15 servos answer.
+        assert not any("no servo answers" in sentence for sentence in sentences)
     if fault == "two legs dead":
         assert report.ending.ending.name == "ABORTED"
     if fault == "none":

@@ -18,7 +18,7 @@ from phasmid.cli.live import check_live, served_driver
 from phasmid.cli.options import Number, declare
 from phasmid.cli.output import print_table, say
 from phasmid.cli.result_folder import log_of, result_folder
-from phasmid.errors import InvalidInput, plain
+from phasmid.errors import InvalidInput, PhasmidError, plain
 
 if TYPE_CHECKING:
     from phasmid.control import CommandScript, Controller
@@ -133,8 +133,10 @@ def run(
         with _keys(driver), served_driver(driver, options):
             try:
                 report = driver.drive(scenario.duration)
-            except Exception:
+            except Exception as error:
                 _print_unconfirmed(driver.report)
+                if driver.report.unconfirmed and isinstance(error, PhasmidError):
+                    error.exit_status = 3
                 raise
     if not options.quiet:
         _print_report(report, rate)

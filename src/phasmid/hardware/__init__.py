@@ -57,6 +57,7 @@ _NAMES = {
 """Public names by the module that has them."""
 
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names.split()}
+__all__ = list(_MODULE_OF)
 
 
 def __getattr__(name: str) -> Any:

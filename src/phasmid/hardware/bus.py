@@ -147,9 +147,13 @@ class Bus:
         """Return whether the port is a pseudo-terminal that has ended, as do emulated servos."""
         return bool(self._port.is_gone())
 
-    def is_open_elsewhere(self) -> bool:
-        """Return whether another process has opened the port for itself alone."""
-        return bool(self._port.is_open_elsewhere())
+    def lock(self) -> bool:
+        """Keep other programs of phasmid from opening the port; return False where one has it."""
+        return bool(self._port.lock())
+
+    def unlock(self) -> None:
+        """Let other programs of phasmid open the port."""
+        self._port.unlock()
 
     def close(self) -> None:
         """Close the port."""
@@ -418,6 +422,8 @@ class Bus:
     ) -> ServoReading | None:
         if result != self._sdk.COMM_SUCCESS:
             return None
+        if status_error(self.protocol, error) & REFUSALS:
+            return ServoReading({}, status_error(self.protocol, error))
         table, values = self.models[id_], {}
         for name in names:
             r = table.register(name)

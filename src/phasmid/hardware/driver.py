@@ -83,7 +83,12 @@ STEADY_TIME = 0.2
 """Time for which servos must answer again before the robot goes on [s]."""
 
 HANG_TIME = 1.0
-"""Time without a tick after which the driver's process counts as hanging [s]."""
+"""Time without a tick, beyond `DriverSettings.hold_time` and a period, after which this process
+counts as hanging [s]."""
+
+GUARD_MARGIN = 0.5
+"""Time after which the guard counts this process as hanging, beyond that of the driver [s]: the
+driver must not write a goal after it."""
 
 STOPPED = "stopped by the user"
 """Cause of an end that the user requested."""
@@ -100,22 +105,29 @@ Sensors = Callable[[], Mapping[str, Any]]
 
 
 class Guard(Protocol):
-    """What switches the torque off after this process, see `TorqueOffProcess`."""
+    """Process that switches the torque off after this one, see `TorqueOffProcess`."""
 
-    gives_up: bool
+    is_confirmed: bool
 
     def alive(self) -> bool:
-        """Report that this process does not hang; return whether the guard runs."""
+        """Report that this process does not hang; return whether the guard answers."""
+
+    def has_acted(self) -> bool:
+        """Return whether the guard has ended after torque off."""
 
 
 class NoGuard:
-    """Stands for a guard where the servos hold after the end of this process."""
+    """Guard that does nothing: the servos hold after the end of this process."""
 
-    gives_up = False
+    is_confirmed = True
 
     def alive(self) -> bool:
         """Return True."""
         return True
+
+    def has_acted(self) -> bool:
+        """Return False."""
+        return False
 
 
 class Stage(Enum):
@@ -278,6 +290,7 @@ class Driver:
         self._after_hold, self._steady_since = Stage.WALK, math.inf
         self._port_failures = 0
         self._guard: Guard = NoGuard()
+        self._alive_at = math.inf
         self._steered = False
         self._telemetry: dict[str, Any] = {}
 
@@ -291,7 +304,8 @@ class Driver:
         """Drive until the commands end, or for a time of walking [s].
 
         Raises:
-            BusError: The servos do not answer at the start; their torque has been switched off.
+            BusError: The servos do not answer at the start. Torque off was sent to those that had
+                been switched on, see `DriveReport.unconfirmed`.
             Exception: The controller or a watcher has raised it; the robot has sat down then.
             OutputError: The log cannot be written; the robot has sat down then.
         """
@@ -342,10 +356,11 @@ class Driver:
     def _start(self) -> None:
         """Let the servos hold the measured angles without output."""
         self._begin = time.monotonic()
+        self._guard.is_confirmed = False
         for k in range(len(self.robot.ids)):
             if self.stop_requested:
                 break
-            self._guard.alive()
+            self._is_guarded()
             self.robot.hold(k, self.settings.start_speed)
         self._entered = self._first_entered[Stage.RAMP] = time.monotonic()
         self.robot.answered_at = self._entered
@@ -361,7 +376,7 @@ class Driver:
             report.ticks += 1
             report.late += delay > LATE
             report.worst_delay = max(report.worst_delay, delay)
-            self._check_driver(delay)
+            self._check_driver()
             if self.stage is not Stage.OFF:
                 self._exchange(due)
                 self._check()
@@ -382,16 +397,29 @@ class Driver:
             due += period
             time.sleep(max(due - time.monotonic(), 0.0))
 
-    def _check_driver(self, delay: float) -> None:
-        """React to requests, to a hang of this process [s], and to the end of the second one."""
+    def _check_driver(self) -> None:
+        """React to requests, to a hang of this process, and to the end of the guard."""
         if self.stop_requested:
             self._react(self.stop_requested, STOPPED)
-        if delay > self.settings.hold_time + HANG_TIME:
-            # The second process may have switched the torque off; goals would switch it on again.
-            self._react(Reaction.LIMP, f"the driver hung for {delay:.1f} s")
-        elif not self._guard.alive():
-            cause = "the process that switches the torque off has ended"
-            self._react(Reaction.SIT, cause)
+        pause = time.monotonic() - self._alive_at
+        is_guarded = self._is_guarded()
+        if self._guard.has_acted() or pause > self._longest_pause:
+            # The guard has switched the torque off, or will; a goal would switch it on again.
+            self._react(Reaction.LIMP, f"the driver hung for {pause:.1f} s")
+        elif not is_guarded:
+            self._react(Reaction.SIT, "the process that switches the torque off has ended or hangs")
+
+    @property
+    def _longest_pause(self) -> float:
+        """Longest pause of this process [s], before the guard switches the torque off."""
+        if self.settings.after_exit == "hold":
+            return math.inf
+        return self.settings.hold_time + HANG_TIME + self._period
+
+    def _is_guarded(self) -> bool:
+        """Report that this process does not hang; return whether the guard answers."""
+        self._alive_at = time.monotonic()
+        return self._guard.alive()
 
     def _exchange(self, due: float) -> None:
         """Write what the stage needs, and read servos, in the period from a time [s]."""
@@ -593,12 +621,13 @@ class Driver:
 
     def _check(self) -> None:
         """React to readings."""
-        robot, report, now = self.robot, self.report, time.monotonic()
-        report.hottest = max(report.hottest, float(robot.temperature.max()))
+        report, now = self.report, time.monotonic()
         predicted = float(self.controller.monitor.temperature.max())
         report.hottest_predicted = max(report.hottest_predicted, predicted)
-        report.lowest_voltage = min(report.lowest_voltage, float(robot.voltage.min()))
         reaction, cause = self._protection.check(self.controller.monitor)
+        # NaN before all servos were read often enough.
+        report.hottest = max(report.hottest, self._protection.hottest)
+        report.lowest_voltage = min(report.lowest_voltage, self._protection.lowest_voltage)
         if self.stage is Stage.RAMP:
             self._check_ramp()
         elif self.stage is Stage.RELEASE and self._time_of(Stage.RELEASE) > self.settings.ramp_time:
@@ -626,8 +655,7 @@ class Driver:
             return
         if reaction is Reaction.LIMP or stage is Stage.RAMP:
             self._end(cause)
-            self._note(f"{cause}: torque off is sent.")
-            self._switch_off()
+            self._switch_off(cause)
         elif reaction is Reaction.HOLD:
             if stage in (Stage.RISE, Stage.WALK, Stage.SIT):
                 self._begin_hold(cause)
@@ -652,51 +680,67 @@ class Driver:
             self._after_hold = Stage.SIT
 
     def _hold(self, reaction: Reaction, cause: str, now: float) -> None:
-        """Go on where the servos answer again with their torque on; sit down after a while."""
-        robot, settings = self.robot, self.settings
-        lasts = now - self._entered > settings.hold_time
-        sits = self._after_hold is Stage.SIT and Stage.SIT in self._first_entered
-        if sits and self._time_of(Stage.SIT) > settings.sit_time:
-            lasts = True
-        if reaction is not Reaction.NONE:
-            self._steady_since = math.inf
-            if not lasts:
-                return
+        """Go on where the servos answer again with their torque on; end the hold after a while."""
+        settings = self.settings
+        is_over = now - self._entered > settings.hold_time
+        if self._after_hold is Stage.SIT and Stage.SIT in self._first_entered:
+            is_over |= self._time_of(Stage.SIT) > settings.sit_time
+        is_steady = reaction is Reaction.NONE
+        self._steady_since = min(self._steady_since, now) if is_steady else math.inf
+        if is_over:
+            self._end_hold(cause or "the servos do not answer steadily")
+        elif now - self._steady_since >= STEADY_TIME:
+            self._end_silence()
+
+    def _end_hold(self, cause: str) -> None:
+        """Let the robot sit down after a hold, or switch the torque off where no servo answers."""
+        if self.robot.is_silent:
+            # Goals to a silent bus would move servos whose supply comes back.
             self._end(cause)
-            if robot.is_silent:
-                # Goals to a silent bus would move servos whose supply comes back.
-                self._note(f"{cause}: torque off is sent.")
-                self._switch_off()
-            else:
-                self._enter(Stage.SIT, f"{cause}: {Stage.SIT.value}.")
-            return
-        self._steady_since = min(self._steady_since, now)
-        if now - self._steady_since < STEADY_TIME:
-            return
+            self._switch_off(cause)
+        else:
+            self._sit(cause)
+
+    def _end_silence(self) -> None:
+        """Go on where the torque of all servos is on, or switch it off where it is not."""
         try:
-            is_on = robot.torque_is_on()
+            is_on = self.robot.torque_is_on(self._is_guarded)
         except PortLost:
+            is_on = None
+        if is_on is None:
             self._steady_since = math.inf
-            return
-        if is_on:
+        elif is_on:
             self._enter(self._after_hold, f"servos answer again: {self._after_hold.value}.")
         else:
             self._react(Reaction.LIMP, "servos have restarted, and are limp")
 
-    def _switch_off(self) -> None:
+    def _switch_off(self, cause: str = "") -> None:
         """Send torque off until the servos confirm it, and report those that do not."""
         report, robot = self.report, self.robot
-        report.unconfirmed = robot.switch_torque_off(self.settings.off_time, self._guard.alive)
+        report.unconfirmed = list(robot.names)
+        try:
+            with suppress(PortLost):
+                # Sent before anything is printed: a terminal may take no output.
+                robot.bus.write_all("torque_enable", dict.fromkeys(robot.ids, 0.0))
+            if cause:
+                self._note(f"{cause}: torque off is sent.")
+            report.unconfirmed = robot.switch_torque_off(self.settings.off_time, self._is_guarded)
+        finally:
+            self._guard.is_confirmed = not report.unconfirmed
+            self._note_torque()
+
+    def _note_torque(self) -> None:
+        """Report whether the torque is off, by what the servos have confirmed."""
+        report = self.report
         if not report.unconfirmed:
             self._enter(Stage.OFF)
             return
         names = ", ".join(report.unconfirmed)
-        which = "any servo" if len(report.unconfirmed) == len(robot.ids) else names
+        which = "any servo" if len(report.unconfirmed) == len(self.robot.ids) else names
         sentence = f"torque off is not confirmed by {which}: switch the supply off"
         ending = report.ending
         reason = f"{ending.reason}; {sentence}" if ending else sentence
         report.ending = Failure(Ending.ABORTED, report.ticks, reason)
-        self._guard.gives_up = True
         self._enter(Stage.OFF, f"{sentence}.")
 
     @contextmanager
@@ -706,7 +750,10 @@ class Driver:
             yield
             return
         bus, ids, hold = self.robot.bus, self.robot.ids, self.settings.hold_time
-        with torque_off_after_exit(bus, ids, hold, hold + HANG_TIME) as self._guard:
+        silence = self._longest_pause + GUARD_MARGIN
+        with torque_off_after_exit(bus, ids, hold, silence) as self._guard:
+            # Nothing was switched on yet.
+            self._guard.is_confirmed = True
             yield
 
     @contextmanager
@@ -756,4 +803,4 @@ class Driver:
         except Exception as error:
             # Without its log the robot must not walk on; the error is raised when it lies.
             self._error = error
-            self._sit("the log cannot be written")
+            self._react(Reaction.SIT, "the log cannot be written")

@@ -6,12 +6,13 @@ This module imports the library, of the extra ``hardware``.
 from __future__ import annotations
 
 import errno
+import os
 import time
 from contextlib import suppress
-from pathlib import Path
 
 import serial
 from dynamixel_sdk import PortHandler
+from serial.tools import list_ports
 
 from phasmid.hardware.bus import PortLost
 
@@ -31,8 +32,9 @@ WRITE_TIMEOUT = 0.1
 """Longest time in which the system must take a packet [s]. A packet takes 5 ms at 57,600 baud; an
 adapter that hangs takes none, and must not block the driver."""
 
-TERMINALS = "/dev/pts/"
-"""Folder of pseudo-terminals, such as the ports of emulated servos."""
+TERMINALS = "/dev/pts/", "/dev/ttys"
+"""Beginnings of the names of pseudo-terminals on Linux and macOS, such as those of emulated servos.
+The system gives a name to another terminal later, such as the user's shell."""
 
 BABBLE_TIME = 0.1
 """Time after the deadline of an answer from which on nothing is read [s]. The library reads packets
@@ -60,6 +62,7 @@ class Port(PortHandler):  # type: ignore[misc]
         super().__init__(path)
         self.baudrate, self.patience = baud, 0.05
         self._deadline, self._exclusive = 0.0, exclusive
+        self._device = device_of(path)
         self.setupPort(baud)
 
     def setupPort(self, cflag_baud: int) -> bool:
@@ -89,33 +92,47 @@ class Port(PortHandler):  # type: ignore[misc]
         """Close the port, and open it anew by its path.
 
         Raises:
-            PortLost: It cannot be opened, or is a pseudo-terminal.
+            PortLost: It cannot be opened, or the path may be that of another device.
         """
-        if self.port_name.startswith(TERMINALS):
-            # The system gives the name to another terminal, such as the user's shell.
-            raise PortLost(self.port_name, "a pseudo-terminal does not come back")
+        device, was_terminal = device_of(self.port_name), self._device.startswith(TERMINALS)
+        # The name of a pseudo-terminal is another one later; an adapter must be the same one.
+        if (device == self._device) == was_terminal:
+            raise PortLost(self.port_name, f"{device} is another device")
         self.closePort()
+        self.is_using = False
         try:
             self.setupPort(self.baudrate)
         except FAILURES as error:
             raise self._failure(error) from error
+        self._device = device
 
     def is_gone(self) -> bool:
         """Return whether the port is a pseudo-terminal that has ended."""
-        return self.port_name.startswith(TERMINALS) and not Path(self.port_name).exists()
-
-    def is_open_elsewhere(self) -> bool:
-        """Return whether another process has opened the port for itself alone."""
-        import fcntl
-
-        if not self.ser.is_open:
+        if not self.port_name.startswith(TERMINALS):
             return False
         try:
-            fcntl.flock(self.ser.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+            termios.tcgetattr(self.ser.fileno())
+        except FAILURES:
             return True
-        fcntl.flock(self.ser.fileno(), fcntl.LOCK_UN)
         return False
+
+    def lock(self) -> bool:
+        """Keep other programs of phasmid from opening the port; return False where one has it."""
+        import fcntl
+
+        if self.ser.is_open:
+            try:
+                fcntl.flock(self.ser.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                return False
+        return True
+
+    def unlock(self) -> None:
+        """Let other programs of phasmid open the port."""
+        import fcntl
+
+        if self.ser.is_open:
+            fcntl.flock(self.ser.fileno(), fcntl.LOCK_UN)
 
     def _failure(self, error: Exception) -> PortLost:
         """Return the error of a port that fails; the next packet may be sent all the same."""
@@ -123,7 +140,12 @@ class Port(PortHandler):  # type: ignore[misc]
         return PortLost(self.port_name, str(error))
 
     def clearPort(self) -> None:
-        """Do nothing: the library waits here until all is sent, which a lost port never ends."""
+        """Drop what has arrived before a request: answers to earlier ones.
+
+        The library's own waits until all is sent, which a lost port never ends.
+        """
+        with suppress(*FAILURES):
+            self.ser.reset_input_buffer()
 
     def readPort(self, length: int) -> bytes:
         """Read bytes that arrive before the timeout.
@@ -170,6 +192,19 @@ class Port(PortHandler):  # type: ignore[misc]
         while time.monotonic() - last < silence and last - begin < LONGEST_DRAIN:
             if self._read(256):
                 last = time.monotonic()
+
+
+def device_of(path: str) -> str:
+    """Return what a port's path names: its USB adapter, or else its device file.
+
+    An adapter is told by its maker's numbers and its serial number, or else its USB socket.
+    """
+    device = os.path.realpath(path)
+    for port in list_ports.comports():
+        if port.device == device and port.vid is not None:
+            number = port.serial_number or port.location
+            return f"USB {port.vid:04x}:{port.pid:04x} {number}"
+    return device
 
 
 def open_error(path: str, error: Exception) -> str:

@@ -102,20 +102,30 @@ class Protection:
         self._hottest = limits[..., 0] - settings.temperature_margin
         self._lowest = limits[..., 1] + settings.voltage_margin
         self._seen = robot.health_readings.copy()
-        self._hot, self._low = np.zeros((2, *shape), dtype=int)
+        # The last readings of temperature and supply of each servo.
+        self._recent = np.full((DEBOUNCE, 2, *shape), np.nan)
         self._runs_at = np.full(shape, time.monotonic())
         self._lost = np.zeros(shape[0], dtype=bool)
+
+    @property
+    def hottest(self) -> float:
+        """Highest temperature of the servos, the median of `DEBOUNCE` readings [°C]."""
+        return float(np.median(self._recent[:, 0], axis=0).max())
+
+    @property
+    def lowest_voltage(self) -> float:
+        """Lowest supply of the servos, the median of `DEBOUNCE` readings [V]."""
+        return float(np.median(self._recent[:, 1], axis=0).min())
 
     def check(self, monitor: SafetyMonitor) -> tuple[Reaction, str]:
         """Return a reaction to the last readings, and the sentence on its cause."""
         robot, settings, now = self._robot, self._settings, time.monotonic()
         new = robot.health_readings != self._seen
         self._seen = robot.health_readings.copy()
-        for count, exceeds in (
-            (self._hot, robot.temperature > self._hottest),
-            (self._low, robot.voltage < self._lowest),
-        ):
-            count[new] = np.where(exceeds, count + 1, 0)[new]
+        latest = np.stack([robot.temperature, robot.voltage])
+        self._recent[:, :, new] = np.concatenate([self._recent[1:], latest[None]])[:, :, new]
+        is_hot = (self._recent[:, 0] > self._hottest).all(axis=0)
+        is_low = (self._recent[:, 1] < self._lowest).all(axis=0)
         if robot.is_silent:
             self._runs_at[:] = now
             return Reaction.HOLD, f"no servo answers for {SILENCE:g} s"
@@ -125,11 +135,11 @@ class Protection:
         if (robot.limp >= CONFIRMED).any():
             name = robot.names[int(np.argmax(robot.limp))]
             return Reaction.LIMP, f"the servo of {name} has restarted, and is limp"
-        if self._low.max() >= DEBOUNCE:
-            k = int(np.argmax(self._low))
+        if is_low.any():
+            k = int(np.argmax(is_low))
             return Reaction.SIT, f"the supply of {robot.names[k]} is {robot.voltage.flat[k]:.1f} V"
-        if self._hot.max() >= DEBOUNCE:
-            k = int(np.argmax(self._hot))
+        if is_hot.any():
+            k = int(np.argmax(is_hot))
             warm = robot.temperature.flat[k]
             return Reaction.SIT, f"the servo of {robot.names[k]} has {warm:.0f} °C"
         if self._lost.sum() > settings.lost_legs:

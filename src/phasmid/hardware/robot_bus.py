@@ -11,11 +11,11 @@ from jaxtyping import Bool, Float, Int
 
 from phasmid.control import Observation
 from phasmid.errors import InvalidInput
-from phasmid.hardware.bus import MONITORED, Bus, BusError, ServoReading
+from phasmid.hardware.bus import MONITORED, TRIES, Bus, BusError, ServoReading
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.rates import read_time
 from phasmid.hardware.status import StatusError, hardware_error
-from phasmid.hardware.torque_off import switch_torque_off
+from phasmid.hardware.torque_off import READ_BACK, switch_torque_off
 from phasmid.motion.trajectory import joint_names
 from phasmid.robot import Robot
 
@@ -28,6 +28,9 @@ packets this happens by chance once in 10⁶ readings."""
 
 SILENCE = 0.1
 """Time without an answer of any servo, after which the bus counts as silent [s]."""
+
+SILENT_SERVOS = 4
+"""Servos that were asked in this time: more than the three of a leg, whose cable may be broken."""
 
 DOUBTED_AFTER = 10
 """Answers in a row whose angles are not credible, after which a servo counts as failed. If one
@@ -138,6 +141,8 @@ class RobotBus:
         self.answered_at = self._health_at = time.monotonic()
         self._doubted, self._tried = np.full(shape, np.nan), np.full(shape, -np.inf)
         self._queue = list(range(len(rows)))
+        self._asked: set[int] = set()
+        self._was_silent = np.zeros(shape, dtype=bool)
         self._limit_queue = list(range(len(rows)))
         self._common_read = all(model.reads != "single" for model in self._models)
         self._names = FAST[bus.protocol]
@@ -169,8 +174,9 @@ class RobotBus:
 
     @property
     def is_silent(self) -> bool:
-        """Whether no servo has answered for `SILENCE`."""
-        return time.monotonic() - self.answered_at > SILENCE
+        """Whether no servo has answered for `SILENCE`, though several were asked."""
+        asked = len(self._asked) >= min(SILENT_SERVOS, len(self.ids))
+        return asked and time.monotonic() - self.answered_at > SILENCE
 
     def observe(self, clock: float) -> Observation:
         """Return the last readings as an observation at a time of the controller's clock [s].
@@ -208,7 +214,7 @@ class RobotBus:
     def read(self, until: float) -> None:
         """Read servos until a time of the monotonic clock [s], one at least.
 
-        After a lost answer the others are read at the next call.
+        After a lost answer of a common read, the others are read at the next call.
 
         Raises:
             PortLost: The adapter is gone.
@@ -225,10 +231,9 @@ class RobotBus:
                 readings = self.bus.read_all([id_], self._names)
             reading = readings[id_]
             self._take(k, reading)
-            if reading is not None or misses[k] >= SILENT_AFTER:
-                self._queue.remove(k)
-                self._queue.append(k)
-            if reading is None:
+            self._queue.remove(k)
+            self._queue.append(k)
+            if reading is None and self._common_read:
                 return
             if not self._common_read and time.monotonic() + self._read_time > until:
                 return
@@ -260,11 +265,14 @@ class RobotBus:
         self._tried[at] = now
         if reading is None or not reading.values:
             self.misses[at] += 1
+            self._asked.add(k)
             return
         if self.is_silent:
             # The bus was silent, not these servos.
-            self.misses[:] = 0
+            self.misses[:] = np.where(self._was_silent, SILENT_AFTER, 0)
         self.answered_at = now
+        self._asked.clear()
+        self._was_silent = self.misses >= SILENT_AFTER
         angle, load, *health = (reading.values[name] for name in self._names)
         q = float(self._sign[at] * (angle - self._zero[at]))
         reach = self.robot.servo.no_load_speed * (now - self.read_at[at]) + JUMP
@@ -365,10 +373,23 @@ class RobotBus:
             if time.monotonic() > until:
                 return
 
-    def torque_is_on(self) -> bool:
-        """Read whether the torque is on of all servos that run."""
-        for id_, runs in zip(self.ids, self.running.flat, strict=True):
-            reading = self.bus.read_all([id_], ["torque_enable"])[id_] if runs else None
-            if reading is not None and not reading.values.get("torque_enable", 1.0):
+    def torque_is_on(self, alive: Callable[[], object]) -> bool | None:
+        """Read whether the torque is on of all servos that run; None where one gives no answer.
+
+        Args:
+            alive: Called before each reading.
+
+        Raises:
+            PortLost: The port fails.
+        """
+        for k in np.flatnonzero(self.running).tolist():
+            for _ in range(TRIES):
+                alive()
+                reading = self.bus.read_all([self.ids[k]], READ_BACK)[self.ids[k]]
+                if reading is not None and reading.values:
+                    break
+            else:
+                return None
+            if not reading.values["torque_enable"]:
                 return False
         return True

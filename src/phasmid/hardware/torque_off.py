@@ -31,20 +31,27 @@ REOPEN_PAUSE = 0.05
 """Time between attempts with a port that fails [s]."""
 
 START_TIME = 20.0
-"""Longest time for the start of the second process [s]: 0.3 s on a machine without other work."""
+"""Longest time for the start of the second process [s]; it takes 0.3 s without other work."""
 
-RETRY_TIME = 0.9
+RETRY_TIME = 0.5
 """Time for which the second process sends torque off without a pause [s]; 18 servos confirm in
 0.1 s."""
 
 RETRY_PAUSE = 0.5
 """Pause of the second process between two such times [s], in which other programs can read."""
 
+ANSWER_TIME = 2.0
+"""Time without an answer after which the second process counts as stopped [s]; it answers at once
+on a machine without other work."""
+
+QUIT_TIME = 5.0
+"""Longest time for the end of the second process [s]."""
+
 PORT = "path", "baud", "protocol", "latency"
 """Arguments of `Bus` that the second process gets."""
 
 READY = b"r"
-"""Message of the second process: it can switch the torque off."""
+"""Message of the second process: it can switch the torque off. It answers each message."""
 
 ALIVE = b"."
 """Message of the driver: it does not hang."""
@@ -76,18 +83,17 @@ def switch_torque_off(
         Ids of the servos that have not confirmed it.
     """
     end = time.monotonic() + duration
-    zeros, confirmed = dict.fromkeys(ids, 0.0), dict.fromkeys(ids, 0)
+    confirmed = dict.fromkeys(ids, 0)
     remaining, fails = list(ids), 0
     while remaining:
         alive()
-        id_ = remaining.pop(0)
+        id_, reading = remaining[0], None
         try:
             # One packet may be lost, or reach some servos only.
-            bus.write_all("torque_enable", zeros)
+            bus.write_all("torque_enable", dict.fromkeys(remaining, 0.0))
             reading = bus.read_all([id_], READ_BACK)[id_]
             fails = 0
         except PortLost:
-            reading = None
             fails += 1
             if fails > 1:
                 with suppress(PortLost):
@@ -96,18 +102,13 @@ def switch_torque_off(
         if reading is not None and reading.values:
             is_off = reading.values["torque_enable"] == 0
             confirmed[id_] = confirmed[id_] + 1 if is_off else 0
-        if confirmed[id_] < CONFIRMATIONS:
-            remaining.append(id_)
+        remaining = remaining[1:] + [id_] * (confirmed[id_] < CONFIRMATIONS)
         if time.monotonic() > end:
             break
     return sorted(remaining)
 
 
 # The second process, as the driver sees it --------------------------------------------------------
-
-
-_going_on: list[TorqueOffProcess] = []
-"""Second processes that go on after a drive of this process."""
 
 
 class TorqueOffProcess:
@@ -117,12 +118,12 @@ class TorqueOffProcess:
         settings: Port, models of the servos, and times, see `torque_off_after_exit`.
 
     Attributes:
-        gives_up: Whether this process could not confirm that the torque is off: the second one
-            goes on with it.
+        is_confirmed: Whether the servos have confirmed that their torque is off. Otherwise the
+            second process goes on with it.
     """
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
-        self.gives_up = False
+        self.is_confirmed = False
         # Without -P a file of the working folder could replace a module.
         command = [sys.executable, "-P", "-m", __name__, json.dumps(settings)]
         self._process = subprocess.Popen(  # noqa: S603
@@ -138,6 +139,10 @@ class TorqueOffProcess:
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._to, self._from = self._process.stdin, self._process.stdout
+        # A process that was stopped must not block this one.
+        for stream in (self._to, self._from):
+            os.set_blocking(stream.fileno(), False)
+        self._answered_at = time.monotonic()
 
     @property
     def pid(self) -> int:
@@ -145,36 +150,37 @@ class TorqueOffProcess:
         return self._process.pid
 
     def is_ready(self) -> bool:
-        """Wait for its start; return whether it can switch the torque off."""
+        """Wait until it can switch the torque off; return False where it ends before."""
         ready = select.select([self._from], [], [], START_TIME)[0]
+        self._answered_at = time.monotonic()
         return bool(ready) and self._from.read(1) == READY
 
     def alive(self) -> bool:
-        """Report that this process does not hang; return whether the second one runs."""
+        """Report that this process does not hang; return whether the second one answers."""
         self._send(ALIVE)
-        return self._process.poll() is None
+        now = time.monotonic()
+        if self._from.read(4096):
+            self._answered_at = now
+        return self._process.poll() is None and now - self._answered_at < ANSWER_TIME
+
+    def has_acted(self) -> bool:
+        """Return whether it has ended of itself, after torque off."""
+        return self._process.poll() == 0
 
     def close(self) -> None:
-        """Let it end, unless it goes on."""
-        if self.gives_up and self.alive():
-            # The open pipe tells it whether this process still has the port.
-            self._send(GIVES_UP)
-            _going_on.append(self)
-            return
-        self._send(QUIT)
-        try:
-            self._process.wait(timeout=START_TIME)
-        except subprocess.TimeoutExpired:
-            self.kill()
-        for stream in (self._to, self._from):
-            stream.close()
-
-    def kill(self) -> None:
-        """End it at once."""
-        self._process.kill()
-        self._process.wait()
+        """Request its end where torque off is confirmed; let it go on otherwise."""
+        self._send(QUIT if self.is_confirmed else GIVES_UP)
+        self._to.close()
+        self._from.close()
+        if self.is_confirmed:
+            try:
+                self._process.wait(timeout=QUIT_TIME)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
 
     def _send(self, message: bytes) -> None:
+        # The pipe is full where the process was stopped.
         with suppress(OSError):
             self._to.write(message)
 
@@ -194,12 +200,6 @@ def torque_off_after_exit(
     Raises:
         BusError: It does not start.
     """
-    while _going_on:
-        # That of an earlier drive would switch the torque off in this one.
-        earlier = _going_on.pop()
-        earlier.gives_up = False
-        earlier.kill()
-        earlier.close()
     second = TorqueOffProcess(
         {
             "port": {name: getattr(bus, name) for name in PORT},
@@ -228,30 +228,36 @@ def main() -> None:
     # The driver has the port, too.
     with Bus(**settings["port"], models=models, exclusive=False) as bus:
         os.write(1, READY)
+        hangs = True
         while select.select([0], [], [], settings["silence"])[0]:
             received = os.read(0, 4096)
             if QUIT in received:
                 return
-            if GIVES_UP in received:
+            if GIVES_UP in received or not received:
+                hangs = False
                 break
-            if not received:
-                time.sleep(settings["hold"])
-                break
-        _go_on(bus, sorted(models))
+            with suppress(OSError):
+                os.write(1, READY)
+        if not hangs and not received:
+            # No other program may come between.
+            bus.lock()
+            time.sleep(settings["hold"])
+        _keep_switching_off(bus, sorted(models), hangs)
 
 
-def _go_on(bus: Bus, ids: list[int]) -> None:
-    """Switch the torque off, until it is confirmed, the port is gone, or another process has it."""
-    has_ended = False
+def _keep_switching_off(bus: Bus, ids: list[int], hangs: bool) -> None:
+    """Send torque off until it is confirmed, or the port is gone.
+
+    While another program of phasmid has the port open, nothing is sent, unless that is the driver
+    that hangs.
+    """
     while not bus.is_gone() and (ids := switch_torque_off(bus, ids, RETRY_TIME)):
+        bus.unlock()
         time.sleep(RETRY_PAUSE)
-        while not has_ended and select.select([0], [], [], 0.0)[0]:
-            received = os.read(0, 4096)
-            if QUIT in received:
-                return
-            has_ended = not received
-        if has_ended and bus.is_open_elsewhere():
-            return
+        while not (hangs or bus.lock()):
+            time.sleep(RETRY_PAUSE)
+        # Others may open it.
+        bus.unlock()
 
 
 if __name__ == "__main__":
