@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 FORMAT = 1
 """Version of the recording's names, units and attributes."""
 
+LATEST = 2**31
+"""Time that a recording does not reach [s]: 68 years, the end of the stamps of ROS 2."""
+
 Recording: TypeAlias = "xarray.Dataset"
 """A dataset whose variables are channels; the name is text so that importing it is quick."""
 
@@ -93,6 +96,11 @@ def _checked_time(time: np.ndarray) -> np.ndarray:
     if not np.isfinite(time).all():
         first = int(np.argmin(np.isfinite(time)))
         raise InvalidInput(f"recording sample {first}: time is {time[first]}; it must be finite.")
+    if not np.abs(time).max() < LATEST:
+        first = int(np.argmax(np.abs(time) >= LATEST))
+        raise InvalidInput(
+            f"recording sample {first}: time is {time[first]:g} s; it must be within {LATEST:g} s."
+        )
     steps = np.diff(time)
     if (steps <= 0).any():
         late = int(np.argmax(steps <= 0)) + 1
