@@ -207,7 +207,7 @@ def test_zeros_over_the_end_of_a_file_do_not_pass_for_a_file_without_checksum(tm
 
 @pytest.mark.parametrize("latest", [2.0**31, 1e10, 1e300])
 def test_a_time_that_no_stamp_holds_is_refused(latest):
-    with pytest.raises(InvalidInput, match="recording sample 1: time is .* it must be within"):
+    with pytest.raises(InvalidInput, match=r"recording sample 1: time is .* it must be within"):
         new_recording(np.array([0.0, latest]), {}, {})
 
 
