@@ -47,7 +47,8 @@ def read_csv_table(path: Path, what: str) -> pandas.DataFrame:
         The table; the names of its columns are free of outer blanks.
 
     Raises:
-        InvalidInput: It is no table of text, has rows longer than the heading, or too many rows.
+        InvalidInput: It is no table of text, has rows longer than the heading, or no row below it,
+            or too many.
     """
     # Lazy import: pandas takes 0.3 s.
     import pandas
@@ -64,6 +65,8 @@ def read_csv_table(path: Path, what: str) -> pandas.DataFrame:
         # A damaged file can raise any exception.
         reason = " ".join(str(error).split())[:120].rstrip(".")
         raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
+    if len(frame.columns) and frame.empty:
+        raise InvalidInput(f"{what} has a heading and no row below it.")
     if len(frame) > MOST_ROWS:
         raise InvalidInput(f"{what} has more than {MOST_ROWS} rows.")
     frame.columns = [str(name).strip() for name in frame]
