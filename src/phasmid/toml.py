@@ -137,8 +137,8 @@ def parse_toml(content: str, name: str) -> dict[str, Any]:
         raise InvalidInput(
             f"{name} line {line}: a key has more than {MOST_PARTS} parts; such files are refused."
         )
-    for line, most, what in ((_HEADING, MOST_TABLES, "tables"), (_KEY, MOST_KEYS, "keys")):
-        if sum(1 for _ in line.finditer(content)) > most:
+    for pattern, most, what in ((_HEADING, MOST_TABLES, "tables"), (_KEY, MOST_KEYS, "keys")):
+        if sum(1 for _ in pattern.finditer(content)) > most:
             raise InvalidInput(f"{name} has more than {most} {what}; such files are refused.")
     try:
         return tomllib.loads(content)
