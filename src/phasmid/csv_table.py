@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, own_words
 
 if TYPE_CHECKING:
     import pandas
@@ -63,8 +63,10 @@ def read_csv_table(path: Path, what: str) -> pandas.DataFrame:
         raise InvalidInput(f"{what} has rows of more cells than the heading.") from None
     except Exception as error:
         # A damaged file can raise any exception.
-        reason = " ".join(str(error).split())[:120].rstrip(".")
-        raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
+        raise InvalidInput(
+            f"{path.name} is not a table of text{own_words(error)}.",
+            hint="UTF-8, with commas between cells and every quote closed",
+        ) from None
     if len(frame.columns) and frame.empty:
         raise InvalidInput(f"{what} has a heading and no row below it.")
     if len(frame) > MOST_ROWS:

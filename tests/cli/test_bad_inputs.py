@@ -65,3 +65,16 @@ def test_bad_input_ends_with_one_sentence_and_status_2(name, known, tmp_path, mo
         (tmp_path / file).write_bytes(content)
     status = main(list(known[name].arguments))
     assert refused_rightly(status, capsys.readouterr().err)
+
+
+LIBRARIES = ("a.csv: not utf-8", "a.npy: cut off", "a.nc: text")
+
+
+@pytest.mark.parametrize("name", [f"trajectory {one}" for one in LIBRARIES])
+def test_a_refusal_does_not_repeat_a_library_s_words(name, known, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for file, content in known[name].files.items():
+        (tmp_path / file).write_bytes(content)
+    assert main(list(known[name].arguments)) == 2
+    first, *_ = capsys.readouterr().err.splitlines()
+    assert first.endswith(("not a table of text.", "that can be read."))

@@ -43,9 +43,9 @@ T, LEGS_6 = np.arange(3.0), {"joint_torque": np.zeros((3, 6, 3))}
     ("time", "channels", "attributes", "words"),
     [
         (T, {"joint_torq": T}, {}, 'has no channel "joint_torq"'),
-        (T, {"joint_torque": np.zeros((3, 6))}, {}, "channels must have the shapes of their names"),
-        (T, {"body_orientation": np.zeros((3, 3))}, {}, "conflicting sizes for dimension 'quat"),
-        (T, LEGS_6 | {"stance": np.ones((3, 4), bool)}, {}, "conflicting sizes for dimension 'leg"),
+        (T, {"joint_torque": np.zeros((3, 6))}, {}, "it must have 3 of time, any of leg, 3 of"),
+        (T, {"body_orientation": np.zeros((3, 3))}, {}, "it must have 3 of time, 4 of quaternion"),
+        (T, LEGS_6 | {"stance": np.ones((3, 4), bool)}, {}, "it must have 3 of time, 6 of leg"),
         (T, {"foot_normal_force": np.zeros((3, 0))}, {}, "at least one leg"),
         (T, {"stance": np.ones((3, 6))}, {}, "it must hold true or false"),
         (T, {"body_position": np.ones((3, 3)) * 1j}, {}, "it must hold real numbers"),

@@ -13,7 +13,14 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
+from phasmid.errors import (
+    AlreadyExists,
+    InvalidInput,
+    OutputError,
+    PhasmidError,
+    located,
+    own_words,
+)
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES
 from phasmid.recording.log import DamagedRecording, is_log, read_log, sync_folder
 from phasmid.recording.recording import FORMAT, Recording, new_recording
@@ -187,9 +194,8 @@ def load_recording(path: str | Path) -> Recording:
         raise
     except Exception as error:
         # A damaged file can raise any exception in the HDF5 reader.
-        reason = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput(
-            f"{path} is not a recording that can be read: {reason[:160]}.",
+            f"{path} is not a recording that can be read{own_words(error)}.",
             hint="a recording.nc that phasmid wrote, copied whole",
         ) from None
 

@@ -61,10 +61,8 @@ def new_recording(
     coordinates: dict[str, Any] = {dim: list(names) for dim, names in COORDINATES.items()}
     coordinates = {dim: names for dim, names in coordinates.items() if dim in used}
     coordinates["time"] = "time", _checked_time(time), {"units": "s", "long_name": "time"}
-    try:
-        recording = xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
-    except ValueError as error:
-        raise InvalidInput(f"channels must have the shapes of their names: {error}.") from None
+    _check_shapes(len(coordinates["time"][1]), arrays)
+    recording = xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
     if 0 in recording.sizes.values():
         raise InvalidInput("a recording must have at least one leg.")
     legs = recording.sizes.get("leg")
@@ -109,6 +107,18 @@ def _checked_time(time: np.ndarray) -> np.ndarray:
             f"{time[late - 1]:.6g} s."
         )
     return time
+
+
+def _check_shapes(samples: int, arrays: Mapping[str, np.ndarray]) -> None:
+    """Refuse arrays that do not have the axes of their channels, or another number of legs."""
+    sizes = {"time": samples} | {dim: len(names) for dim, names in COORDINATES.items()}
+    for name, array in arrays.items():
+        dims = CHANNELS[name].dims
+        if "leg" in dims and len(dims) == array.ndim:
+            sizes.setdefault("leg", array.shape[dims.index("leg")])
+        if array.shape != tuple(sizes.get(dim) for dim in dims):
+            axes = ", ".join(f"{sizes.get(dim, 'any')} of {dim}" for dim in dims)
+            raise InvalidInput(f'channel "{name}" has shape {array.shape}; it must have {axes}.')
 
 
 def _checked(name: str, array: np.ndarray) -> np.ndarray:
