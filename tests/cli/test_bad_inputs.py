@@ -11,6 +11,7 @@ CHOSEN = (
     "robot toml: values times legs",
     "robot toml: limits of many turns",
     "robot toml: length of a planet",
+    "robot toml: mass of an atom",
     "robot toml: servo of a planet",
     "robot toml: servo of an atom",
     "urdf: limits in degrees",

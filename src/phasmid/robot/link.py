@@ -16,6 +16,9 @@ from phasmid.units import plain_number
 LONGEST_LENGTH = 2.0
 """Lengths above this are slips of the unit, not walking robots [m]."""
 
+SMALLEST_MASS = 1e-12
+"""Masses below this are those of no part that can be seen [kg]."""
+
 LARGEST_MASS = 200.0
 """Masses above this are slips of the unit, not parts of walking robots [kg]."""
 
@@ -55,6 +58,8 @@ def check_mass(value: float, what: str) -> None:
         raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
     if value <= 0:
         raise InvalidRobot(f"{what} is {value:.4g} kg; it must be greater than 0.")
+    if value < SMALLEST_MASS:
+        raise InvalidRobot(f"{what} is {value:.4g} kg; it must be {SMALLEST_MASS:g} kg or more.")
     if value > LARGEST_MASS:
         raise InvalidRobot(
             f"{what} is {value:.4g} kg; masses above {LARGEST_MASS:g} kg are refused.",
