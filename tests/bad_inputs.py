@@ -25,6 +25,9 @@ from phasmid.scenario import load_scenario
 
 PRESETS = resources.files("phasmid.robot") / "presets"
 ROBOT = (PRESETS / "phantomx-paper.toml").read_text(encoding="utf-8")
+SERVO = 'servo = {{ name = "a", stall_torque = {0}, no_load_speed_rpm = 59, stiffness = 20 }}'
+KINDS, EXPORTED = ("target", "measured"), ("position_target", "position_measured")
+DEEP = "/".join("a" for _ in range(1500))
 DIGITS, DOTTED, NESTED = "9" * 5000, "a." * 20_000, "[" * 20_000
 
 SENTENCE = re.compile(r"phasmid: [^\n]{1,1700}\n(  in   [^\n]{1,1700}\n)?(  try  [^\n]{1,1700}\n)?")
@@ -84,6 +87,10 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     yield toml("limits of many turns", "coxa_deg = [-75, 75]", "coxa = [-75, 75]")
     yield toml("limits of nan", "coxa_deg = [-75, 75]", "coxa_deg = [nan, 75]")
     yield toml("mount of lists", "mount_mm = [0, -103.4, 0]", "mount_mm = [[0], [1], [2]]")
+    yield toml("mass of an atom", "mass_g = 21.931", "mass_g = 1e-300")
+    yield toml("length of a planet", "femur_mm = 82", "femur_mm = 1e11")
+    yield toml("servo of a planet", 'servo = "AX-12A"', SERVO.format("1e300"))
+    yield toml("servo of an atom", 'servo = "AX-12A"', SERVO.format("5e-324"))
     yield toml("a leg missing", "[legs.left_front]", "[legs.right_front.x]")
     yield toml("inertia overflows", "yy = 127028.3", "yy = 1e308")
     yield toml("weight beyond floats", "total_weight_n = 26", "total_weight_n = 1e999")
@@ -189,6 +196,9 @@ def scenarios() -> Iterator[BadInput]:
         "patches of four numbers": "[terrain]\npatches = [[0, 1, 0, 1]]",
         "a map that claims much": "[terrain]\nkind='height-map'\nheight_map='map:999999x9:zz'",
         "a voltage of nothing": "[servo]\nvoltage = 0",
+        "20 000 tables": "".join(f"[a{i}]\n" for i in range(20_000)),
+        "100 000 keys": "".join(f"a{i} = 1\n" for i in range(100_000)),
+        "a coordinate beyond robots": "[terrain]\npatches = [[0, 1e300, 0, 1, 1]]",
         "a seed of digits": f"[terrain]\nterrain_seed = {DIGITS}",
         "a name of slashes": "name = '../../a'",
     }.items():
@@ -260,6 +270,7 @@ def trajectories() -> Iterator[BadInput]:
         return "\n".join([heading, *(f"{time},{row}" for time in times)]).encode()
 
     for name, content in {
+        "a.csv: a heading alone": table(),
         "a.csv: times beyond floats": table("0", "1e999"),
         "a.csv: milliseconds since 1970": table("1.7e12", "1.7001e12"),
         "a.csv: times too near": table("0", "1e-300", "1"),
@@ -273,6 +284,22 @@ def trajectories() -> Iterator[BadInput]:
         yield BadInput(f"trajectory {name}", ("walk", "--trajectory", file), {file: content})
     yield BadInput("trajectory: absent", ("walk", "--trajectory", "a.csv"), {})
     yield BadInput("trajectory: a folder", ("walk", "--trajectory", "."), {})
+
+
+def logs() -> Iterator[BadInput]:
+    joints = joint_names(load_robot("phantomx-paper"))
+    own = "time," + ",".join(f"{joint}.{kind}" for joint in joints for kind in KINDS)
+    exported = "time [s]," + ",".join(f"joint_{k}.{j} [rad]" for k in EXPORTED for j in joints)
+    bench = "time [s],target [deg],position [deg]"
+    servo = ("identify", "a.csv", "--servo", "AX-12A", "--mass-g", "100", "--length-mm", "100")
+    for name, heading, command in (
+        ("own", own, ("compare", "a.csv")),
+        ("exported", exported, ("compare", "a.csv")),
+        ("exported, to walk", exported, ("walk", "--trajectory", "a.csv")),
+        ("bench", bench, servo),
+    ):
+        content = {"a.csv": f"{heading}\n".encode()}
+        yield BadInput(f"log: a heading alone, {name}", command, content)
 
 
 def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
@@ -293,6 +320,9 @@ def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
         files = {"a.nc": flipped(nc, 0.3)}
         yield BadInput(f"recording: a flipped bit, {command[0]}", command, files)
     good = {"a.nc": nc}
+    for line in ("report a.nc", "plot a.nc all", "export a.nc", "compare a.nc"):
+        command = (*line.split(), "--out", f"{DEEP}/a.csv")
+        yield BadInput(f"recording: {line} into 1500 folders", command, good)
     for name, arguments in {
         "absent": ("report", "b.nc"),
         "a folder without one": ("report", "."),
@@ -331,6 +361,21 @@ def options() -> Iterator[BadInput]:
         f"walk --patches [[{DIGITS}]]",
         "walk --patches 0,1,2",
         "walk --sway nan",
+        "walk --damping 1e300",
+        "walk --damping 1e-300",
+        "walk --contact-law simscape --stiffness 1e-300",
+        "walk --stiffness 1e9",
+        "walk --period 1e300",
+        "walk --friction-damping 5e-324",
+        "walk --step-length-mm -1e300",
+        "walk --terrain rough --rough-length-mm 1e-300",
+        "drive --velocity 1e300,0,0",
+        "drive --waypoints 1,0,1e300",
+        f"walk --out {DEEP}/a",
+        f"walk --video {DEEP}/a.mp4",
+        f"convert phantomx-paper {DEEP}/a.urdf",
+        f"explain --foot-at 1 0.1,0,0 --out {DEEP}/a.png",
+        f"export-firmware --out {DEEP}/a.h",
         "walk --drive servo --voltage 999",
         "walk --terrain-seed -1",
         "walk --record-interval 0.00015",
@@ -380,7 +425,7 @@ def bad_inputs(folder: Path) -> list[BadInput]:
         folder: Where whole files are made, of which some are damaged ones.
     """
     whole = whole_files(folder)
-    kinds = (robots(whole), scenarios(), grounds(), trajectories(), recordings(whole), options())
-    found = [one for kind in kinds for one in kind]
+    kinds = (robots(whole), scenarios(), grounds(), trajectories(), logs(), recordings(whole))
+    found = [one for kind in (*kinds, options()) for one in kind]
     assert len({one.name for one in found}) == len(found)
     return found

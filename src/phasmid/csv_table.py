@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, own_words
 
 if TYPE_CHECKING:
     import pandas
@@ -47,7 +47,8 @@ def read_csv_table(path: Path, what: str) -> pandas.DataFrame:
         The table; the names of its columns are free of outer blanks.
 
     Raises:
-        InvalidInput: It is no table of text, has rows longer than the heading, or too many rows.
+        InvalidInput: It is no table of text, has rows longer than the heading, or no row below it,
+            or too many.
     """
     # Lazy import: pandas takes 0.3 s.
     import pandas
@@ -62,8 +63,12 @@ def read_csv_table(path: Path, what: str) -> pandas.DataFrame:
         raise InvalidInput(f"{what} has rows of more cells than the heading.") from None
     except Exception as error:
         # A damaged file can raise any exception.
-        reason = " ".join(str(error).split())[:120].rstrip(".")
-        raise InvalidInput(f"{path.name} is not a table of text: {reason}.") from None
+        raise InvalidInput(
+            f"{path.name} is not a table of text{own_words(error)}.",
+            hint="UTF-8, with commas between cells and every quote closed",
+        ) from None
+    if len(frame.columns) and frame.empty:
+        raise InvalidInput(f"{what} has a heading and no row below it.")
     if len(frame) > MOST_ROWS:
         raise InvalidInput(f"{what} has more than {MOST_ROWS} rows.")
     frame.columns = [str(name).strip() for name in frame]

@@ -140,6 +140,23 @@ class OutputError(PhasmidError):
     exit_status = 1
 
 
+class WrongContent(ValueError):
+    """What is wrong with the content of a file, in words of phasmid, for `own_words`."""
+
+
+def own_words(error: Exception) -> str:
+    """Return why a file could not be read, such as ``: permission denied``.
+
+    The words of a library, which name its own functions and types, are left out.
+
+    Args:
+        error: What its reader raised.
+    """
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        return f": {error.strerror.lower()}"
+    return f": {error}" if isinstance(error, WrongContent) else ""
+
+
 @contextmanager
 def located(where: str) -> Iterator[None]:
     """Add the place of an error that has none.

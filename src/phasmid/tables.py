@@ -7,11 +7,14 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_origin
 
+from annotated_types import Gt
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
 from pydantic.fields import FieldInfo
+from pydantic_core import InitErrorDetails
 
 from phasmid import units
 from phasmid.errors import InvalidInput, nearest
@@ -52,6 +55,13 @@ class Of:
         self.choices = choices
 
 
+LARGEST, SMALLEST = 1e12, 1e-12
+"""Largest size of a number, and smallest of one that must be positive, in SI.
+
+No quantity of a walking robot lies beyond them, and products of a dozen such numbers stay within
+the range of floats.
+"""
+
 # Strict: a number in quotes would pass its key's unit by, and true is not 1.
 Number = Annotated[float, Strict()]
 Count = Annotated[int, Strict()]
@@ -69,6 +79,10 @@ Voltage = Annotated[Number, Quantity("v")]
 Temperature = Annotated[Number, Quantity("degc")]
 
 
+Loc: TypeAlias = tuple[str | int, ...]
+"""Place of a value in a table."""
+
+
 class Table(BaseModel):
     """A frozen table; keys may end in a unit, values inside are SI, unknown keys are refused."""
 
@@ -80,12 +94,43 @@ class Table(BaseModel):
         return in_si(cls, raw) if isinstance(raw, Mapping) else raw
 
     @model_validator(mode="after")
-    def _check_text(self: T) -> T:
+    def _check_values(self: T) -> T:
         for name, value in self:
             # Half a character of UTF-16: Python holds it, and no file does.
             if isinstance(value, str) and any("\ud800" <= c <= "\udfff" for c in value):
                 raise InvalidInput(f"{name} is {value!r}; it must be text that a file can hold.")
+            least = _least(type(self))[name]
+            for loc, number in _floats(value, (name,)):
+                if math.isfinite(number) and not least <= number <= LARGEST:
+                    raise _beyond(type(self), loc, number, least)
         return self
+
+
+def _beyond(table: type[Table], loc: Loc, number: float, least: float) -> ValidationError:
+    """Return the error of a number that no field of a table may hold."""
+    error: InitErrorDetails = {"type": "less_than_equal", "loc": loc, "input": number}
+    error["ctx"] = {"le": LARGEST}
+    if number < least:
+        error |= {"type": "greater_than_equal", "ctx": {"ge": least}}
+    return ValidationError.from_exception_data(table.__name__, [error])
+
+
+@lru_cache
+def _least(table: type[Table]) -> dict[str, float]:
+    """Return the least number that each field of a table may hold."""
+    return {
+        name: SMALLEST if Gt(0) in _marks(field) else -LARGEST
+        for name, field in table.model_fields.items()
+    }
+
+
+def _floats(value: Any, loc: Loc) -> Iterator[tuple[Loc, float]]:
+    """Yield the floats of a field, also those in its list, with their places."""
+    if isinstance(value, float):
+        yield loc, value
+    elif isinstance(value, list | tuple | Mapping):
+        for key, inner in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from _floats(inner, (*loc, key))
 
 
 def in_si(table: type[Table], raw: Mapping[str, Any]) -> dict[str, Any]:
@@ -120,13 +165,17 @@ def _scale(value: Any, ending: str) -> Any:
 
 def quantity(field: FieldInfo) -> Quantity | None:
     """Return the dimension that a field carries, also where it is a list or optional."""
-    found = [m for m in field.metadata if isinstance(m, Quantity)]
+    return next((m for m in _marks(field) if isinstance(m, Quantity)), None)
+
+
+def _marks(field: FieldInfo) -> Iterator[Any]:
+    """Yield the marks and bounds of a field, also those inside a list or an optional value."""
+    yield from field.metadata
     pending = [field.annotation]
-    while pending and not found:
+    while pending:
         kind = pending.pop()
-        found = [m for m in getattr(kind, "__metadata__", ()) if isinstance(m, Quantity)]
+        yield from getattr(kind, "__metadata__", ())
         pending += [k for k in get_args(kind) if k is not None]
-    return found[0] if found else None
 
 
 def _field_of(table: type[Table], key: str) -> tuple[str, str]:
@@ -155,7 +204,7 @@ def key_of(name: str, field: FieldInfo) -> str:
 
 T = TypeVar("T", bound="Table")
 
-Locator = Callable[[tuple[str | int, ...]], tuple[str, str]]
+Locator = Callable[[Loc], tuple[str, str]]
 """From the place of a value in a table to its subject in a sentence and its file and line."""
 
 
@@ -230,7 +279,7 @@ def _hint_for_key(key: str, table: type[Table], parent: type[Table]) -> str:
 
 
 def _descend(
-    table: type[Table], raw: Any, loc: tuple[str | int, ...]
+    table: type[Table], raw: Any, loc: Loc
 ) -> tuple[type[Table], FieldInfo | None, Any, str, tuple[str | int, ...]]:
     """Follow a location down to its table, its field, the value as written and its unit.
 
@@ -323,8 +372,8 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
         if field
         else {}
     )
-    # Bounds of an optional number stand in its error only.
-    limits = own or context
+    # The error alone has the bounds of an optional number, and those of all numbers.
+    limits = own if own.items() >= context.items() else context
     bounds = [form.format(scale(limits[key])) for key, form in _BOUNDS.items() if key in limits]
     noun = next((noun for kind, noun in _NOUNS.items() if detail["type"].startswith(kind)), "")
     return f"{noun} {' and '.join(bounds)}".strip() or str(detail["msg"])
@@ -333,14 +382,14 @@ def _demand(field: FieldInfo | None, detail: Mapping[str, Any], ending: str) -> 
 def in_file(path: Path, content: str) -> Locator:
     """Return a locator for values in a file."""
 
-    def locate(loc: tuple[str | int, ...]) -> tuple[str, str]:
+    def locate(loc: Loc) -> tuple[str, str]:
         line, _ = line_of(content, loc)
         return dotted(loc), f"{path.name}, line {line}" if line else path.name
 
     return locate
 
 
-def dotted(loc: tuple[str | int, ...]) -> str:
+def dotted(loc: Loc) -> str:
     """Format a location, such as ``gait.offsets[2]``."""
     words = ""
     for part in loc:

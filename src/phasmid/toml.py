@@ -17,8 +17,19 @@ from phasmid.units import split_unit
 LARGEST_FILE = 1_000_000
 """Files above this many bytes are no robots or scenarios written by hand."""
 
+MOST_TABLES, MOST_KEYS = 5_000, 20_000
+"""Most lines with the heading of a table, or with a key: a robot of 100 legs has 1000 and 5000.
+
+The parser and the search for the line of a mistake take seconds for ten times as many.
+"""
+
 MOST_PARTS = 16
 """Most parts of a dotted key: the parser's memory grows with their square."""
+
+_HEADING, _KEY = (
+    re.compile(rf"^[ \t]*{begin}", re.MULTILINE) for begin in (r"\[[^,\n]*$", r"[^\n=]{1,200}=")
+)
+"""A line with the heading of a table, and one with a key; no line of a list of lists is either."""
 
 _DOTTED_KEY = re.compile(
     rf"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{MOST_PARTS}}}"""
@@ -126,6 +137,9 @@ def parse_toml(content: str, name: str) -> dict[str, Any]:
         raise InvalidInput(
             f"{name} line {line}: a key has more than {MOST_PARTS} parts; such files are refused."
         )
+    for pattern, most, what in ((_HEADING, MOST_TABLES, "tables"), (_KEY, MOST_KEYS, "keys")):
+        if sum(1 for _ in pattern.finditer(content)) > most:
+            raise InvalidInput(f"{name} has more than {most} {what}; such files are refused.")
     try:
         return tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:

@@ -83,6 +83,21 @@ def test_a_log_is_read_up_to_its_last_whole_sample(tmp_path, damage, count, said
     assert path.read_bytes() == content
 
 
+def test_zeros_over_a_sample_and_its_checksum_do_not_pass_for_a_sample(tmp_path):
+    path = tmp_path / "walk.mcap"
+    write(path)
+    content, places = path.read_bytes(), chunks(path.read_bytes())
+    # A chunk is a byte of kind, its length, two times, the size of its data, and their checksum.
+    checksum, end = places[16] + 33, places[17]
+    for zeros in (0, 100):
+        damaged = bytearray(content)
+        damaged[checksum : checksum + 4] = bytes(4)
+        damaged[end - zeros : end] = bytes(zeros)
+        path.write_bytes(damaged)
+        with pytest.warns(DamagedRecording, match="15 of 20 samples were read"):
+            assert load_recording(path).sizes["time"] == 15
+
+
 def flipped(content, place):
     return content[:place] + bytes([content[place] ^ 1 << place % 8]) + content[place + 1 :]
 

@@ -43,9 +43,9 @@ T, LEGS_6 = np.arange(3.0), {"joint_torque": np.zeros((3, 6, 3))}
     ("time", "channels", "attributes", "words"),
     [
         (T, {"joint_torq": T}, {}, 'has no channel "joint_torq"'),
-        (T, {"joint_torque": np.zeros((3, 6))}, {}, "channels must have the shapes of their names"),
-        (T, {"body_orientation": np.zeros((3, 3))}, {}, "conflicting sizes for dimension 'quat"),
-        (T, LEGS_6 | {"stance": np.ones((3, 4), bool)}, {}, "conflicting sizes for dimension 'leg"),
+        (T, {"joint_torque": np.zeros((3, 6))}, {}, "it must have 3 of time, any of leg, 3 of"),
+        (T, {"body_orientation": np.zeros((3, 3))}, {}, "it must have 3 of time, 4 of quaternion"),
+        (T, LEGS_6 | {"stance": np.ones((3, 4), bool)}, {}, "it must have 3 of time, 6 of leg"),
         (T, {"foot_normal_force": np.zeros((3, 0))}, {}, "at least one leg"),
         (T, {"stance": np.ones((3, 6))}, {}, "it must hold true or false"),
         (T, {"body_position": np.ones((3, 3)) * 1j}, {}, "it must hold real numbers"),
@@ -182,17 +182,33 @@ def test_damaged_files_are_refused_or_read_and_nothing_else(tmp_path):
 
 
 def test_every_flipped_bit_is_refused_before_a_reader_can_stumble_over_it(tmp_path):
-    # CRC-32 finds any single bit. One in the first 16 bytes of the checksum's own line is harmless.
+    # CRC-32 finds any single bit.
     path, recording = tmp_path / "a.nc", full(samples=3, scenario="text", robot="mass = 1")
     save_recording(recording, path)
     whole = path.read_bytes()
     line = len(whole) - len(CHECKSUM % 0)
-    for place in (*range(0, line, 101), *range(line + 16, len(whole))):
+    for place in (*range(48, line, 101), *range(line, len(whole))):
         damaged = bytearray(whole)
         damaged[place] ^= 1 << place % 8
         path.write_bytes(damaged)
         with pytest.raises(InvalidInput, match="is damaged: it fails its checksum"):
             load_recording(path)
+
+
+def test_zeros_over_the_end_of_a_file_do_not_pass_for_a_file_without_checksum(tmp_path):
+    path = tmp_path / "a.nc"
+    save_recording(full(samples=3), path)
+    whole = path.read_bytes()
+    for size in (16, len(CHECKSUM % 0), 512, 2048):
+        path.write_bytes(whole[:-size] + bytes(size))
+        with pytest.raises(InvalidInput, match="is damaged: it fails its checksum"):
+            load_recording(path)
+
+
+@pytest.mark.parametrize("latest", [2.0**31, 1e10, 1e300])
+def test_a_time_that_no_stamp_holds_is_refused(latest):
+    with pytest.raises(InvalidInput, match=r"recording sample 1: time is .* it must be within"):
+        new_recording(np.array([0.0, latest]), {}, {})
 
 
 def test_time_has_a_checksum_that_any_reader_of_hdf5_heeds(tmp_path):

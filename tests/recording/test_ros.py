@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from phasmid import load_scenario, plan, sense, simulate
+from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording.ros import save_mcap
 
@@ -83,6 +84,23 @@ def test_the_body_stands_in_the_world_and_moves_in_its_own_axes(run, topics):
         "world",
         "base_link",
     )
+
+
+@pytest.mark.parametrize("value", [1e308, -1e308, np.inf, np.nan])
+def test_values_beyond_any_robot_are_written_without_a_warning(run, tmp_path, value):
+    extreme = run.isel(time=slice(0, 3)).copy(deep=True)
+    for channel in extreme.data_vars.values():
+        if channel.dtype.kind == "f":
+            channel.values[1:] = value
+    save_mcap(extreme, tmp_path / "a.mcap", rate=1000.0)
+    assert (tmp_path / "a.mcap").stat().st_size > 0
+
+
+def test_a_time_below_0_has_no_stamp(run, tmp_path):
+    early = run.assign_coords(time=run["time"] - 5.0)
+    with pytest.raises(InvalidInput, match="begins at -5 s; stamps of ROS 2 begin at 0"):
+        save_mcap(early, tmp_path / "a.mcap")
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_a_recording_lacks_is_left_out(run, tmp_path):

@@ -180,6 +180,24 @@ def test_a_run_that_diverged_is_judged_by_its_finite_part(short_walk):
     assert set(summary["torque"]) == {"model"}
 
 
+@pytest.mark.parametrize("value", [1e13, 1e160, -1e308])
+def test_values_that_no_robot_reaches_count_as_infinite(short_walk, value):
+    """Warnings are errors here, so that no sum of squares may overflow."""
+    for name in (name for name in short_walk if short_walk[name].dtype.kind == "f"):
+        values = short_walk[name].values.copy()
+        values[-3:] = value
+        summary = summarise(changed(short_walk, **{name: values}))
+        assert summary["run"]["samples_not_finite"] == 3
+        assert printed(summary)
+
+
+def test_a_log_of_years_is_summed_up_in_no_more_chords_than_samples(short_walk):
+    time = short_walk["time"].values * 1e8
+    arrays = {str(name): short_walk[name].values for name in short_walk}
+    attributes = {key: value for key, value in short_walk.attrs.items() if key != "format"}
+    assert summarise(new_recording(time, arrays, attributes))["travel"]["distance"] > 0
+
+
 def test_a_recording_without_its_robot_is_refused(short_walk):
     bare = new_recording(np.arange(3.0), {}, {"scenario": "x"})
     with pytest.raises(InvalidInput, match="has no robot"):

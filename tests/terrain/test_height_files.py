@@ -85,7 +85,7 @@ def bytes_of(heights):
 
 HOLES = np.zeros((5, 9))
 HOLES[2, 7:], HOLES[3:, :6] = np.nan, np.inf
-UNREAD = 'terrain file "{}" cannot be read: '
+UNREAD = 'terrain file "{}" cannot be read'
 NOT_FINITE = "height map is not finite in 1 places, first at row 2, column "
 
 
@@ -102,7 +102,7 @@ NOT_FINITE = "height map is not finite in 1 places, first at row 2, column "
         (
             "a.npy",
             bytes_of(np.array([[None, 1], [2, 3]])),
-            UNREAD + "Array can't be memory-mapped: Python",
+            UNREAD + ".",
         ),
         ("a.csv", b"1,2\n3\n", NOT_FINITE + "2."),
         ("a.csv", b"1,2\nx,3\n", NOT_FINITE + "1."),
@@ -110,8 +110,8 @@ NOT_FINITE = "height map is not finite in 1 places, first at row 2, column "
         ("a.csv", b"", UNREAD),
         ("a.png", b"GIF89a", UNREAD),
         ("a.npy", b"not one", UNREAD),
-        ("a.npy", an_npy((2, 2, 2)) + bytes(64), UNREAD + "an array of float64"),
-        ("a.npy", an_npy((2, 2), "<c16") + bytes(64), UNREAD + "an array of complex128"),
+        ("a.npy", an_npy((2, 2, 2)) + bytes(64), UNREAD + ": an array of float64"),
+        ("a.npy", an_npy((2, 2), "<c16") + bytes(64), UNREAD + ": an array of complex128"),
     ],
 )
 def test_a_file_without_a_map_is_refused(tmp_path, name, content, what):

@@ -49,6 +49,9 @@ STANDS = 2.0
 SHORTEST = 1.5
 """Shortest log [s]."""
 
+LONGEST = 3600.0
+"""Longest log [s]: its replays in simulation would take most of a day."""
+
 
 @dataclass(frozen=True, eq=False)
 class RobotLog:
@@ -68,7 +71,7 @@ class RobotLog:
 
     Raises:
         InvalidInput: Shapes are wrong, times do not increase, a target is not finite, angles are
-            in degrees, or the log is too short.
+            in degrees, or the log is too short or too long.
     """
 
     name: str
@@ -92,6 +95,11 @@ class RobotLog:
         if length < SHORTEST:
             raise InvalidInput(
                 f"log lasts {length:.3g} s; a comparison needs {SHORTEST:g} s or more."
+            )
+        if length > LONGEST:
+            raise InvalidInput(
+                f"log lasts {length:.3g} s; a comparison takes {LONGEST:g} s or less.",
+                hint="the unit of the times",
             )
         if not np.isfinite(self.target).all():
             row = int(np.argmin(np.isfinite(self.target).reshape(len(time), -1).all(axis=1)))

@@ -40,7 +40,7 @@ def load_share(
         )
     phase = np.asarray(time / period)
     share = gait.stance(phase).astype(float)
-    if window == 0:
+    if window <= PHASE_TOLERANCE * period:
         return share
     for event, rises in ((gait.swing_fraction, True), (0.0, False)):
         # Time since the event over the window, with the event at 1/2; lift-off may cross the cycle.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, WrongContent, own_words
 from phasmid.formats.files import named_file
 from phasmid.formats.xml import short
 from phasmid.robot import Part
@@ -165,12 +165,11 @@ def _corners(raw: bytes, name: str) -> Float[np.ndarray, "corners 3"]:
             vertices = np.asarray(loaded.vertices, dtype=float)
             faces = np.asarray(loaded.faces, dtype=np.int64)
             if not faces.shape[1:] == vertices.shape[1:] == (3,):
-                raise ValueError("it holds no triangles in space")
+                raise WrongContent("it holds no triangles in space")
             return np.asarray(vertices[faces].reshape(-1, 3))
     except Exception as error:
         # The reader of meshes complains in many ways of its own.
-        reason = short(str(error), 80).rstrip(".") or type(error).__name__
-        raise InvalidInput(f"mesh {name} is no {kind.upper()} file: {reason}.") from None
+        raise InvalidInput(f"mesh {name} is no {kind.upper()} file{own_words(error)}.") from None
 
 
 def _grouped(number: int) -> str:

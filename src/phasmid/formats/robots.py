@@ -16,7 +16,7 @@ from phasmid.formats.tree import Tree, tree_of
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.formats.xml import LARGEST_FILE, read_xml
-from phasmid.recording.file import cannot_write, write_whole
+from phasmid.recording.file import cannot_write, check_place, write_whole
 from phasmid.robot import Robot, preset_names, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
 from phasmid.robot.appearance import Appearance
@@ -212,8 +212,9 @@ def write_files(files: Mapping[Path, bytes], *, force: bool = False) -> None:
         for path, data in files.items():
             if not force and path.exists() and not (path.is_file() and path.read_bytes() == data):
                 raise AlreadyExists(path, option="file")
-        for folder in {path.parent for path in files}:
-            folder.mkdir(parents=True, exist_ok=True)
+        for path in files:
+            check_place(path)
+            path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise cannot_write(Path(error.filename or path), error) from None
     for path, data in files.items():

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from phasmid.csv_table import MOST_ROWS, check_size, read_csv_table
-from phasmid.errors import InvalidInput, located, nearest
+from phasmid.errors import InvalidInput, located, nearest, own_words
 from phasmid.motion.trajectory import JointTrajectory, joint_names
 from phasmid.recording import load_recording
 from phasmid.robot import Robot, load_robot
@@ -126,8 +126,10 @@ def _read_npy(path: Path, robot: Robot, scale: float) -> Table:
         table = np.load(path, mmap_mode="r", allow_pickle=False)
     except Exception as error:
         # A damaged header can raise any exception.
-        reason = " ".join(str(error).split())[:120].rstrip(".")
-        raise InvalidInput(f"{path.name} is not an array that can be read: {reason}.") from None
+        raise InvalidInput(
+            f"{path.name} is not an array that can be read{own_words(error)}.",
+            hint="an array of numbers that numpy.save wrote, copied whole",
+        ) from None
     needed = 1 + len(joint_names(robot))
     if not isinstance(table, np.ndarray) or table.dtype.kind not in "fiu" or table.ndim != 2:
         raise InvalidInput(

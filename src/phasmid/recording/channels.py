@@ -18,6 +18,10 @@ WAYS = ("ahead", "left", "turn")
 """Coordinates of ``way``: components of a body's velocity over ground."""
 
 
+LARGEST_VALUE = 1e12
+"""Size of a value above which no part of a robot can be; sums of squares stay within floats."""
+
+
 @dataclass(frozen=True)
 class Channel:
     """Kind of measurement.

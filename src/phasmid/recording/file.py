@@ -13,7 +13,14 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
+from phasmid.errors import (
+    AlreadyExists,
+    InvalidInput,
+    OutputError,
+    PhasmidError,
+    located,
+    own_words,
+)
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES
 from phasmid.recording.log import DamagedRecording, is_log, read_log, sync_folder
 from phasmid.recording.recording import FORMAT, Recording, new_recording
@@ -25,8 +32,15 @@ HDF5 keeps attributes and its own structure without a checksum, and a bit that i
 make it read forever.
 """
 
+END_OF_HDF5 = slice(40, 48)
+"""Bytes of the head, as h5netcdf writes it, that tell where the HDF5 data end."""
+
 DEFLATE_LIMIT = 1100
 """Largest ratio of decompression that is accepted; deflate reaches 1032."""
+
+
+MOST_FOLDERS = 200
+"""Most folders around a file; Python makes them by as many nested calls, of 1000 in all."""
 
 
 def save_recording(recording: Recording, path: str | Path) -> None:
@@ -122,9 +136,15 @@ def check_new_file(path: Path, *, option: str, force: bool) -> None:
 
 
 def check_place(path: Path) -> None:
-    """Raise OutputError where the folder for a file or folder is none or not writable."""
+    """Raise where the folder for a file or folder is none, not writable or nested too deeply."""
     try:
         parent = path.resolve().parent
+        if len(parent.parents) > MOST_FOLDERS:
+            raise InvalidInput(
+                f"{path} lies in {len(parent.parents)} nested folders; at most {MOST_FOLDERS} are "
+                "possible.",
+                hint="a shorter path",
+            )
         while not parent.exists():
             parent = parent.parent
     except OSError as error:
@@ -174,9 +194,8 @@ def load_recording(path: str | Path) -> Recording:
         raise
     except Exception as error:
         # A damaged file can raise any exception in the HDF5 reader.
-        reason = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput(
-            f"{path} is not a recording that can be read: {reason[:160]}.",
+            f"{path} is not a recording that can be read{own_words(error)}.",
             hint="a recording.nc that phasmid wrote, copied whole",
         ) from None
 
@@ -193,15 +212,19 @@ def _inside(folder: Path) -> Path:
 
 
 def _check_sum(path: Path) -> None:
-    """Refuse a file whose checksum, where it has one, is wrong."""
+    """Refuse a file whose checksum is wrong, or damaged; one of another writer may have none."""
     length = len(CHECKSUM % 0)
     with path.open("rb") as file:
+        head = file.read(END_OF_HDF5.stop)
+        file.seek(0)
         left = max(0, path.stat().st_size - length)
         found = 0
         while left and (block := file.read(min(left, 1 << 20))):
             found, left = zlib.crc32(block, found), left - len(block)
         end = file.read()
-    if end.startswith(CHECKSUM[:16]) and end != CHECKSUM % found:
+    hdf5 = int.from_bytes(head[END_OF_HDF5], "little")
+    has_checksum = end.startswith(CHECKSUM[:16]) or path.stat().st_size == hdf5 + length
+    if has_checksum and end != CHECKSUM % found:
         raise InvalidInput(
             f"{path} is damaged: it fails its checksum.", hint="a copy that is whole"
         )

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 FORMAT = 1
 """Version of the recording's names, units and attributes."""
 
+LATEST = 2**31
+"""Time that a recording does not reach [s]: 68 years, the end of the stamps of ROS 2."""
+
 Recording: TypeAlias = "xarray.Dataset"
 """A dataset whose variables are channels; the name is text so that importing it is quick."""
 
@@ -58,10 +61,8 @@ def new_recording(
     coordinates: dict[str, Any] = {dim: list(names) for dim, names in COORDINATES.items()}
     coordinates = {dim: names for dim, names in coordinates.items() if dim in used}
     coordinates["time"] = "time", _checked_time(time), {"units": "s", "long_name": "time"}
-    try:
-        recording = xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
-    except ValueError as error:
-        raise InvalidInput(f"channels must have the shapes of their names: {error}.") from None
+    _check_shapes(len(coordinates["time"][1]), arrays)
+    recording = xarray.Dataset(variables, coordinates, _checked_attributes(attributes))
     if 0 in recording.sizes.values():
         raise InvalidInput("a recording must have at least one leg.")
     legs = recording.sizes.get("leg")
@@ -93,6 +94,11 @@ def _checked_time(time: np.ndarray) -> np.ndarray:
     if not np.isfinite(time).all():
         first = int(np.argmin(np.isfinite(time)))
         raise InvalidInput(f"recording sample {first}: time is {time[first]}; it must be finite.")
+    if not np.abs(time).max() < LATEST:
+        first = int(np.argmax(np.abs(time) >= LATEST))
+        raise InvalidInput(
+            f"recording sample {first}: time is {time[first]:g} s; it must be within {LATEST:g} s."
+        )
     steps = np.diff(time)
     if (steps <= 0).any():
         late = int(np.argmax(steps <= 0)) + 1
@@ -101,6 +107,18 @@ def _checked_time(time: np.ndarray) -> np.ndarray:
             f"{time[late - 1]:.6g} s."
         )
     return time
+
+
+def _check_shapes(samples: int, arrays: Mapping[str, np.ndarray]) -> None:
+    """Refuse arrays that do not have the axes of their channels, or another number of legs."""
+    sizes = {"time": samples} | {dim: len(names) for dim, names in COORDINATES.items()}
+    for name, array in arrays.items():
+        dims = CHANNELS[name].dims
+        if "leg" in dims and len(dims) == array.ndim:
+            sizes.setdefault("leg", array.shape[dims.index("leg")])
+        if array.shape != tuple(sizes.get(dim) for dim in dims):
+            axes = ", ".join(f"{sizes.get(dim, 'any')} of {dim}" for dim in dims)
+            raise InvalidInput(f'channel "{name}" has shape {array.shape}; it must have {axes}.')
 
 
 def _checked(name: str, array: np.ndarray) -> np.ndarray:

@@ -185,7 +185,9 @@ def _odometry(sample: Sample) -> tuple[np.ndarray, ...]:
         ]
     )
     velocities = sample["body_velocity"], sample["body_angular_velocity"]
-    return *_pose(sample), *(velocity @ R_world_body for velocity in velocities)
+    # A diverged run has infinite values, and their products have no number.
+    with np.errstate(over="ignore", invalid="ignore"):
+        return *_pose(sample), *(velocity @ R_world_body for velocity in velocities)
 
 
 def _imu(sample: Sample) -> tuple[np.ndarray, ...]:
@@ -214,8 +216,8 @@ def save_mcap(
         rate: Most messages of a topic a second [1/s].
 
     Raises:
-        InvalidInput: The rate is not positive, the names are not one text for each leg, or the
-            recording has no channel of any message.
+        InvalidInput: The rate is not positive, the names are not one text for each leg, the time
+            begins below 0, or the recording has no channel of any message.
         OutputError: The file cannot be written.
     """
     # Lazy import: 0.07 s.
@@ -226,6 +228,11 @@ def save_mcap(
         raise InvalidInput(f"rate is {rate}; it must be greater than 0.")
     names = names_of_legs(recording, leg_names)
     time = np.asarray(recording["time"].values)
+    if time[0] < 0:
+        raise InvalidInput(
+            f"the recording begins at {time[0]:g} s; stamps of ROS 2 begin at 0.",
+            hint="another format, such as .nc",
+        )
     arrays = {str(name): np.asarray(recording[name].values) for name in recording.data_vars}
     found = topics({name: values[0] for name, values in arrays.items()}, names)
     if not found:

@@ -133,7 +133,9 @@ def travel(run: Run) -> dict[str, Any]:
         dx, dy = (position[-1] - position[0])[:2]
         forward, sideways = map(float, _turned(dx, dy, -yaw[0]))
         # Chords of one step each follow a curved path without the oscillation within a step.
-        marks = np.append(np.arange(time[0], time[-1] - 1e-9, run.step_time), time[-1])
+        # No more chords than samples: times of a damaged file may lie far apart.
+        step = max(run.step_time, duration / len(time))
+        marks = np.append(np.arange(time[0], time[-1] - 1e-9, step), time[-1])
         places = np.stack([np.interp(marks, time, position[:, k]) for k in range(2)], axis=-1)
         distance = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
         height = position[:, 2]

@@ -13,6 +13,7 @@ import numpy as np
 from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording
+from phasmid.recording.channels import LARGEST_VALUE
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
 from phasmid.scenario import recorded_scenario, scenario_names
@@ -267,15 +268,19 @@ def _read(scenario: str, robot: str) -> tuple[Scenario, Robot]:
 def finite_part(recording: Recording) -> Recording:
     """Return the recording up to its first sample that is not finite; itself where all are finite.
 
-    A channel that is not finite from the beginning is left out. Sensor channels may hold NaN, from
-    failed sensors.
+    Values above `LARGEST_VALUE` count as infinite. A channel that is not finite from the beginning
+    is left out. Sensor channels may hold NaN, from failed sensors.
     """
     count = recording.sizes["time"]
-    finite = {
-        name: np.isfinite(channel.values).reshape(count, -1).all(axis=1)
-        for name, channel in recording.data_vars.items()
-        if not str(name).startswith("imu_") and not str(name).endswith("_measured")
-    }
+    finite, sensors = {}, {}
+    for name, channel in recording.data_vars.items():
+        good = np.abs(channel.values) <= LARGEST_VALUE
+        if not str(name).startswith("imu_") and not str(name).endswith("_measured"):
+            finite[name] = good.reshape(count, -1).all(axis=1)
+        elif not (good | np.isnan(channel.values)).all():
+            sensors[name] = channel.where(good)
+    if sensors:
+        recording = recording.assign(sensors)
     lost = [name for name, good in finite.items() if not good[0]]
     kept = [good for name, good in finite.items() if name not in lost]
     good = np.all([np.ones(count, dtype=bool), *kept], axis=0)

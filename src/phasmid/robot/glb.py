@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.errors import InvalidInput, InvalidRobot
+from phasmid.errors import InvalidInput, InvalidRobot, WrongContent, own_words
 from phasmid.robot.appearance import MOST_FACES, Part
 from phasmid.toml import read_bytes
 
@@ -37,8 +37,7 @@ def read_glb(path: Path) -> dict[str, tuple[Part, ...]]:
     except Exception as error:
         # The mesh library raises many kinds of exceptions.
         what = f"{path.name} cannot be read as a binary glTF file"
-        detail = f": {error}" if isinstance(error, ValueError) else ""
-        raise InvalidInput(f"{what}{detail}.") from None
+        raise InvalidInput(f"{what}{own_words(error)}.") from None
     parts: dict[str, list[Part]] = {}
     for node, part in sorted(found, key=lambda item: item[0]):
         parts.setdefault(node.partition("/")[0], []).append(part)
@@ -74,16 +73,16 @@ def _check(raw: bytes) -> None:
     """
     magic, version, _, length = struct.unpack_from("<4sIII", raw)
     if magic != b"glTF" or version != 2:
-        raise ValueError("it must begin as glTF 2.0 does")
+        raise WrongContent("it must begin as glTF 2.0 does")
     content, held = json.loads(raw[20 : 20 + length]), len(raw) - 28 - length
     if any("uri" in each for noun in ("buffers", "images") for each in content.get(noun, ())):
-        raise ValueError("it refers to other files")
+        raise WrongContent("it refers to other files")
     counts = [array["count"] for array in content.get("accessors", ())]
     # Each element takes a byte of the data at least. Arrays may share bytes.
     if not all(0 <= count <= held for count in counts) or sum(counts) > LARGEST_FILE:
-        raise ValueError("an array is larger than the file")
+        raise WrongContent("an array is larger than the file")
     if any("bufferView" not in array for array in content.get("accessors", ())):
-        raise ValueError("an array has no data in the file")
+        raise WrongContent("an array has no data in the file")
     sizes = [
         sum(counts[i] for piece in mesh["primitives"] for i in _arrays(piece))
         for mesh in content.get("meshes", ())
@@ -91,7 +90,7 @@ def _check(raw: bytes) -> None:
     nodes = content.get("nodes", ())
     shown = sum(sizes[node["mesh"]] for node in nodes if "mesh" in node)
     if len(nodes) > _MOST_NODES or shown > 4 * MOST_FACES:
-        raise ValueError(f"it shows more than {_MOST_NODES} nodes or {MOST_FACES} faces")
+        raise WrongContent(f"it shows more than {_MOST_NODES} nodes or {MOST_FACES} faces")
     inner = [child for node in nodes for child in node.get("children", ())]
     level = set(range(len(nodes))) - set(inner)
     left = len(nodes)
@@ -99,7 +98,7 @@ def _check(raw: bytes) -> None:
         left -= len(level)
         level = {child for index in level for child in nodes[index].get("children", ())}
     if left or level or len(set(inner)) < len(inner):
-        raise ValueError(f"its nodes must form trees of at most {_MOST_LEVELS} levels")
+        raise WrongContent(f"its nodes must form trees of at most {_MOST_LEVELS} levels")
 
 
 def _arrays(piece: dict[str, Any]) -> Iterator[int]:
@@ -119,7 +118,7 @@ def _parts(raw: bytes) -> list[tuple[str, Part]]:
         X, geometry = scene.graph[node]
         mesh = scene.geometry[geometry]
         if not hasattr(mesh, "faces"):
-            raise ValueError("it holds points or lines without faces")
+            raise WrongContent("it holds points or lines without faces")
         rgba = getattr(getattr(mesh.visual, "material", None), "baseColorFactor", None)
         r, g, b, a = (0.5, 0.5, 0.5, 1.0) if rgba is None else np.asarray(rgba, dtype=float) / 255
         vertices = np.asarray(mesh.vertices) @ X[:3, :3].T + X[:3, 3]

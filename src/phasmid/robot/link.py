@@ -16,6 +16,9 @@ from phasmid.units import plain_number
 LONGEST_LENGTH = 2.0
 """Lengths above this are slips of the unit, not walking robots [m]."""
 
+SMALLEST_MASS = 1e-12
+"""Masses below this are those of no part that can be seen [kg]."""
+
 LARGEST_MASS = 200.0
 """Masses above this are slips of the unit, not parts of walking robots [kg]."""
 
@@ -45,7 +48,7 @@ def check_length(value: float, what: str, key: str, *, may_be_zero: bool = False
     if value > LONGEST_LENGTH:
         raise InvalidRobot(
             f"{what} is {value:.4g} m; lengths above {LONGEST_LENGTH:g} m are refused.",
-            hint=f"{key}_mm = {value:.4g}",
+            hint=f"{key}_mm = {value:.4g}" if value <= 1000 * LONGEST_LENGTH else "",
         )
 
 
@@ -55,10 +58,12 @@ def check_mass(value: float, what: str) -> None:
         raise InvalidRobot(f"{what} is {value}; it must be a finite number.")
     if value <= 0:
         raise InvalidRobot(f"{what} is {value:.4g} kg; it must be greater than 0.")
+    if value < SMALLEST_MASS:
+        raise InvalidRobot(f"{what} is {value:.4g} kg; it must be {SMALLEST_MASS:g} kg or more.")
     if value > LARGEST_MASS:
         raise InvalidRobot(
             f"{what} is {value:.4g} kg; masses above {LARGEST_MASS:g} kg are refused.",
-            hint=f"mass_g = {value:.4g}",
+            hint=f"mass_g = {value:.4g}" if value <= 1000 * LARGEST_MASS else "",
         )
 
 
@@ -153,7 +158,9 @@ class Link:
             raise InvalidRobot(
                 f"{what}: lateral offset is {self.lateral_offset:.4g} m; it must be within "
                 f"{LONGEST_LENGTH:g} m.",
-                hint=f"lateral_offset_mm = {self.lateral_offset:.4g}",
+                hint=f"lateral_offset_mm = {self.lateral_offset:.4g}"
+                if abs(self.lateral_offset) <= 1000 * LONGEST_LENGTH
+                else "",
             )
         check_mass(self.mass, f"{what}: mass")
         object.__setattr__(self, "com", frozen_array(self.com, (3,), f"{what}: com"))

@@ -243,6 +243,13 @@ class SimulationTable(Table):
         return self.belly_contact or self.start_posture == "packed"
 
 
+SOFTEST, STIFFEST = 1.0, 1e9
+"""Stiffness of a contact point [N/m]: on a softer one a small robot sinks in deeper than its legs
+are long, and steel on steel has about 1e8."""
+
+MOST_DAMPING = 1e6
+"""Damping of a contact point [N·s/m]: three times the critical one of 100 kg on the stiffest."""
+
 LAW_DAMPING = {"spring-damper": 30.0, "mujoco": 30.0, "simscape": 100.0}
 """Damping of each law where the scenario gives none [N·s/m]; the engine's own law has none."""
 
@@ -271,9 +278,11 @@ class ContactTable(Table):
     """
 
     contact_law: Literal["spring-damper", "mujoco", "simscape"] = "spring-damper"
-    stiffness: Annotated[Number, Gt(0), Of("spring-damper", "simscape")] = 1e4
-    damping: Annotated[Annotated[Number, Gt(0)] | None, Of("spring-damper", "simscape")] = None
-    friction_damping: Annotated[Number, Gt(0), Of("spring-damper")] = 500.0
+    stiffness: Annotated[Number, Ge(SOFTEST), Le(STIFFEST), Of("spring-damper", "simscape")] = 1e4
+    damping: Annotated[
+        Annotated[Number, Gt(0), Le(MOST_DAMPING)] | None, Of("spring-damper", "simscape")
+    ] = None
+    friction_damping: Annotated[Number, Gt(0), Le(MOST_DAMPING), Of("spring-damper")] = 500.0
     kinetic_friction: Annotated[Number, Ge(0), Le(10), Of("simscape")] = 0.5
     friction_threshold: Annotated[Number, Gt(0), Of("simscape")] = 1e-3
     impedance: Annotated[Number, Gt(0.01), Lt(0.99), Of("spring-damper")] = 0.2

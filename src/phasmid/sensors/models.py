@@ -18,6 +18,9 @@ from phasmid.scenario.tables import SensorsTable
 GYRO, ACCELEROMETER, ORIENTATION, FOOT = 1, 2, 3, 4
 """Numbers of the sensors' random streams."""
 
+ROUND_OFF = 1e-12
+"""Steps of readings below this are those of the numbers themselves."""
+
 RESOLUTION = 2**15
 """Steps from zero to the end of the range of a 16-bit sensor."""
 
@@ -175,8 +178,8 @@ def robot_sensors(scenario: Scenario, robot: Robot) -> tuple[Sensor, ...]:
 
 
 def quantised(values: Float[np.ndarray, "*shape"], step: float) -> Float[np.ndarray, "*shape"]:
-    """Return values rounded to whole steps, or unchanged where the step is 0."""
-    return np.rint(values / step) * step if step > 0 else values
+    """Return values rounded to whole steps, or unchanged where the step is 0 or round-off."""
+    return np.rint(values / step) * step if step > ROUND_OFF else values
 
 
 def _in_range(values: np.ndarray, largest: float) -> np.ndarray:

@@ -218,7 +218,7 @@ def longest_servo_step(servo: Servo, mobility: float) -> float:
     brake = motor.constant**2 / motor.resistance + motor.viscous
     c = servo.gear_damping_time * k + brake / servo.armature
     limit = 4 * MOST_OF_LIMIT
-    return (math.sqrt(c * c + limit * k) - c) / k
+    return limit / (math.sqrt(c * c + limit * k) + c)
 
 
 def own_servo(scenario: Scenario, robot: Robot) -> Servo:

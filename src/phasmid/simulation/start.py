@@ -30,6 +30,9 @@ DEEPEST_START = 0.002
 SAFETY_FACTOR = 0.9
 """Allowed share of the largest stable step: feet are lighter in other poses."""
 
+SHORTEST_PRACTICAL = 1e-5
+"""Time steps below this are not advised: a simulated second takes minutes [s]."""
+
 
 def check_time_step(scenario: Scenario, walk: Motion) -> None:
     """Refuse a time step that cannot resolve the contact, or the gears of the robot's own servos.
@@ -38,15 +41,18 @@ def check_time_step(scenario: Scenario, walk: Motion) -> None:
         InvalidInput: With the longest one that resolves both; or the servos cannot be run.
     """
     longest, what = longest_time_step(scenario, walk.robot), "this contact"
+    cause = "--stiffness or --damping"
     if scenario.simulation.drive == "servo":
         servo, start = own_servo(scenario, walk.robot), walk.sample(np.zeros(1)).q[0]
         gears = longest_servo_step(servo, joint_mobility(walk.robot, scenario, start))
         if gears < longest:
             longest, what = gears, f"the gears of the servo {servo.name}"
+            cause = "gear_stiffness or gear_damping_time in [servo]"
     if scenario.simulation.dt > longest:
+        practical = longest > SHORTEST_PRACTICAL
         raise InvalidInput(
             f"--dt {scenario.simulation.dt:g} s cannot resolve {what} (needs <= {longest:.3g} s).",
-            hint=f"--dt {longest / 2:.1g}",
+            hint=f"--dt {longest / 2:.1g}" if practical else f"a smaller {cause}",
         )
 
 
@@ -63,7 +69,7 @@ def longest_time_step(scenario: Scenario, robot: Robot) -> float:
     frequency = math.sqrt(contact.stiffness / mass)
     damping_ratio = contact.law_damping / (2 * math.sqrt(contact.stiffness * mass))
     # Half the stability limit of a spring and a damper that are evaluated at the start of a step.
-    stance_limit = (math.sqrt(damping_ratio**2 + 1) - damping_ratio) / frequency
+    stance_limit = 1 / (frequency * (math.sqrt(damping_ratio**2 + 1) + damping_ratio))
     if contact.contact_law != "spring-damper":
         return stance_limit
     return min(stance_limit, SAFETY_FACTOR * longest_foot_step(scenario, robot))
@@ -86,7 +92,7 @@ def longest_foot_step(scenario: Scenario, robot: Robot) -> float:
     ):
         k, c = CONTACT_POINTS * k, CONTACT_POINTS * c
         m = (1 + CONTACT_POINTS * hard * own) / mobility
-        steps.append((math.sqrt(c * c + 4 * k * m) - c) / k if k else 2 * m / c)
+        steps.append(4 * m / (math.sqrt(c * c + 4 * k * m) + c))
     return min(steps)
 
 

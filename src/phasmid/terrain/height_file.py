@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.errors import InvalidInput, PhasmidError, WrongContent, own_words
 from phasmid.terrain.height_map import check_finite, check_samples
 from phasmid.toml import is_file
 
@@ -54,9 +54,8 @@ def read_heights(path: Path, *, white: float) -> Float[np.ndarray, "rows columns
         raise
     except Exception as error:
         # A damaged file can raise any exception in its reader.
-        reason = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput(
-            f"{name} cannot be read: {reason[:120].rstrip('.')}.",
+            f"{name} cannot be read{own_words(error)}.",
             hint="a grey .png, a .npy or a .csv",
         ) from None
     check_finite(heights)
@@ -72,7 +71,7 @@ def _image(path: Path) -> np.ndarray:
         if image.mode.startswith("I"):
             return np.asarray(image, dtype=float) / 65535
         if image.mode == "F":
-            raise ValueError("an image must be grey, with 8 or 16 bits")
+            raise WrongContent("an image must be grey, with 8 or 16 bits")
         return np.asarray(image.convert("L"), dtype=float) / 255
 
 
@@ -81,7 +80,7 @@ def _array(path: Path) -> np.ndarray:
     # Mapped: the size in the header is compared with the file's before memory is allocated.
     heights = np.load(path, mmap_mode="r", allow_pickle=False)
     if heights.ndim != 2 or heights.dtype.kind not in "fiu":
-        raise ValueError(
+        raise WrongContent(
             f"an array of {heights.dtype} of shape {heights.shape} is no table of numbers"
         )
     check_samples(*heights.shape)
