@@ -6,6 +6,7 @@ import contextlib
 import math
 import os
 import secrets
+import tempfile
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,8 +15,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError, PhasmidError, located
+from phasmid.interrupts import held_signals
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES
-from phasmid.recording.log import DamagedRecording, is_log, read_log, sync_folder
+from phasmid.recording.log import DamagedRecording, check_room, is_log, read_log, sync_folder
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
 CHECKSUM = b"\nphasmid CRC-32 %08x\n"
@@ -121,18 +123,49 @@ def check_new_file(path: Path, *, option: str, force: bool) -> None:
     check_place(path)
 
 
-def check_place(path: Path) -> None:
-    """Raise OutputError where the folder for a file or folder is none or not writable."""
+PARTIAL_LETTERS = len("..12345678.partial")
+"""Letters by which the name of a partial file or folder is longer than its own."""
+
+MOST_FOLDERS = 100
+"""Most folders that are made for a file; ``mkdir`` fails on some thousand."""
+
+
+def check_place(path: Path, *, room: float = 0.0) -> None:
+    """Raise where a file or folder cannot be made, before it is computed.
+
+    Args:
+        path: The file or folder; folders above it may be absent.
+        room: Size that must be free on its disk [bytes].
+
+    Raises:
+        OutputError: Its folder is none or not writable, its name is too long, or the disk is full.
+    """
     try:
-        parent = path.resolve().parent
+        parent, names = path.resolve().parent, [path.name + PARTIAL_LETTERS * "."]
         while not parent.exists():
+            names.append(parent.name)
             parent = parent.parent
+        if not parent.is_dir():
+            raise OutputError(f"cannot write {path}: {parent} is not a folder.")
+        if not os.access(parent, os.W_OK | os.X_OK):
+            raise OutputError(f"cannot write {path}: {parent} is not writable.")
+        longest = os.pathconf(parent, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
+        if max(len(os.fsencode(name)) for name in names) > longest:
+            raise OutputError(
+                f"cannot write {path}: its name is too long; {longest - PARTIAL_LETTERS} bytes are "
+                "possible."
+            )
+        if len(names) > MOST_FOLDERS:
+            raise OutputError(
+                f"cannot write {path}: {len(names) - 1} folders must be made; at most "
+                f"{MOST_FOLDERS} are."
+            )
+        with held_signals(), tempfile.TemporaryFile(dir=parent):
+            # Systems of files that only look writable refuse this.
+            pass
     except OSError as error:
         raise cannot_write(path, error) from None
-    if not parent.is_dir():
-        raise OutputError(f"cannot write {path}: {parent} is not a folder.")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {path}: {parent} is not writable.")
+    check_room(path, room)
 
 
 def cannot_write(path: Path, error: OSError) -> OutputError:
