@@ -373,7 +373,7 @@ def searching(tmp_path, **search):
         made.extend(run.point["x"] for run in runs)
         rows = [
             {"number": run.number, "run": run.id, "x": x, "near 0": x**2, "near 1": (x - 1) ** 2}
-            | {"status": "done"}
+            | {"status": "done", "ending": "", "error": "", "wall_time_s": 0.0}
             for run in runs
             for x in [run.point["x"]]
         ]
@@ -381,7 +381,7 @@ def searching(tmp_path, **search):
         return True
 
     module.search(one, {}, tmp_path, make)
-    return one, made, module.best_points(one, module.read_rows(tmp_path))
+    return one, made, module.best_points(one, module.read_rows(tmp_path, one))
 
 
 @pytest.mark.parametrize("algorithm", ["tpe", "cma-es"])
