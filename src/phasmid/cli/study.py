@@ -63,7 +63,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Make the missing runs, and return the exit status: 1 where all runs failed."""
+    from phasmid.studies.results import DamagedPart
+
     with warnings.catch_warnings():
+        warnings.simplefilter("always", DamagedPart)
         warnings.showwarning = lambda message, *_, **__: say(f"phasmid: {message}", file=sys.stderr)
         if options.only is not None:
             return _repeat(options, options.only)
