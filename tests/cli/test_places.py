@@ -28,7 +28,8 @@ def refuse(*_, **__):
 
 PLACES = {
     "long name": ("x" * 240, "its name is too long; 237 bytes are possible"),
-    "many folders": ("a/" * 1500 + "b", "1500 folders must be made; at most 100 are"),
+    "longer name": ("x" * 300, "name too long"),
+    "many folders": ("a/" * 1500 + "b", "folders must be made; at most 100 are"),
     "folder of a file": ("study.toml/out", "study.toml is not a folder"),
     "no access": ("out", "is not writable"),
     "read only": ("out", "read-only file system"),
@@ -36,8 +37,12 @@ PLACES = {
 }
 
 
-@pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize("command", COMMANDS)
+CASES = [(command, place) for command in COMMANDS for place in PLACES]
+# The paper's files have names of their own in the folder.
+CASES.remove(("paper", "long name"))
+
+
+@pytest.mark.parametrize(("command", "place"), CASES)
 def test_a_place_is_refused_before_the_work(command, place, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "study.toml").write_text(STUDY)
