@@ -106,6 +106,7 @@ def test_a_command_that_swallows_a_signal_ends_as_stopped(
     # A bus and the studio end at a signal, with their own status.
     assert cli.main([command]) == (130 if ends else status)
     assert capsys.readouterr().err == ("phasmid: stopped.\n" if ends else "")
+    assert cli.main([]) == 130
 
 
 @pytest.mark.parametrize("number", SIGNALS)

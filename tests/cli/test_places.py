@@ -83,9 +83,10 @@ def test_a_reproduction_that_cannot_be_written_leaves_nothing(tmp_path, monkeypa
         written.append(path)
         path.write_bytes(content)
 
-    files = {tmp_path / f"paper/{k}.png": b"figure" for k in range(5)}
+    folder = tmp_path / "out"
+    files = {folder / f"paper/{k}.png": b"figure" for k in range(5)}
     monkeypatch.setattr(reproduction, "write_whole", write)
     with pytest.raises(reproduction.OutputError, match="the disk is full"):
-        reproduction._write(files | {tmp_path / "paper.md": b"page"}, tmp_path)
+        reproduction._write(files | {folder / "paper.md": b"page"}, folder)
     assert len(written) == 3
     assert list(tmp_path.iterdir()) == []

@@ -49,8 +49,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         except KeyboardInterrupt:
             # It arrived outside of the handlers of the command.
             signals.held = 1
-        swallowed = signals.noticed and status != 130 and arguments[0] not in UNTIL_STOPPED
-        if status is None or swallowed:
+        goes_on = arguments[:1] in ([command] for command in UNTIL_STOPPED)
+        if status is None or (signals.noticed and status != 130 and not goes_on):
             status = _stopped()
     if argv is None and (status == 130 or arguments[:1] == ["studio"]):
         # An interrupted command ends at once, without the interpreter's cleanup.

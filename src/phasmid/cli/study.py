@@ -10,7 +10,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
@@ -66,8 +66,16 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.studies.results import DamagedPart
 
     with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def print_damage(message: Warning | str, *place: Any, **more: Any) -> None:
+            if isinstance(message, DamagedPart):
+                say(f"phasmid: {message}", file=sys.stderr)
+            else:
+                show(message, *place, **more)
+
         warnings.simplefilter("always", DamagedPart)
-        warnings.showwarning = lambda message, *_, **__: say(f"phasmid: {message}", file=sys.stderr)
+        warnings.showwarning = print_damage
         if options.only is not None:
             return _repeat(options, options.only)
         return _make(options)

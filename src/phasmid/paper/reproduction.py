@@ -92,6 +92,7 @@ def reproduce(
 def _write(files: Mapping[Path, bytes], folder: Path) -> None:
     """Write all files of a reproduction, or none that was not there before."""
     new = [path for path in files if not path.exists()]
+    new_folders = [path for path in (folder / FOLDER, folder) if not path.exists()]
     # A page without its figures would be half-made.
     with held_signals():
         try:
@@ -102,6 +103,6 @@ def _write(files: Mapping[Path, bytes], folder: Path) -> None:
             for path in new:
                 path.unlink(missing_ok=True)
             with suppress(OSError):
-                # Only an empty folder is removed.
-                (folder / FOLDER).rmdir()
+                for path in new_folders:
+                    path.rmdir()
             raise cannot_write(folder, error) if isinstance(error, OSError) else error from None
