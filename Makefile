@@ -22,7 +22,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control course gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress lock clean
+.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control course gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress signals lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -135,6 +135,9 @@ bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, s
 
 stress: $(DEVELOP) ## kill and interrupt walks at random moments (ARGS such as --kills 10)
 	@"$(BIN)/python" benchmarks/stress.py $(ARGS)
+
+signals: $(DEVELOP) ## send 200 signals at random moments; flip 400 bits in studies (ARGS=--signals 20)
+	@"$(BIN)/python" benchmarks/signals.py $(ARGS)
 
 bus-faults: $(DEVELOP) ## drive robots on an emulated bus with faults in each stage: 2 hours (ARGS=-k=overload)
 	@PHASMID_FAULT_SEEDS=20 "$(BIN)/python" -m pytest tests/hardware/test_driver.py \

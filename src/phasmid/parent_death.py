@@ -15,7 +15,7 @@ POLL_INTERVAL = 0.5
 """Time between two looks at the parent where the system sends no such signal [s]."""
 
 
-def end_with_parent(parent: int | None = None) -> None:
+def end_with_parent(parent: int | None = None, *, ignores_interrupts: bool = False) -> None:
     """Kill this process once its parent has ended, also after ``kill -9`` of the parent.
 
     Linux kills it when the thread that started it ends, so that thread must last. Other systems
@@ -24,7 +24,10 @@ def end_with_parent(parent: int | None = None) -> None:
     Args:
         parent: Process id of the parent. None: the present parent; a parent that ended before this
             call is then not noticed.
+        ignores_interrupts: Ignore Ctrl-C, which a terminal sends to the parent too.
     """
+    if ignores_interrupts:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = os.getppid() if parent is None else parent
     if sys.platform == "linux":
         import ctypes

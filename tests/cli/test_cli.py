@@ -234,6 +234,22 @@ def test_an_interrupt_after_the_run_keeps_its_log(here, capsys, monkeypatch):
     assert load_recording(here / "a.mcap").attrs["ending"] == "COMPLETED"
 
 
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_after_the_folder_is_complete_leaves_no_log(here, capsys, monkeypatch, number):
+    from phasmid.cli import walk
+
+    def interrupted(*arguments):
+        write_report(*arguments)
+        signal.raise_signal(number)
+
+    write_report = walk.write_report
+    monkeypatch.setattr(walk, "write_report", interrupted)
+    arguments = ["--duration", "1", "--out", "a", "--no-figures", "--quiet"]
+    assert answered(capsys, "walk", *arguments) == (130, "phasmid: stopped.\n")
+    assert [p.name for p in here.iterdir()] == ["a"]
+    assert load_recording(here / "a").attrs["ending"] == "COMPLETED"
+
+
 @pytest.mark.parametrize("text", ['gait = "{}"', '"{}" = 1'])
 def test_a_message_is_short_however_long_what_it_repeats(here, capsys, text):
     (here / "s.toml").write_text(text.format("x" * 900_000), encoding="utf-8")

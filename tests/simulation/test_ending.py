@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InfeasibleLoad
+from phasmid.interrupts import StopSignals
 from phasmid.motion import plan
+from phasmid.recording import load_recording
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Ending, Run, simulate, simulate_many
@@ -106,15 +108,38 @@ def test_a_robot_that_cannot_even_stand_has_fallen_at_its_first_sample():
     assert run.sizes["time"] == 1
 
 
-def test_an_interrupt_keeps_what_was_seen():
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("log", [None, "run.mcap"])
+def test_a_stopped_run_is_no_result_and_its_log_is_kept(log, number, tmp_path):
     def interrupt(done):
         if done > 1.0:
+            signal.raise_signal(number)
+
+    path = log and tmp_path / log
+    with StopSignals(), pytest.raises(KeyboardInterrupt, match=r"stopped by the user at 1\."):
+        simulate(PAPER, plan(PAPER), progress=interrupt, log=path)
+    if path:
+        run = load_recording(path)
+        assert run.attrs["ending"] == "STOPPED"
+        assert 1000 < run.sizes["time"] < 1600
+        assert np.isfinite(run.joint_torque.values).all()
+
+
+def test_a_run_that_is_advanced_raises_too_unless_its_caller_looks_at_the_ending():
+    def interrupt(done):
+        if done > 0.1:
             signal.raise_signal(signal.SIGINT)
 
-    run = simulate(PAPER, plan(PAPER), progress=interrupt)
-    assert run.attrs["ending"] == "STOPPED"
-    assert 1000 < run.sizes["time"] < 1600
-    assert np.isfinite(run.joint_torque.values).all()
+    with pytest.raises(KeyboardInterrupt):
+        Run(PAPER, plan(PAPER)).advance(interrupt)
+    with StopSignals() as signals:
+        # Its exception was swallowed before the run.
+        signals.noticed.append(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            Run(PAPER, plan(PAPER)).advance()
+    failure = Run(PAPER, plan(PAPER)).advance(interrupted=[signal.SIGINT])
+    assert failure is not None
+    assert failure.ending is Ending.STOPPED
 
 
 def test_a_load_that_the_feet_cannot_share_is_refused_before_the_run():

@@ -1,5 +1,7 @@
 """Studies: points of axes, rows of runs, and what survives interruptions and bad runs."""
 
+import errno
+import math
 import os
 import shutil
 import signal
@@ -11,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomlkit
 
 import phasmid
 from phasmid.cli import main
@@ -18,7 +21,7 @@ from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import load_recording
 from phasmid.scenario import load_scenario
 from phasmid.studies import load_study, load_study_file, repeat_run, study
-from phasmid.studies.results import write_rows
+from phasmid.studies.results import DamagedPart, write_rows
 from phasmid.studies.runs import Runner
 
 COST = "energy.cost_of_transport"
@@ -373,7 +376,7 @@ def searching(tmp_path, **search):
         made.extend(run.point["x"] for run in runs)
         rows = [
             {"number": run.number, "run": run.id, "x": x, "near 0": x**2, "near 1": (x - 1) ** 2}
-            | {"status": "done"}
+            | {"status": "done", "ending": "", "error": "", "wall_time_s": 0.0}
             for run in runs
             for x in [run.point["x"]]
         ]
@@ -381,7 +384,7 @@ def searching(tmp_path, **search):
         return True
 
     module.search(one, {}, tmp_path, make)
-    return one, made, module.best_points(one, module.read_rows(tmp_path))
+    return one, made, module.best_points(one, module.read_rows(tmp_path, one))
 
 
 @pytest.mark.parametrize("algorithm", ["tpe", "cma-es"])
@@ -513,6 +516,136 @@ def test_bad_files_and_options_are_status_2(tmp_path, capsys, monkeypatch):
         assert said.startswith("phasmid: ")
         assert message in said
     assert Path("results/study/mine.txt").read_text() == "mine"
+
+
+def damage(folder, table, kind, number):
+    """Write a run's row as a part of its own, and damage it."""
+    row = table.iloc[number].to_dict()
+    if kind == "text for a number":
+        row[COST] = "heavy"
+    if kind == "infinite metric":
+        row[COST] = math.inf
+    if kind == "lost axis":
+        del row["gait"]
+    before = set((folder / "parts").iterdir())
+    write_rows(folder, [row])
+    (part,) = set((folder / "parts").iterdir()) - before
+    content = part.read_bytes()
+    middle = len(content) // 2
+    damaged = {
+        "cut": content[:middle],
+        "empty": b"",
+        "random": bytes(np.random.default_rng(number).integers(0, 256, 4000, np.uint8)),
+        "zero block": content[:middle] + bytes(64) + content[middle + 64 :],
+        "flipped bit": content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :],
+    }
+    if kind in damaged:
+        part.write_bytes(damaged[kind])
+    if kind in ("link", "pipe", "folder"):
+        part.unlink()
+        make = {"link": lambda path: path.symlink_to(os.devnull), "pipe": os.mkfifo}
+        make.get(kind, Path.mkdir)(part)
+    return part.name
+
+
+DAMAGES = [
+    *("cut", "empty", "random", "zero block", "flipped bit", "link", "pipe", "folder"),
+    *("text for a number", "infinite metric", "lost axis"),
+]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes in folders")
+def test_damaged_parts_are_named_and_their_runs_are_made_again(whole, tmp_path, capsys):
+    folder = tmp_path / "copy"
+    shutil.copytree(whole.folder, folder)
+    shutil.rmtree(folder / "parts")
+    (folder / "parts").mkdir()
+    write_rows(folder, [whole.table.iloc[11].to_dict()])
+    names = [damage(folder, whole.table, kind, k) for k, kind in enumerate(DAMAGES)]
+    with pytest.warns(DamagedPart) as caught:
+        assert list(load_study(folder).table["number"]) == [11]
+    assert [len(str(one.message).splitlines()) for one in caught] == [1] * len(DAMAGES)
+    for name, one in zip(names, caught, strict=True):
+        assert name in str(one.message)
+    (tmp_path / "s.toml").write_text(tomlkit.dumps(GRID))
+    assert main(["study", str(tmp_path / "s.toml"), "--out", str(folder), "--workers", "1"]) == 0
+    printed = capsys.readouterr().err
+    for name in names:
+        assert f"it is now {name}.damaged, and its runs are made again." in printed
+        assert os.path.lexists(folder / f"parts/{name}.damaged")
+    # The warnings are errors here: nothing is read again.
+    assert same(load_study(folder).table.drop(columns="run"), whole.table.drop(columns="run"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "metric", "hint"),
+    [
+        ("plan", "energy.cost_of_transprot", '"energy.cost_of_transport"'),
+        ("plan", "torque.simulation.largest", '"torque.model.largest"'),
+        ("simulate", "state_estimate.velocity_error", ""),
+        ("simulate", "servo_verdict.servo", ""),
+        ("drive", "torque.model.largest", '"torque.simulation.largest"'),
+    ],
+)
+def test_a_metric_that_no_run_has_is_refused_before_the_first(tmp_path, kind, metric, hint):
+    driven = {"velocity": [0.05, 0, 0]} if kind == "drive" else {}
+    with pytest.raises(InvalidInput, match=f'has no number "{metric}"') as caught:
+        study(GRID | {"kind": kind, "metrics": [metric]} | driven, out=tmp_path / "out")
+    assert hint in caught.value.hint
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_a_full_disk_leaves_nothing_of_a_study_that_does_not_begin(
+    tmp_path, monkeypatch, force, whole
+):
+    folder = tmp_path / "study"
+    if force:
+        shutil.copytree(whole.folder, folder)
+    before = sorted(tmp_path.rglob("*"))
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    other = GRID | {"axes": {"gait": ["tripod"]}}
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(OutputError, match="no space left on device") as caught:
+            study(other, out=folder, force=force)
+    assert "partial" not in str(caught.value)
+    with monkeypatch.context() as patch:
+        patch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(1, 1, 0))
+        with pytest.raises(OutputError, match="0 GB are free"):
+            study(other, out=folder, force=force)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
+def test_no_worker_outlives_its_study(tmp_path, name):
+    (tmp_path / "mine.py").write_text(
+        "import time\n"
+        "def slow(scenario, value):\n"
+        "    open('begun', 'w').close()\n"
+        "    time.sleep(60)\n"
+    )
+    (tmp_path / "s.toml").write_text(
+        'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\n'
+        '[axes]\nload = {values = [0, 1], function = "mine.py:slow"}\n'
+    )
+    command = [sys.executable, "-m", "phasmid", "study", "s.toml", "--out", "out", "--workers", "1"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        while not (tmp_path / "begun").exists():
+            time.sleep(0.01)
+            assert process.poll() is None
+        process.send_signal(getattr(signal, name))
+        # The workers hold the other end of the pipe until they end.
+        output, _ = process.communicate(timeout=30)
+        assert "Traceback" not in output
+        assert process.returncode == (-signal.SIGKILL if name == "SIGKILL" else 130)
+    assert [path.name for path in tmp_path.rglob("*") if path.name.startswith(".")] == []
 
 
 def test_a_folder_without_rows_is_no_study(tmp_path):

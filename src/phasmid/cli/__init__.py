@@ -1,7 +1,9 @@
 """The command ``phasmid``, its messages and exit statuses.
 
 Statuses: 0 done; 1 a check failed, or output impossible; 2 bad input or usage; 3 the run ended
-early (fell, diverged) or missed a waypoint; 70 internal error; 130 interrupted.
+early (fell, diverged) or missed a waypoint; 70 internal error; 130 stopped by a signal: Ctrl-C,
+SIGTERM or a closed terminal. A signal that arrived gives 130 also where a library swallowed its
+exception, whatever was completed; `UNTIL_STOPPED` names the exceptions.
 """
 
 from __future__ import annotations
@@ -9,18 +11,21 @@ from __future__ import annotations
 import errno
 import os
 import re
-import signal
 import sys
+import threading
 import traceback
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Sequence
+from contextlib import nullcontext, suppress
 from pathlib import Path
-from typing import Any
 
 from phasmid.cli.output import say
 from phasmid.cli.parser import COMMANDS, build_parser, flags
 from phasmid.cli.scenario_options import check_lists
 from phasmid.errors import AlreadyExists, InvalidInput, PhasmidError, nearest
+from phasmid.interrupts import StopSignals
+
+UNTIL_STOPPED = "bus", "studio"
+"""Commands that go on until a signal ends them, with a status of their own."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -33,7 +38,20 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
-    status = _status(arguments)
+    signals = StopSignals()
+    # Only the main thread can handle signals, and only it receives them.
+    is_main = threading.current_thread() is threading.main_thread()
+    with signals if is_main else nullcontext():
+        status = None
+        try:
+            status = _status(arguments, signals.noticed)
+            signals.held = 1
+        except KeyboardInterrupt:
+            # It arrived outside of the handlers of the command.
+            signals.held = 1
+        goes_on = arguments[:1] in ([command] for command in UNTIL_STOPPED)
+        if status is None or (signals.noticed and status != 130 and not goes_on):
+            status = _stopped()
     if argv is None and (status == 130 or arguments[:1] == ["studio"]):
         # An interrupted command ends at once, without the interpreter's cleanup.
         with suppress(OSError):
@@ -47,7 +65,15 @@ UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
 """Errors of a stream that cannot be written; errors of files have a file name."""
 
 
-def _status(arguments: list[str]) -> int:
+def _stopped() -> int:
+    """Report that a signal ended the command, and return its status."""
+    with suppress(OSError, ValueError):
+        # The terminal may be closed.
+        say("phasmid: stopped.", file=sys.stderr)
+    return 130
+
+
+def _status(arguments: list[str], noticed: Sequence[int]) -> int:
     """Run the command and return its exit status, also where the output cannot be written."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -55,12 +81,13 @@ def _status(arguments: list[str]) -> int:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
     try:
         try:
-            return _answered(arguments)
+            return _answered(arguments, noticed)
         finally:
             # Report a failing stream now, and not at the interpreter's exit.
             sys.stdout.flush()
     except OSError as error:
-        return _unheard(error)
+        # The status of a signal is set by the caller.
+        return 1 if noticed else _unheard(error)
 
 
 def _unheard(error: OSError) -> int:
@@ -76,7 +103,7 @@ def _unheard(error: OSError) -> int:
     return 1
 
 
-def _answered(arguments: list[str]) -> int:
+def _answered(arguments: list[str], noticed: Sequence[int]) -> int:
     """Run the command, print errors in one sentence, and return the exit status."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -85,19 +112,17 @@ def _answered(arguments: list[str]) -> int:
     if not re.fullmatch("[1-9][0-9]{0,5}", os.environ.get("COLUMNS", "80")):
         # Rich fails on a width of 0 and on digits that int() does not read.
         del os.environ["COLUMNS"]
-    interrupted: list[int] = []
     try:
-        with _noticed_interrupts(interrupted):
-            return _run(arguments)
+        return _run(arguments)
     except SystemExit as stopped:
         # Rich exits with 1 where the reader of a pipe has gone.
         if stopped.code == 1:
             raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
         raise
     except (Exception, KeyboardInterrupt) as error:
-        if interrupted or isinstance(error, KeyboardInterrupt):
-            say("phasmid: stopped.", file=sys.stderr)
-            return 130
+        if noticed or isinstance(error, KeyboardInterrupt):
+            # An interrupted import may end as an ImportError.
+            return _stopped()
         if isinstance(error, PhasmidError):
             if isinstance(error, AlreadyExists):
                 error.hint = f"--force, or another {error.option}"
@@ -108,31 +133,6 @@ def _answered(arguments: list[str]) -> int:
         traceback.print_exc()
         say("phasmid: internal error; please report it.", file=sys.stderr)
         return 70
-
-
-@contextmanager
-def _noticed_interrupts(noticed: list[int]) -> Iterator[None]:
-    """Record each Ctrl-C before it raises: an interrupted import may end as an ImportError.
-
-    SIGTERM does the same.
-    """
-
-    def handle(number: int, frame: Any) -> None:
-        noticed.append(number)
-        signal.default_int_handler(number, frame)
-
-    try:
-        before = signal.signal(signal.SIGINT, handle)
-        ended = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
-    except ValueError:
-        # Only the main thread can set handlers.
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-        signal.signal(signal.SIGTERM, ended)
 
 
 def _run(arguments: list[str]) -> int:

@@ -6,9 +6,11 @@ import argparse
 import re
 import sys
 import time
+import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
@@ -61,11 +63,29 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Make the missing runs, and return the exit status: 1 where all runs failed."""
+    from phasmid.studies.results import DamagedPart
+
+    with warnings.catch_warnings():
+        show = warnings.showwarning
+
+        def print_damage(message: Warning | str, *place: Any, **more: Any) -> None:
+            if isinstance(message, DamagedPart):
+                say(f"phasmid: {message}", file=sys.stderr)
+            else:
+                show(message, *place, **more)
+
+        warnings.simplefilter("always", DamagedPart)
+        warnings.showwarning = print_damage
+        if options.only is not None:
+            return _repeat(options, options.only)
+        return _make(options)
+
+
+def _make(options: argparse.Namespace) -> int:
+    """Make the missing runs, and return the exit status."""
     from phasmid.studies import study
     from phasmid.studies.results import causes
 
-    if options.only is not None:
-        return _repeat(options, options.only)
     with progress_bar("studying", quiet=options.quiet) as progress:
         try:
             results = study(
@@ -80,11 +100,13 @@ def run(options: argparse.Namespace) -> int:
                 progress=_shown(progress, quiet=options.quiet),
             )
         except KeyboardInterrupt:
-            say(
-                "phasmid: stopped; rows of completed runs are kept.\n"
-                f"  try  phasmid study {plain(options.file)}, which makes the others",
-                file=sys.stderr,
-            )
+            with suppress(OSError):
+                # The terminal may be closed.
+                say(
+                    "phasmid: stopped; rows of completed runs are kept.\n"
+                    f"  try  phasmid study {plain(options.file)}, which makes the others",
+                    file=sys.stderr,
+                )
             return 130
     table = results.table
     failed = table[table["status"] == "failed"]

@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -82,6 +83,7 @@ def make_run(
         words: Parts of the folder's name.
     """
     from phasmid.recording import check_log, load_recording
+    from phasmid.recording.file import check_place
     from phasmid.reporting import check_folder
     from phasmid.simulation import with_sensors
 
@@ -94,23 +96,30 @@ def make_run(
     check_film(options)
     check_live(options)
     run = begin()
+    # The folder is written beside the log, and its compressed recording takes less.
+    sample = sum(channel[:1].nbytes for channel in run.channels(run.first).values())
+    check_place(folder, room=(3 if options.mcap else 2) * len(run.time) * sample)
+    before = _inode(folder)
     try:
         with (
             served(run, options),
             progress_bar("walking", scenario.duration, quiet=options.quiet) as progress,
         ):
             trouble = run.record(log, progress=progress, force=options.force)
-        if trouble and trouble.ending.name == "STOPPED":
-            # The report can be made later from the log.
-            say(f"phasmid: {trouble.sentence}\n{_later(log)}", file=sys.stderr)
-            return 130
         recording = with_sensors(run.scenario, load_recording(log))
         write_report(recording, folder, options, appearance)
-    except KeyboardInterrupt:
-        if log.exists():
-            say(f"phasmid: stopped.\n{_later(log)}", file=sys.stderr)
-            return 130
-        raise
+    except KeyboardInterrupt as stop:
+        if _inode(folder) != before:
+            # The folder is complete.
+            log.unlink(missing_ok=True)
+        if not log.exists():
+            raise
+        # The report can be made later from the log.
+        later = f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
+        with suppress(OSError):
+            # The terminal may be closed.
+            say(f"phasmid: {str(stop) or 'stopped.'}\n{later}", file=sys.stderr)
+        return 130
     # The folder is complete.
     log.unlink(missing_ok=True)
     print_report(recording, folder, options, legs)
@@ -120,9 +129,12 @@ def make_run(
     return 3 if trouble else 0
 
 
-def _later(log: Path) -> str:
-    """Return the hint after a run was stopped."""
-    return f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
+def _inode(folder: Path) -> int | None:
+    """Return what tells a folder from another one of its name; None where there is none."""
+    try:
+        return folder.stat().st_ino
+    except OSError:
+        return None
 
 
 def own_appearance(robot: Robot) -> Appearance | None:

@@ -81,8 +81,6 @@ class Replayer:
         self._done += 1
         if self._progress is not None:
             self._progress(self._done)
-        if run.attrs["ending"] == Ending.STOPPED.name:
-            raise KeyboardInterrupt
         if run.attrs["ending"] != Ending.COMPLETED.name:
             raise InvalidInput(
                 f"the replay did not come to its end: {run.attrs['ending_reason']}",

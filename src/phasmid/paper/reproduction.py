@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
-from phasmid.errors import AlreadyExists
+from phasmid.errors import AlreadyExists, OutputError
+from phasmid.interrupts import held_signals
 from phasmid.paper.document import Graded, Parts, document
 from phasmid.paper.equations import EQUATIONS
 from phasmid.paper.evidence import Announce, Evidence
@@ -13,7 +16,7 @@ from phasmid.paper.statement import Statement
 from phasmid.paper.structure import STRUCTURE
 from phasmid.paper.trajectory import TRAJECTORY
 from phasmid.paper.walking import WALKING
-from phasmid.recording.file import cannot_write, check_new_file, write_whole
+from phasmid.recording.file import cannot_write, check_new_file, check_place, write_whole
 from phasmid.reporting import figures
 from phasmid.reporting.style import encoded_figure
 
@@ -30,6 +33,16 @@ PAGE, FOLDER = "paper.md", "paper"
 
 RECORDED = ("fig12", "fig13", "fig14", "fig15", "fig16")
 """Names of the figures that are drawn of the walk as of any run."""
+
+OWN_FIGURES = {
+    "fig12-stance-laws": stance_laws_figure,
+    "as-printed": as_printed_figure,
+    "sharing": sharing_figure,
+}
+"""Further figures, by name."""
+
+ROOM = 10e6
+"""Room for the page and its figures, about ten times their size [bytes]."""
 
 
 def reproduce(
@@ -53,6 +66,9 @@ def reproduce(
     check_new_file(folder / PAGE, option="--out DIR", force=force)
     if (folder / FOLDER).exists() and not force:
         raise AlreadyExists(folder / FOLDER, option="--out DIR")
+    for name in (*RECORDED, *OWN_FIGURES):
+        check_new_file(folder / FOLDER / f"{name}.png", option="--out DIR", force=force)
+    check_place(folder / FOLDER, room=ROOM)
     evidence = Evidence(announce=announce)
     parts = {
         name: [Graded(statement, statement.measure(evidence)) for statement in statements]
@@ -63,15 +79,30 @@ def reproduce(
         announce("drawing the figures")
     drawn = figures(evidence.walk.recording)
     drawn = {name: drawn[name] for name in RECORDED} | {
-        "fig12-stance-laws": stance_laws_figure(evidence),
-        "as-printed": as_printed_figure(evidence),
-        "sharing": sharing_figure(evidence),
+        name: draw(evidence) for name, draw in OWN_FIGURES.items()
     }
-    try:
-        (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(folder, error) from None
-    for name, figure in drawn.items():
-        write_whole(folder / FOLDER / f"{name}.png", encoded_figure(figure, "png"))
-    write_whole(folder / PAGE, text.encode())
+    files = {
+        folder / FOLDER / f"{name}.png": encoded_figure(figure, "png")
+        for name, figure in drawn.items()
+    }
+    _write(files | {folder / PAGE: text.encode()}, folder)
     return parts
+
+
+def _write(files: Mapping[Path, bytes], folder: Path) -> None:
+    """Write all files of a reproduction, or none that was not there before."""
+    new = [path for path in files if not path.exists()]
+    new_folders = [path for path in (folder / FOLDER, folder) if not path.exists()]
+    # A page without its figures would be half-made.
+    with held_signals():
+        try:
+            (folder / FOLDER).mkdir(parents=True, exist_ok=True)
+            for path, content in files.items():
+                write_whole(path, content)
+        except (OSError, OutputError) as error:
+            for path in new:
+                path.unlink(missing_ok=True)
+            with suppress(OSError):
+                for path in new_folders:
+                    path.rmdir()
+            raise cannot_write(folder, error) if isinstance(error, OSError) else error from None

@@ -6,6 +6,7 @@ import contextlib
 import math
 import os
 import secrets
+import tempfile
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,8 +22,9 @@ from phasmid.errors import (
     located,
     own_words,
 )
+from phasmid.interrupts import held_signals
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES
-from phasmid.recording.log import DamagedRecording, is_log, read_log, sync_folder
+from phasmid.recording.log import DamagedRecording, check_room, is_log, read_log, sync_folder
 from phasmid.recording.recording import FORMAT, Recording, new_recording
 
 CHECKSUM = b"\nphasmid CRC-32 %08x\n"
@@ -135,10 +137,23 @@ def check_new_file(path: Path, *, option: str, force: bool) -> None:
     check_place(path)
 
 
-def check_place(path: Path) -> None:
-    """Raise where the folder for a file or folder is none, not writable or nested too deeply."""
+PARTIAL_LETTERS = len("..12345678.partial")
+"""Letters by which the name of a partial file or folder is longer than its own."""
+
+
+def check_place(path: Path, *, room: float = 0.0) -> None:
+    """Raise where a file or folder cannot be made, before it is computed.
+
+    Args:
+        path: The file or folder; folders above it may be absent.
+        room: Size that must be free on its disk [bytes].
+
+    Raises:
+        InvalidInput: It lies in too many nested folders.
+        OutputError: Its folder is none or not writable, its name is too long, or the disk is full.
+    """
     try:
-        parent = path.resolve().parent
+        parent, names = path.resolve().parent, [path.name + PARTIAL_LETTERS * "."]
         if len(parent.parents) > MOST_FOLDERS:
             raise InvalidInput(
                 f"{path} lies in {len(parent.parents)} nested folders; at most {MOST_FOLDERS} are "
@@ -146,13 +161,24 @@ def check_place(path: Path) -> None:
                 hint="a shorter path",
             )
         while not parent.exists():
+            names.append(parent.name)
             parent = parent.parent
+        if not parent.is_dir():
+            raise OutputError(f"cannot write {path}: {parent} is not a folder.")
+        if not os.access(parent, os.W_OK | os.X_OK):
+            raise OutputError(f"cannot write {path}: {parent} is not writable.")
+        longest = os.pathconf(parent, "PC_NAME_MAX") if hasattr(os, "pathconf") else 255
+        if max(len(os.fsencode(name)) for name in names) > longest:
+            raise OutputError(
+                f"cannot write {path}: its name is too long; {longest - PARTIAL_LETTERS} bytes are "
+                "possible."
+            )
+        with held_signals(), tempfile.TemporaryFile(dir=parent):
+            # Systems of files that only look writable refuse this.
+            pass
     except OSError as error:
         raise cannot_write(path, error) from None
-    if not parent.is_dir():
-        raise OutputError(f"cannot write {path}: {parent} is not a folder.")
-    if not os.access(parent, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {path}: {parent} is not writable.")
+    check_room(path, room)
 
 
 def cannot_write(path: Path, error: OSError) -> OutputError:

@@ -89,7 +89,7 @@ class RecordingLog:
         self._done = 0
         self._file: Any = None
         check_log(self.path, force=force)
-        self._check_room(self._dtype.itemsize * len(time))
+        check_room(self.path, self._dtype.itemsize * len(time))
 
     def __enter__(self) -> RecordingLog:
         return self
@@ -179,18 +179,6 @@ class RecordingLog:
         ns = max(0, round(1e9 * time))
         self._writer.add_message(channel, ns, _CDR + content, ns, number)
 
-    def _check_room(self, size: int) -> None:
-        folder = self.path.resolve().parent
-        while not folder.exists():
-            folder = folder.parent
-        free = shutil.disk_usage(folder).free
-        if size > free:
-            raise OutputError(
-                f"{self.path} needs about {size / 1e9:.3g} GB; {free / 1e9:.3g} GB are free on its "
-                "disk.",
-                hint="a longer --record-interval, a shorter duration, or another disk (--out)",
-            )
-
     def _cannot_write(self, error: OSError) -> OutputError:
         reason = (error.strerror or str(error)).lower()
         saved = ""
@@ -221,6 +209,19 @@ def check_log(path: Path, *, force: bool = False) -> None:
         )
     if not path.is_file():
         raise InvalidInput(f"{path} is not a file; nothing was written.", hint="another name")
+
+
+def check_room(path: Path, size: float) -> None:
+    """Raise OutputError where the disk of a file has less room than a size [bytes]."""
+    folder = path.resolve().parent
+    while not folder.exists():
+        folder = folder.parent
+    free = shutil.disk_usage(folder).free
+    if size > free:
+        raise OutputError(
+            f"{path} needs about {size / 1e9:.3g} GB; {free / 1e9:.3g} GB are free on its disk.",
+            hint="a longer --record-interval, a shorter duration, or another disk (--out)",
+        )
 
 
 def is_log(path: Path) -> bool:

@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
+from phasmid.interrupts import held_signals
 from phasmid.recording import Recording, save_mcap, save_recording
 from phasmid.recording.file import cannot_write, check_place
 from phasmid.reporting.catalogue import CATALOGUE, report_figures
@@ -26,6 +27,9 @@ OWN_FILES = ("summary.json", "recording.nc")
 ENTRIES = {*OWN_FILES, "scenario.toml", "robot.toml", "figures", "recording.mcap"}
 ENTRIES |= {"report.html", "video.mp4", "video.gif", "commands.toml"}
 """Entries of a run's folder; a folder with any other is never replaced."""
+
+ROOM = 10e6
+"""Room for figures and page of a run, about twice that of the paper's walk [bytes]."""
 
 
 def report(
@@ -104,7 +108,7 @@ def check_folder(folder: str | Path, *, force: bool = False) -> None:
             _check_existing(folder, force=force)
     except OSError as error:
         raise cannot_write(folder, error) from None
-    check_place(folder)
+    check_place(folder, room=ROOM)
 
 
 def _check_existing(folder: Path, *, force: bool) -> None:
@@ -196,10 +200,11 @@ def _take_place(partial: Path, target: Path, folder: Path, *, force: bool) -> No
         return
     _check_existing(folder, force=force)
     old = target.with_name(f".{target.name}.{secrets.token_hex(4)}.old")
-    target.rename(old)
-    try:
-        partial.rename(target)
-    except BaseException:
-        old.rename(target)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
+    with held_signals():
+        target.rename(old)
+        try:
+            partial.rename(target)
+        except BaseException:
+            old.rename(target)
+            raise
+        shutil.rmtree(old, ignore_errors=True)

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from phasmid.errors import InvalidInput, nearest
 from phasmid.recording import Recording
 from phasmid.reporting.checks import warnings
 from phasmid.reporting.numbers import (
@@ -28,6 +29,65 @@ from phasmid.reporting.run import events, read_run
 
 Summary: TypeAlias = dict[str, Any]
 """Numbers in SI by name, as JSON holds them."""
+
+NUMBERS = {
+    "run": "duration planned_duration samples samples_not_finite time_step",
+    "robot": "continuous_torque gravity mass no_load_speed stall_torque supply weight",
+    "travel": "body_height_change body_height_range commanded_distance commanded_forward "
+    "commanded_sideways commanded_steps commanded_turn distance forward heading_change "
+    "largest_tilt mean_speed progress sideways sideways_drift",
+    "state_estimate": "position_drift position_error velocity_error",
+    "slip": "largest mean steps",
+    **dict.fromkeys(
+        ("normal_force.simulation", "normal_force.model"),
+        "cycles largest largest_in_swing mean_sum sum_over_weight swing_margin_time",
+    ),
+    **dict.fromkeys(
+        ("torque.simulation", "torque.model"), "largest largest_over_stall share_above_continuous"
+    ),
+    "speed": "largest largest_over_no_load",
+    "servo_verdict": "ambient_temperature continuous_torque highest_voltage rms_torque "
+    "stall_torque temperature_limit torque voltage",
+    "servos": "ambient_temperature temperature_limit torque_limit voltage",
+    "support": "least_margin",
+    "energy": "cost_of_transport drawn_power mean_power work",
+    "model_against_simulation": "left_out_about_switches",
+}
+"""Single numbers of a summary by section; a run has those of what it records."""
+
+ABSENT = {
+    "plan": (
+        *("run.time_step", "robot.supply", "energy.drawn_power", "state_estimate", "servos"),
+        *("normal_force.simulation", "torque.simulation", "model_against_simulation"),
+    ),
+    "simulate": ("state_estimate",),
+    "drive": ("normal_force.model", "torque.model", "model_against_simulation"),
+}
+"""Sections and numbers that each kind of run lacks."""
+
+
+def check_number(name: str, kind: str) -> None:
+    """Refuse the name of a number that no summary of a run has.
+
+    Args:
+        name: Its place in the summary, such as ``energy.cost_of_transport``.
+        kind: Kind of run: ``plan``, ``simulate`` or ``drive``.
+
+    Raises:
+        InvalidInput: With the nearest name.
+    """
+    known = [
+        f"{section}.{number}"
+        for section, numbers in NUMBERS.items()
+        for number in numbers.split()
+        if not {section, f"{section}.{number}"} & set(ABSENT[kind])
+    ]
+    if name not in known:
+        guess = nearest(name, known)
+        raise InvalidInput(
+            f'the summary of a run of kind "{kind}" has no number "{name}".',
+            hint=f'"{guess}"' if guess else "a number of summary.json",
+        )
 
 
 def summarise(recording: Recording) -> Summary:

@@ -57,7 +57,8 @@ def drive(
 
     The robot starts at rest on its feet, at the start of the controller's attribute ``motion`` if
     it has one, else at neutral. The controller receives observations and returns targets at a
-    fixed rate. Interrupting the run (Ctrl-C) ends it and keeps what was recorded.
+    fixed rate. Ctrl-C ends the run and raises KeyboardInterrupt; what was recorded until then is
+    kept in the log, if there is one.
 
     Args:
         scenario: Robot, ground, drive and simulation; its duration is the longest.
@@ -81,6 +82,7 @@ def drive(
     Raises:
         InvalidInput: The time step cannot resolve the contact, the rate does not fit it, or the
             controller returns no targets, and the like.
+        KeyboardInterrupt: The run was stopped by Ctrl-C.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
     run = new_drive(scenario, controller, commands, rate=rate, faults=faults)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import base64
 import math
-import signal
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Shaped
@@ -18,6 +17,7 @@ from jaxtyping import Float, Shaped
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
 from phasmid.forces.analysis import recording_attributes
+from phasmid.interrupts import held_signals
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
 from phasmid.recording.recording import Attributes
@@ -289,7 +289,7 @@ class Run:
         progress: Progress | None = None,
         *,
         keep: Keep | None = None,
-        interrupted: Sequence[int] = (),
+        interrupted: Sequence[int] | None = None,
         until: int | None = None,
     ) -> Failure | None:
         """Run to the end, or to the first failure.
@@ -297,12 +297,19 @@ class Run:
         Args:
             progress: Receives the simulated time [s].
             keep: Receives the recorded samples of each block; None: they go into `log`.
-            interrupted: The run stops as soon as this is not empty.
+            interrupted: The run stops as soon as this is not empty, with the ending ``STOPPED``, at
+                which the caller must look; None: Ctrl-C raises after the block.
             until: The step before which to pause; None: go to the end.
 
         Returns:
             What ended the run early; None where it was completed, or paused.
+
+        Raises:
+            KeyboardInterrupt: It was stopped by Ctrl-C.
         """
+        if interrupted is None:
+            with held_signals() as signals:
+                return self.advance(progress, keep=keep, interrupted=signals, until=until)
         if keep is None:
             if len(self.log) != len(self.time):
                 self.log = empty_samples(self.model, self.drive, len(self.time))
@@ -397,6 +404,7 @@ class Run:
 
         Raises:
             InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
+            KeyboardInterrupt: It was stopped.
         """
         # A plan whose load the feet cannot share is refused here.
         first = self.channels(self.first)
@@ -405,8 +413,9 @@ class Run:
         def keep(rows: Samples) -> None:
             blocks.append({name: a.copy() for name, a in self._watched(rows)[1].items()})
 
-        with noticed_interrupts() if interrupted is None else nullcontext(interrupted) as seen:
-            failure = self.advance(progress, keep=keep, interrupted=seen) or self.shortfall()
+        with held_signals() if interrupted is None else nullcontext(interrupted) as signals:
+            failure = self.advance(progress, keep=keep, interrupted=signals) or self.shortfall()
+            _raise_if_stopped(failure)
         attributes = {**self.attributes(), **self._outcome(failure)}
         channels = {name: np.concatenate([each[name] for each in blocks]) for name in first}
         recording = new_recording(self.time[: self.done], channels, attributes)
@@ -429,6 +438,8 @@ class Run:
             InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
             InvalidInput: The file exists and may not be replaced.
             OutputError: It cannot be written.
+            KeyboardInterrupt: The run was stopped by Ctrl-C. The log is complete until then, and
+                has the ending ``STOPPED``.
         """
 
         def keep(rows: Samples) -> None:
@@ -438,12 +449,13 @@ class Run:
         attributes = {**self.attributes(), **cut}
         first = self.channels(self.first)
         with (
-            noticed_interrupts() as interrupted,
+            held_signals() as signals,
             RecordingLog(path, first, attributes, time=self.time, force=force) as log,
         ):
-            failure = self.advance(progress, keep=keep, interrupted=interrupted)
+            failure = self.advance(progress, keep=keep, interrupted=signals)
             failure = failure or self.shortfall()
             log.finish(self._outcome(failure))
+            _raise_if_stopped(failure)
         return failure
 
     def _watched(self, rows: Samples) -> tuple[np.ndarray, dict[str, np.ndarray]]:
@@ -517,23 +529,7 @@ def _new_drive(
     return (PrescribedDrive if kind == "prescribed" else IdealServoDrive)(model, data, walk)
 
 
-@contextmanager
-def noticed_interrupts() -> Iterator[list[int]]:
-    """Note the first Ctrl-C in a list instead of raising it; a second one is raised."""
-    noticed: list[int] = []
-
-    def note(number: int, frame: Any) -> None:
-        if noticed:
-            signal.default_int_handler(number, frame)
-        noticed.append(number)
-
-    try:
-        before = signal.signal(signal.SIGINT, note)
-    except ValueError:
-        # Only the main thread may handle signals, and only it receives them.
-        yield noticed
-        return
-    try:
-        yield noticed
-    finally:
-        signal.signal(signal.SIGINT, before)
+def _raise_if_stopped(failure: Failure | None) -> None:
+    """Raise KeyboardInterrupt with the sentence of a run that was stopped: it is no result."""
+    if failure is not None and failure.ending is Ending.STOPPED:
+        raise KeyboardInterrupt(failure.sentence)

@@ -32,8 +32,9 @@ def simulate(
 ) -> Recording:
     """Simulate a walk.
 
-    The robot starts at rest on its feet, in equilibrium. Interrupting the run (Ctrl-C) ends it
-    and keeps what was recorded.
+    The robot starts at rest on its feet, in equilibrium. Ctrl-C ends the run within a few hundred
+    steps and raises KeyboardInterrupt; what was recorded until then is kept in the log, if there is
+    one.
 
     Args:
         scenario: Its simulation, contact and terrain are used.
@@ -54,6 +55,7 @@ def simulate(
             robot, gait or stride, or starts with a foot below the terrain, or the start is none
             of its states, or the log exists.
         InfeasibleLoad: The feet cannot give what the motion needs within the force model's limits.
+        KeyboardInterrupt: The run was stopped by Ctrl-C.
         OutputError: The log cannot be written; what it holds until then can be read.
     """
     run = new_run(scenario, walk, start=start)
@@ -102,6 +104,7 @@ def simulate_many(
         InvalidInput: There is no worker.
         FailedRuns: Some were refused or failed; it names them and carries the recordings of the
             others.
+        KeyboardInterrupt: The runs were stopped by Ctrl-C.
     """
     pairs = [(one, None) if isinstance(one, Scenario) else one for one in scenarios]
     if workers is not None and workers < 1:
@@ -177,8 +180,6 @@ def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
     runs = []
     for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2)):
         runs.append(simulate(shorter, walk))
-        if runs[-1].attrs["ending"] == Ending.STOPPED.name:
-            raise KeyboardInterrupt
         if runs[-1].attrs["ending"] != Ending.COMPLETED.name:
             return None
     coarse, fine = runs

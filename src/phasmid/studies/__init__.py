@@ -2,6 +2,14 @@
 
 from phasmid.studies.definition import Study, load_study_file
 from phasmid.studies.driver import repeat_run, study
-from phasmid.studies.results import StudyResults, load_study
+from phasmid.studies.results import DamagedPart, StudyResults, load_study
 
-__all__ = ["Study", "StudyResults", "load_study", "load_study_file", "repeat_run", "study"]
+__all__ = [
+    "DamagedPart",
+    "Study",
+    "StudyResults",
+    "load_study",
+    "load_study_file",
+    "repeat_run",
+    "study",
+]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import secrets
 import shutil
-import uuid
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,8 +12,10 @@ from typing import Any
 from phasmid.cores import cores
 from phasmid.errors import InvalidInput, OutputError, plain
 from phasmid.formats import load_scenario
+from phasmid.interrupts import held_signals
 from phasmid.recording import Recording
-from phasmid.recording.file import cannot_write, write_whole
+from phasmid.recording.file import cannot_write, check_place, write_whole
+from phasmid.reporting.summary import check_number
 from phasmid.simulation.channels import versions
 from phasmid.studies.definition import Study, load_study_file
 from phasmid.studies.executor import Executor, LocalExecutor
@@ -34,6 +36,9 @@ from phasmid.studies.webpage import study_page
 
 Progress = Callable[[int, int, int], None]
 """Receives the numbers of runs done, of all runs, and of failures."""
+
+ROOM = 10e6
+"""Room for the rows and the page of a study, about ten times those of 1,000 runs [bytes]."""
 
 
 def study(
@@ -69,8 +74,12 @@ def study(
         The rows of all runs; of a part, those that exist by now.
 
     Raises:
-        InvalidInput: The study or the part is not well formed, or the folder holds another study.
+        InvalidInput: The study or the part is not well formed, a metric is no number of a summary,
+            or the folder holds another study.
         OutputError: The folder cannot be written, or too many runs failed.
+
+    Warns:
+        DamagedPart: A part was damaged; its runs are made again.
     """
     table, files = load_study_file(source)
     folder = _folder(out, table)
@@ -81,6 +90,9 @@ def study(
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     if part is not None:
         _check_part(part, table, force=force)
+    for metric in table.metrics:
+        if not metric.function:
+            check_number(metric.name, table.kind)
     runner = _runner(table, files, folder)
     parts = fingerprint(runner)
     _prepare(folder, table, parts, force=force)
@@ -97,7 +109,10 @@ def study(
 
     def make(runs: list[Run]) -> bool:
         nonlocal done
-        missing = _missing(folder, runs, retry_failed=retry_failed)
+        rows = read_rows(folder, table, set_aside=True)
+        known = rows[rows["status"] != "failed"] if retry_failed else rows
+        made = set(known["run"])
+        missing = [run for run in runs if run.id not in made]
         done += len(runs) - len(missing)
         report([])
         if missing:
@@ -166,7 +181,7 @@ def repeat_run(
     changed = _changes(read_definition(folder)["parts"], fingerprint(runner))
     if changed:
         raise InvalidInput(f"the study has changed since: {', '.join(changed[:4])}.")
-    rows = read_rows(folder)
+    rows = read_rows(folder, table)
     rows = rows[rows["number"] == number]
     if rows.empty:
         raise InvalidInput(f"{folder} has no run {number}.", hint="a number of its table")
@@ -221,6 +236,9 @@ def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: boo
         exists = folder.exists() and any(folder.iterdir())
     except OSError as error:
         raise cannot_write(folder, error) from None
+    # Rows go into its folder of parts.
+    for path in (folder, folder / PARTS / PAGE):
+        check_place(path, room=ROOM)
     if exists:
         is_study = (folder / DEFINITION).exists()
         if not is_study:
@@ -237,29 +255,29 @@ def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: boo
                 f"{folder} holds another study of this name; changed since: {listed}.",
                 hint="another --out, or --force, which deletes its rows",
             )
-        shutil.rmtree(folder)
     # Other machines may begin a part of this study now: the folder appears whole.
-    new = folder.with_name(f".{folder.name}-{uuid.uuid4().hex}")
-    try:
-        (new / PARTS).mkdir(parents=True)
-        write_definition(new, table, parts)
-        new.replace(folder)
-    except OSError as error:
-        shutil.rmtree(new, ignore_errors=True)
-        if not (folder / DEFINITION).exists():
-            raise cannot_write(folder, error) from None
-        _prepare(folder, table, parts, force=False)
+    new = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}.partial")
+    with held_signals():
+        try:
+            (new / PARTS).mkdir(parents=True)
+            write_definition(new, table, parts)
+            if exists:
+                shutil.rmtree(folder)
+            new.replace(folder)
+        except OSError as error:
+            if force or not (folder / DEFINITION).exists():
+                raise cannot_write(folder, error) from None
+            _prepare(folder, table, parts, force=False)
+        except OutputError as error:
+            error.what = error.what.replace(str(new), str(folder))
+            raise
+        finally:
+            # Renamed to its place unless something failed.
+            shutil.rmtree(new, ignore_errors=True)
 
 
 def _changes(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
     return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
-
-
-def _missing(folder: Path, runs: list[Run], *, retry_failed: bool) -> list[Run]:
-    rows = read_rows(folder)
-    known = rows[rows["status"] != "failed"] if retry_failed else rows
-    done = set(known["run"])
-    return [run for run in runs if run.id not in done]
 
 
 def _place(scenario: str, files: Path) -> str:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
+import warnings
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from phasmid.interrupts import held_signals
+from phasmid.parent_death import end_with_parent
 from phasmid.studies.results import write_rows
 from phasmid.studies.runs import Row, Run, Runner
 
@@ -65,6 +71,7 @@ class Executor(ABC):
         self._deaths: Counter[str] = Counter()
         # The first run is made alone: it compiles what the others use.
         self._size, self._window = 1, 1
+        self._pending: dict[Future[Any], list[Run]] = {}
         self.going = True
 
     @abstractmethod
@@ -84,15 +91,13 @@ class Executor(ABC):
         rows, seconds = future.result()
         return rows, seconds
 
-    def _restart(self, pending: dict[Future[Any], list[Run]]) -> list[Run]:
+    def _restart(self) -> list[Run]:
         """Replace dead workers, and return the pending runs that were lost with them."""
-        del pending
         return []
 
     def make(self, runs: Sequence[Run]) -> None:
         """Make runs, and return when all rows are written or the study is stopped."""
-        queue, suspects = deque(runs), deque[Run]()
-        pending: dict[Future[Any], list[Run]] = {}
+        queue, suspects, pending = deque(runs), deque[Run](), self._pending
         while pending or (self.going and (queue or suspects)):
             most = 1 if suspects else self._window
             while self.going and (queue or suspects) and len(pending) < most:
@@ -114,7 +119,8 @@ class Executor(ABC):
                     wanted = max(1, round(TASK_TIME * len(rows) / seconds))
                     self._size = min(wanted, fair, self.most_runs)
                 self._window = 2 * self._workers
-            for run in [*lost, *(self._restart(pending) if lost else ())]:
+            for run in [*lost, *(self._restart() if lost else ())]:
+                self._runner.remove_partial(run)
                 self._deaths[run.id] += 1
                 if self._deaths[run.id] < MOST_DEATHS:
                     suspects.append(run)
@@ -134,26 +140,54 @@ class LocalExecutor(Executor):
     def __enter__(self) -> Executor:
         from loky import ProcessPoolExecutor
 
-        # Ctrl-C reaches all processes of a terminal; the first one ends the study.
+        # Ctrl-C reaches all processes of a terminal; the first one ends the study. The function
+        # imports little, so that no worker goes on while it starts.
         self._pool = ProcessPoolExecutor(
             self._workers,
             env=ONE_THREAD,
-            initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),
+            initializer=partial(end_with_parent, os.getpid(), ignores_interrupts=True),
         )
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self._pool.shutdown(kill_workers=kind is not None)
+        if kind is None:
+            self._pool.shutdown()
+            return
+        self._kill()
+        for task in self._pending.values():
+            for run in task:
+                self._runner.remove_partial(run)
+
+    def _kill(self) -> None:
+        """End all workers at once."""
+        with warnings.catch_warnings():
+            # Without psutil and pgrep only the workers are killed, and not their children.
+            warnings.simplefilter("ignore", UserWarning)
+            self._pool.shutdown(kill_workers=True)
 
     def _submit(self, task: list[Run]) -> Future[Any]:
-        future: Future[Any] = self._pool.submit(make_rows, self._runner, task)
+        # It may start workers, which fail with a traceback if that is interrupted.
+        with held_signals(), _blocked_interrupts():
+            future: Future[Any] = self._pool.submit(make_rows, self._runner, task)
         return future
 
-    def _restart(self, pending: dict[Future[Any], list[Run]]) -> list[Run]:
+    def _restart(self) -> list[Run]:
         # The pool breaks as a whole.
-        lost = [run for task in pending.values() for run in task]
-        pending.clear()
-        self._pool.shutdown(kill_workers=True)
+        lost = [run for task in self._pending.values() for run in task]
+        self._pending.clear()
+        self._kill()
         self.__enter__()
         return lost
+
+
+@contextmanager
+def _blocked_interrupts() -> Iterator[None]:
+    """Block Ctrl-C in the processes that the body starts, until they ignore it themselves."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
+import stat
 import time
-import uuid
+import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
-from phasmid.errors import InvalidInput
-from phasmid.recording.file import whole_file, write_whole
+from phasmid.errors import InvalidInput, plain
+from phasmid.recording.file import write_whole
 from phasmid.studies.definition import Study
 from phasmid.studies.runs import Row
 
@@ -22,6 +27,16 @@ if TYPE_CHECKING:
 
 PARTS, RECORDINGS, DEFINITION, PAGE = "parts", "recordings", "study.json", "study.html"
 """Names in the folder of a study."""
+
+DIGEST_LETTERS = 16
+"""Letters of the SHA-256 in the name of a part: 64 bits."""
+
+MOST_BYTES = 100_000_000
+"""Size of the largest part that is read [bytes]; 500 rows take less than a megabyte."""
+
+
+class DamagedPart(UserWarning):
+    """A part of a study could not be read."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,10 +94,13 @@ def load_study(folder: str | Path) -> StudyResults:
 
     Raises:
         InvalidInput: It is no folder of a study, or it has no row.
+
+    Warns:
+        DamagedPart: A part is damaged; its rows are absent.
     """
     folder = Path(folder)
     study = Study(**read_definition(folder)["study"])
-    table = read_rows(folder)
+    table = read_rows(folder, study)
     if table.empty:
         raise InvalidInput(f"{folder} has no row of a study.", hint="phasmid study")
     return StudyResults(study, folder, table)
@@ -94,8 +112,11 @@ def read_definition(folder: Path) -> dict[str, Any]:
     Raises:
         InvalidInput: It is no folder of a study.
     """
+    path = folder / DEFINITION
     try:
-        found: dict[str, Any] = json.loads((folder / DEFINITION).read_text(encoding="utf-8"))
+        # A pipe never ends.
+        text = path.read_text(encoding="utf-8") if path.is_file() else ""
+        found: dict[str, Any] = json.loads(text)
         return {"study": found["study"], "parts": found["parts"]}
     except (OSError, ValueError, KeyError, TypeError):
         raise InvalidInput(f"{folder} is no folder of a study.", hint="phasmid study") from None
@@ -117,20 +138,80 @@ def write_rows(folder: Path, rows: Sequence[Row]) -> None:
     Raises:
         OutputError: They cannot be written.
     """
+    # Parquet's own checksums cover its pages; the digest in the name covers all other bytes, too.
+    content = pd.DataFrame(rows).to_parquet(index=False, write_page_checksum=True)
     # Parts sort by time: a run that was made again has its newest row last.
-    path = folder / PARTS / f"{time.time_ns():020d}-{uuid.uuid4().hex[:8]}.parquet"
-    with whole_file(path) as file:
-        pd.DataFrame(rows).to_parquet(file, index=False)
+    name = f"{time.time_ns():020d}-{_digest(content)}.parquet"
+    write_whole(folder / PARTS / name, content)
 
 
-def read_rows(folder: Path) -> pd.DataFrame:
-    """Return the newest row of each run, in the order of the study."""
-    parts = sorted((folder / PARTS).glob("*.parquet"))
-    if not parts:
-        return pd.DataFrame({"run": [], "status": []})
-    table = pd.concat(map(pd.read_parquet, parts), ignore_index=True)
+def read_rows(folder: Path, study: Study, *, set_aside: bool = False) -> pd.DataFrame:
+    """Return the newest row of each run, in the order of the study.
+
+    Args:
+        folder: The folder of the study.
+        study: The study.
+        set_aside: Rename damaged parts, so that they are not read again.
+
+    Warns:
+        DamagedPart: A part is damaged; its rows are absent.
+    """
+    tables = [pd.DataFrame({"run": [], "status": [], "number": []})]
+    for path in sorted((folder / PARTS).glob("*.parquet")):
+        try:
+            tables.append(_read_part(path, study))
+        except FileNotFoundError:
+            # Another machine has set it aside.
+            continue
+        except Exception as error:
+            # Damaged bytes raise any exception in the reader.
+            reason = " ".join(str(error).split())[:160].rstrip(".") or type(error).__name__
+            sentence = f"the part {path} of a study is damaged: {reason}"
+            if set_aside:
+                aside = path.with_name(f"{path.name}.damaged")
+                with suppress(OSError):
+                    path.replace(aside)
+                sentence += f"; it is now {aside.name}, and its runs are made again"
+            warnings.warn(DamagedPart(plain(f"{sentence}.")), stacklevel=2)
+    if len(tables) == 1:
+        return tables[0]
+    table = pd.concat(tables[1:], ignore_index=True)
     table = table.drop_duplicates("run", keep="last").sort_values("number")
     return table.reset_index(drop=True)
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:DIGEST_LETTERS]
+
+
+def _read_part(path: Path, study: Study) -> pd.DataFrame:
+    """Return the rows of a part.
+
+    Raises:
+        ValueError: It is damaged; other exceptions too.
+    """
+    state = path.lstat()
+    if not stat.S_ISREG(state.st_mode):
+        # A pipe never ends.
+        raise ValueError("it is not a file")
+    if state.st_size > MOST_BYTES:
+        raise ValueError(f"it has {state.st_size} bytes")
+    content = path.read_bytes()
+    if path.stem.rpartition("-")[2] != _digest(content):
+        raise ValueError("it fails its checksum")
+    table = pd.read_parquet(io.BytesIO(content), page_checksum_verification=True)
+    metrics = [metric.name for metric in study.metrics]
+    numbers = ["number", "wall_time_s", *metrics, *(["seed"] if study.seeds else [])]
+    for name in numbers:
+        if table[name].dtype.kind not in "iuf":
+            raise ValueError(f'"{name}" is no number')
+    # An axis without a row or a text is a KeyError.
+    done = table.loc[table["status"] == "done", [*metrics, *study.axes, "run", "ending", "error"]]
+    if not np.isfinite(done[metrics].to_numpy(float)).all():
+        raise ValueError("a metric is not finite")
+    if not table["status"].isin(["done", "failed"]).all():
+        raise ValueError('a status is neither "done" nor "failed"')
+    return table
 
 
 def causes(failed: pd.DataFrame) -> list[tuple[int, Any]]:

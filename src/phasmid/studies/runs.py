@@ -93,6 +93,11 @@ class Runner:
             row |= {"status": "failed", "error": f"{type(error).__name__}: {error}"}
         return row | {"wall_time_s": time.perf_counter() - begin}
 
+    def remove_partial(self, run: Run) -> None:
+        """Remove what a killed worker left of the recording of a run."""
+        for path in self.recordings.glob(f".{run.id}.nc.*.partial"):
+            path.unlink(missing_ok=True)
+
     def point(self, row: Row) -> Point:
         """Return the values of a row's run."""
         found: Point = {"seed": int(row["seed"])} if self.study.seeds else {}
@@ -127,13 +132,12 @@ class Runner:
         scenario, settings = self.build(point)
         if self.study.kind == "plan":
             return analyse(scenario, plan(scenario))
-        # Interrupts are handled by the process that hands out the runs.
         if self.study.kind == "simulate":
-            return new_run(scenario, plan(scenario)).simulate(interrupted=())
+            return new_run(scenario, plan(scenario)).simulate()
         rate = self.study.rate
         controller = scenario_controller(scenario, rate, **settings) if settings else None
         run = new_drive(scenario, controller, self.commands(), rate=rate)
-        return run.simulate(interrupted=())
+        return run.simulate()
 
     def commands(self) -> Command | CommandScript:
         """Return the commands of a driven run."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from phasmid.errors import OutputError
 from phasmid.studies.definition import Axis, Search, Study
 from phasmid.studies.results import read_rows
 from phasmid.studies.runs import Run, numbered
@@ -43,9 +44,17 @@ def search(
             for trial in trials:
                 points = study.with_seeds(dict(trial.params))
                 runs += numbered(parts, points, begin * len(points) + len(runs))
-            if not make(runs):
-                return
-            rows = read_rows(folder).set_index("run").loc[[run.id for run in runs]]
+            ids = [run.id for run in runs]
+            # Twice, where a part is damaged at once.
+            for _ in range(2):
+                if not make(runs):
+                    return
+                rows = read_rows(folder, study).set_index("run")
+                if rows.index.isin(ids).sum() == len(ids):
+                    break
+            else:
+                raise OutputError(f"rows of {folder} are damaged as soon as they are written.")
+            rows = rows.loc[ids]
             each = len(runs) // count
             for k, trial in enumerate(trials):
                 _tell(problem, trial, wanted, study, rows.iloc[each * k : each * (k + 1)])

@@ -34,11 +34,8 @@ def walked(scenario: Scenario, *, to_the_end: bool = True) -> Recording:
 
     Raises:
         CannotMeasure: It ended early.
-        KeyboardInterrupt: It was stopped by Ctrl-C.
     """
     recording = simulate(scenario, plan(scenario))
-    if recording.attrs["ending"] == Ending.STOPPED.name:
-        raise KeyboardInterrupt
     if to_the_end and recording.attrs["ending"] != Ending.COMPLETED.name:
         raise CannotMeasure(str(recording.attrs["ending_reason"]))
     return recording

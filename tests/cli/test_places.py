@@ -1,0 +1,92 @@
+"""Everything that can be checked about a place is checked before anything is computed."""
+
+import errno
+import shutil
+import tempfile
+
+import pytest
+
+from phasmid.cli import main
+from phasmid.paper import reproduction
+from phasmid.paper.evidence import Evidence
+from phasmid.simulation import Run
+from phasmid.studies.executor import LocalExecutor
+
+STUDY = 'kind = "plan"\nmetrics = ["energy.work"]\nseeds = 1\n'
+
+COMMANDS = {
+    "walk": ["walk"],
+    "drive": ["drive", "--velocity", "0.05,0,0"],
+    "paper": ["paper"],
+    "study": ["study", "study.toml"],
+}
+
+
+def refuse(*_, **__):
+    raise OSError(errno.EROFS, "Read-only file system")
+
+
+PLACES = {
+    "long name": ("x" * 240, "its name is too long; 237 bytes are possible"),
+    "longer name": ("x" * 300, "name too long"),
+    "many folders": ("a/" * 1500 + "b", "folders must be made; at most 100 are"),
+    "folder of a file": ("study.toml/out", "study.toml is not a folder"),
+    "no access": ("out", "is not writable"),
+    "read only": ("out", "read-only file system"),
+    "full disk": ("out", "needs about 0.01 GB; 0 GB are free on its disk"),
+}
+
+
+CASES = [(command, place) for command in COMMANDS for place in PLACES]
+# The paper's files have names of their own in the folder.
+CASES.remove(("paper", "long name"))
+
+
+@pytest.mark.parametrize(("command", "place"), CASES)
+def test_a_place_is_refused_before_the_work(command, place, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "study.toml").write_text(STUDY)
+    for owner, name in ((Run, "__init__"), (Evidence, "trial"), (LocalExecutor, "__enter__")):
+        monkeypatch.setattr(owner, name, lambda *_, **__: pytest.fail("the work began"))
+    if place == "no access":
+        monkeypatch.setattr("os.access", lambda *_: False)
+    if place == "read only":
+        monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
+    if place == "full disk":
+        monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(1, 1, 0))
+    out, reason = PLACES[place]
+    assert main([*COMMANDS[command], "--out", out]) == 1
+    said = capsys.readouterr().err
+    assert reason in said
+    assert "Traceback" not in said
+    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+
+
+def test_a_walk_without_room_for_its_folder_is_refused_before_its_first_step(
+    tmp_path, monkeypatch, capsys
+):
+    # The log would fit, but not the folder beside it: 1 s of samples takes about 2 MB.
+    free = 12_000_000
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(free, 0, free))
+    monkeypatch.setattr(Run, "advance", lambda *_, **__: pytest.fail("the work began"))
+    assert main(["walk", "--duration", "5", "--out", str(tmp_path / "out"), "--quiet"]) == 1
+    assert "0.012 GB are free" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_reproduction_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
+    written = []
+
+    def write(path, content):
+        if len(written) == 3:
+            raise reproduction.OutputError("the disk is full.")
+        written.append(path)
+        path.write_bytes(content)
+
+    folder = tmp_path / "out"
+    files = {folder / f"paper/{k}.png": b"figure" for k in range(5)}
+    monkeypatch.setattr(reproduction, "write_whole", write)
+    with pytest.raises(reproduction.OutputError, match="the disk is full"):
+        reproduction._write(files | {folder / "paper.md": b"page"}, folder)
+    assert len(written) == 3
+    assert list(tmp_path.iterdir()) == []
