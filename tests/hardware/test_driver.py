@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from phasmid.control import Command
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, OutputError
 from phasmid.hardware import (
     DriverSettings,
     Reaction,
@@ -621,6 +621,22 @@ def test_the_log_is_a_recording_of_what_was_sent_and_read(monkeypatch, tmp_path)
         rows = np.searchsorted(time, at)[:, None] - np.arange(6)
         near = np.abs(position[rows, k] - zero[k] - angle[:, k, None]).min(axis=1)
         assert near.max() <= step
+
+
+@pytest.mark.parametrize(
+    ("name", "words"), [("a" * 300 + ".mcap", "name"), ("file/a.mcap", "folder"), ("a.mcap", "GB")]
+)
+def test_a_log_that_cannot_be_written_is_refused_before_the_torque(
+    monkeypatch, tmp_path, name, words
+):
+    (tmp_path / "file").touch()
+    if words == "GB":
+        monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=1e6))
+    with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, _):
+        driver = new_driver(*robot, bus, log=tmp_path / name)
+        with pytest.raises(OutputError, match=words):
+            driver.drive(3.0)
+        assert not emulator.traces()[1].any()
 
 
 def test_other_sensors_reach_the_controller_and_the_log(monkeypatch, tmp_path):

@@ -82,6 +82,8 @@ def run(
         words: Parts of the log's name.
     """
     from phasmid.hardware import Bus, Driver, DriverSettings, RobotBus, inspect_servos
+    from phasmid.recording.file import check_place
+    from phasmid.recording.log import check_log
 
     _refuse(options)
     check_live(options)
@@ -92,6 +94,8 @@ def run(
     log = result_folder(options, scenario, [*words, "bus"])
     if log.suffix != ".mcap":
         log = log_of(log)
+    check_log(log, force=options.force)
+    check_place(log)
     with ExitStack() as stack:
         port = options.bus
         if port == EMULATED:

@@ -12,6 +12,7 @@ import numpy as np
 
 from phasmid.forces.analysis import recording_attributes
 from phasmid.recording.channels import CHANNELS
+from phasmid.recording.file import check_place
 from phasmid.recording.log import RecordingLog, check_log
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario
@@ -25,6 +26,9 @@ INTERVAL = 0.2
 LONGEST_START, LONGEST_WALK = 120.0, 3600.0
 """Time for which room on the disk is needed beside that of the walk, and for a walk without end
 [s]."""
+
+LEG_BYTES = 300.0
+"""Size of a leg's part of a sample on the disk [bytes]: 250 on a hexapod."""
 
 Watch = Callable[[np.ndarray, Mapping[str, np.ndarray]], None]
 """Receives the time [s] and the channels of a sample, one row each."""
@@ -43,6 +47,7 @@ class DriveLog:
 
     Raises:
         InvalidInput: The file exists and may not be replaced.
+        OutputError: It cannot be written, or its disk has no room for it.
     """
 
     def __init__(
@@ -56,8 +61,6 @@ class DriveLog:
         watch: Watch | None = None,
     ) -> None:
         self._path = None if path is None else Path(path)
-        if self._path is not None:
-            check_log(self._path, force=force)
         self._scenario, self._period, self._force, self._watch = scenario, period, force, watch
         self._planned = np.arange(0.0, min(duration, LONGEST_WALK) + LONGEST_START, period)
         self._times: list[float] = []
@@ -65,6 +68,9 @@ class DriveLog:
         self._file: RecordingLog | None = None
         self._stack = ExitStack()
         if self._path is not None:
+            legs = len(scenario.load_robot().legs)
+            check_log(self._path, force=force)
+            check_place(self._path, room=LEG_BYTES * legs * len(self._planned))
             # What takes time is done before the robot moves.
             import mcap.writer  # noqa: F401
 
