@@ -201,7 +201,7 @@ def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
     heard.wait_for(lambda: heard.newest("state")["playing"] is False)
     assert heard.submit(Change(name="friction", value=0.5)) == {}
     # The exception of a request itself: the server answers that the fault is ours.
-    monkeypatch.setattr(LiveSimulation, "_change", faulty)
+    monkeypatch.setattr(LiveSimulation, "_changed", faulty)
     with pytest.raises(ZeroDivisionError, match="as a test has it"):
         heard.submit(Change(name="friction", value=0.5))
     monkeypatch.undo()

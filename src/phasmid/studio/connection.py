@@ -52,7 +52,8 @@ class Connection(H11Protocol):
 
     @property
     def _is_idle(self) -> bool:
-        return self.cycle is None or self.cycle.response_complete
+        cycle: Any = self.cycle
+        return cycle is None or bool(cycle.response_complete)
 
     def _wait(self) -> None:
         self._stop_waiting()
