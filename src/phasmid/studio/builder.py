@@ -16,6 +16,10 @@ from phasmid.studio.scene import Scene
 from phasmid.studio.setting import Setting
 
 
+LONGEST_REST = 0.5
+"""Longest rest after a request [s]; after a large height map nobody waits for long."""
+
+
 class Ready(NamedTuple):
     """What a request makes of a setting.
 
@@ -45,8 +49,8 @@ class Job(NamedTuple):
 class Builder:
     """Carries out one request at a time in a thread, and of each kind only the newest.
 
-    After each it rests for as long as that took, so that changes of all browsers together take at
-    most half of the time.
+    After each it rests for as long as that took, so that usual changes of all browsers together
+    take at most half of the time.
 
     Args:
         make: Called in the thread with a request.
@@ -71,7 +75,7 @@ class Builder:
         now, done = time.monotonic(), None
         if self._job is not None and self._job.ready.done():
             done, self._job = self._job, None
-            self._rest_until = now + (now - done.begin)
+            self._rest_until = now + min(now - done.begin, LONGEST_REST)
         while self._job is None and self._waiting and now >= self._rest_until:
             request, answer = self._waiting.pop(next(iter(self._waiting)))
             if answer.set_running_or_notify_cancel():
