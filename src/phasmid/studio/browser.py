@@ -28,8 +28,8 @@ NOTICE = 1.0
 MOST_WAITING = 100
 """Most messages of one browser without a reply."""
 
-MOST_UNREAD = 1000
-"""Most texts that a browser may leave unread; one that leaves more is dropped."""
+MOST_UNREAD = 50_000_000
+"""Most letters that a browser may leave unread, a hundred scenes; else it is dropped."""
 
 PATIENCE = 15.0
 """Longest time in which a browser must read a message [s]; one that does not is dropped."""
@@ -100,7 +100,7 @@ class Browser:
             if not self._texts and self._frame is None:
                 self._news.clear()
                 await self._news.wait()
-            if len(self._texts) > MOST_UNREAD:
+            if sum(map(len, self._texts)) > MOST_UNREAD:
                 return
             async with asyncio.timeout(PATIENCE):
                 try:

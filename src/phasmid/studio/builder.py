@@ -15,7 +15,6 @@ from phasmid.studio.messages import Answer, Request
 from phasmid.studio.scene import Scene
 from phasmid.studio.setting import Setting
 
-
 LONGEST_REST = 0.5
 """Longest rest after a request [s]; after a large height map nobody waits for long."""
 
