@@ -260,7 +260,8 @@ class LiveSimulation:
             job.answer.set_result({})
         except Exception as error:
             refuse(job.answer, error)
-            if job.answer is self._reset:
+            is_half_changed = not isinstance(error, PhasmidError) and not job.ready.exception()
+            if is_half_changed or job.answer is self._reset:
                 raise
 
     def _put_back(self) -> None:
