@@ -14,8 +14,6 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-from playwright.sync_api import sync_playwright
-
 IMAGES = Path(__file__).parent / "images"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 WALKED = 12
@@ -26,6 +24,8 @@ PATIENCE = 300
 
 def main():
     """Start the studio, look at it, end it."""
+    from playwright.sync_api import sync_playwright
+
     # There may be no graphics card: the processor draws.
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with studio() as address, sync_playwright() as driver:

@@ -171,8 +171,13 @@ def located(where: str) -> Iterator[None]:
         raise
 
 
+LONGEST_NAME = 200
+"""Letters of a misspelt name that are compared: a search in megabytes takes seconds."""
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return the known name nearest to a misspelt one, in any case; empty if none is near."""
     by_lower_case = {one.lower(): one for one in known}
-    matches = difflib.get_close_matches(name.lower(), by_lower_case, n=1, cutoff=0.6)
+    start = name[:LONGEST_NAME].lower()
+    matches = difflib.get_close_matches(start, by_lower_case, n=1, cutoff=0.6)
     return by_lower_case[matches[0]] if matches else ""

@@ -248,7 +248,7 @@ def _speak(
     parent, field, value, ending, loc = _descend(table, raw, detail["loc"])
     subject, where = locate(loc)
     if detail["type"] == "extra_forbidden":
-        key, inside = str(loc[-1]), subject.rpartition(".")[0]
+        key, inside = _cut(str(loc[-1])), subject.rpartition(".")[0]
         what = f'unknown key "{key}" in {inside}.' if inside else f'unknown key "{key}".'
         return InvalidInput(what, where=where, hint=_hint_for_key(key, table, parent))
     if detail["type"] == "missing":

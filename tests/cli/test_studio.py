@@ -1,12 +1,16 @@
 """``phasmid studio`` opens the page of a live robot, and ends when it is told to."""
 
+import errno
 import os
+import shutil
 import signal
 import socket
 import sys
+import tempfile
 import threading
 import urllib.request
 import webbrowser
+from types import SimpleNamespace
 
 import pytest
 
@@ -31,8 +35,9 @@ class Stage(PretendedStage):
     def start(self):
         self.lives = True
 
-    def close(self):
+    def close(self, longest):
         self.lives = False
+        return True
 
 
 @pytest.fixture
@@ -66,11 +71,14 @@ def interrupt(number=signal.SIGINT):
     os.kill(os.getpid(), number)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+NUMBERS = [getattr(signal, name) for name in studio.ENDS if hasattr(signal, name)]
+
+
+@pytest.mark.parametrize("number", NUMBERS)
 def test_it_opens_the_page_and_ends_at_a_signal_as_it_should(
     number, stage, monkeypatch, tmp_path, capsys
 ):
-    before = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)]
+    before = [signal.getsignal(one) for one in NUMBERS]
     seen = opened(monkeypatch, lambda: interrupt(number))
     options = ["--port", "0", "--out", str(tmp_path / "kept"), "--gait", "wave"]
     assert main(["studio", "paper", *options]) == 0
@@ -87,19 +95,59 @@ def test_it_opens_the_page_and_ends_at_a_signal_as_it_should(
     assert made.lives is False
     assert made.out == tmp_path / "kept"
     assert made.scenario.load_gait().name == "wave"
-    assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before
+    assert [signal.getsignal(one) for one in NUMBERS] == before
+
+
+@pytest.mark.parametrize("number", NUMBERS)
+@pytest.mark.parametrize("moment", ["__init__", "start", "close"])
+def test_a_signal_at_any_moment_ends_it_in_the_same_way(moment, number, stage, monkeypatch):
+    # Between its first thread and its last, where an exception would leave something behind.
+    usual = getattr(Stage, moment)
+
+    def interrupted(self, *args, **options):
+        interrupt(number)
+        interrupt(number)
+        return usual(self, *args, **options)
+
+    monkeypatch.setattr(Stage, moment, interrupted)
+    if moment == "close":
+        monkeypatch.setattr(Stage, "start", lambda self: interrupt())
+    assert main(["studio", "--no-open", "--port", "0"]) == 0
+    assert stage.made[0].lives is False
 
 
 def test_a_robot_that_is_being_built_is_not_waited_for(stage, monkeypatch, capsys):
-    building = threading.Event()
-    monkeypatch.setattr(Stage, "close", lambda self: building.wait(20))
-    monkeypatch.setattr(studio, "LONGEST_CLOSE", 0.01)
+    waited = []
+    monkeypatch.setattr(Stage, "close", lambda self, longest: bool(waited.append(longest)))
     opened(monkeypatch, interrupt)
-    try:
-        assert main(["studio", "--port", "0"]) == 130
-    finally:
-        building.set()
+    assert main(["studio", "--port", "0"]) == 130
+    assert waited == [studio.LONGEST_CLOSE]
     assert capsys.readouterr().err == "phasmid: stopped.\n"
+
+
+def test_a_folder_of_recordings_that_cannot_be_used_is_refused_at_the_start(
+    stage, monkeypatch, tmp_path, capsys
+):
+    def refused(out):
+        assert main(["studio", "--no-open", "--port", "0", "--out", str(out)]) == 1
+        assert not stage.made
+        return capsys.readouterr().err
+
+    (tmp_path / "file").touch()
+    (tmp_path / "mine").mkdir()
+    assert refused(tmp_path / "file").startswith(f"phasmid: cannot write to {tmp_path}/file: not a")
+    assert "not a directory" in refused(tmp_path / "file" / "deeper")
+    assert "file name too long" in refused(tmp_path / ("x" * 300))
+    with monkeypatch.context() as full:
+        full.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=119e6))
+        assert refused(tmp_path / "new" / "er").startswith(
+            f"phasmid: {tmp_path}/new/er has 119 MB "
+        )
+    with monkeypatch.context() as read_only:
+        denied = OSError(errno.EROFS, os.strerror(errno.EROFS))
+        read_only.setattr(tempfile, "TemporaryFile", lambda **_: (_ for _ in ()).throw(denied))
+        assert "read-only file system" in refused(tmp_path / "mine")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine"]
 
 
 @pytest.mark.parametrize("given", ["--no-open", "no display"])

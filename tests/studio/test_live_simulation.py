@@ -2,7 +2,10 @@
 
 import json
 import os
+import tempfile
+import threading
 import time
+import weakref
 from collections import deque
 from itertools import chain
 from types import SimpleNamespace
@@ -29,7 +32,7 @@ from phasmid.studio.messages import (
 )
 from phasmid.studio.pacing import Pacing
 from phasmid.studio.setting import setting_of
-from staging import staged
+from staging import PATIENCE, staged
 
 
 def test_it_walks_by_itself_at_once_and_tells_newcomers_all(heard):
@@ -171,6 +174,75 @@ def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(hear
     heard.wait_for(lambda: heard.newest("state")["dead"] == [])
 
 
+@pytest.fixture
+def held(heard, monkeypatch):
+    """A stage whose changes are ready only when this event is set."""
+    go, usual = threading.Event(), heard.stage._make
+
+    def made(request):
+        ready = usual(request)
+        assert go.wait(PATIENCE)
+        return ready
+
+    monkeypatch.setattr(heard.stage._builder, "_make", made)
+    yield go
+    go.set()
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        Change(name="terrain", value="stairs"),
+        Change(name="gait", value="wave"),
+        Play(how="reset"),
+        Load(what="terrain", name="hills.csv", content=b"0,0\n0,0\n"),
+    ],
+)
+def test_the_robot_walks_on_until_a_change_is_ready(request_, heard, held):
+    live, answer = heard.stage.live, heard.stage.submit(request_)
+    now = live.now
+    heard.wait_for(lambda: live.now > now + 1.0)
+    heard.submit(Stick(at=(-1.0, 0.0, 0.0)))
+    assert heard.newest("setting")["walks"] == "by hand"
+    assert heard.stage.live is live
+    assert not answer.done()
+    held.set()
+    assert answer.result(PATIENCE) == {}
+    # The stick that took over meanwhile keeps the robot.
+    assert heard.newest("setting")["walks"] == "by hand"
+    assert (heard.stage.live is live) is (request_ == Change(name="gait", value="wave"))
+
+
+def test_a_leg_lost_while_a_change_is_made_ready_stays_lost(heard, held):
+    answer = heard.stage.submit(Change(name="payload", value=0.2))
+    heard.submit(Limb(leg=2, how="lose"))
+    held.set()
+    answer.result(PATIENCE)
+    heard.wait_for(lambda: heard.newest("setting")["payload"] == 0.2)
+    assert heard.newest("state")["lost"] == [2]
+    assert heard.stage.live.command.lost_legs == {2}
+
+
+def test_requests_of_many_leave_the_robot_its_time(heard, monkeypatch):
+    # Each takes as long as a turn may; a thousand of them would stop it for half a minute.
+    monkeypatch.setattr(LiveSimulation, "_push", lambda *_: time.sleep(live_simulation.BUDGET))
+    live, now = heard.stage.live, heard.stage.live.now
+    answers = [heard.stage.submit(Push(impulse=(0.0, 0.0, 0.0))) for _ in range(1000)]
+    heard.wait_for(lambda: live.now > now + 0.5)
+    assert not answers[-1].done()
+    for answer in answers:
+        answer.cancel()
+
+
+def test_robots_that_were_replaced_leave_no_memory(heard):
+    robots = []
+    for payload in (0.1, 0.2, 0.3, 0.4):
+        heard.submit(Change(name="payload", value=payload))
+        robots.append(weakref.ref(heard.stage.live))
+    heard.frame()
+    assert [robot() is None for robot in robots] == [True, True, True, False]
+
+
 def test_a_robot_that_fell_is_shown_and_put_back(heard, monkeypatch):
     monkeypatch.setattr(live_simulation, "LYING", 0.2)
     number = heard.newest("scene")["number"]
@@ -201,7 +273,7 @@ def test_a_fault_that_nobody_foresaw_ends_nothing(heard, monkeypatch):
     heard.wait_for(lambda: heard.newest("state")["playing"] is False)
     assert heard.submit(Change(name="friction", value=0.5)) == {}
     # The exception of a request itself: the server answers that the fault is ours.
-    monkeypatch.setattr(LiveSimulation, "_change", faulty)
+    monkeypatch.setattr(LiveSimulation, "_changed", faulty)
     with pytest.raises(ZeroDivisionError, match="as a test has it"):
         heard.submit(Change(name="friction", value=0.5))
     monkeypatch.undo()
@@ -226,6 +298,16 @@ def test_a_recording_that_is_cut_off_can_be_read(tmp_path):
     assert "a push of 0.1 N·s." in recording.attrs["events"]
     for name in ("joint_torque", "foot_force", "body_position", "velocity_command", "stance"):
         assert np.isfinite(recording[name].values).all(), name
+
+
+def test_loaded_files_are_removed_at_the_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with staged(tmp_path / "out") as heard:
+        assert not list(tmp_path.iterdir())
+        heard.submit(Load(what="terrain", name="hills.csv", content=b"0,0\n0,0\n"))
+        [folder] = tmp_path.iterdir()
+        assert [path.name for path in folder.iterdir()] == ["hills.csv"]
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_recording_that_is_too_long_or_too_short_ends_with_a_word(heard, monkeypatch):

@@ -1,6 +1,8 @@
 """Messages of a browser are read as they are meant, or refused in one sentence."""
 
+import base64
 import json
+import time
 
 import pytest
 
@@ -118,3 +120,48 @@ def test_a_wrong_field_is_named_and_the_nearest_word_suggested(told, said, hint)
 def test_the_number_of_a_message_is_a_whole_one(number):
     told = {"id": number, "do": "play", "how": "play"}
     assert refused(json.dumps(told)).what.startswith("id is ")
+
+
+MEGABYTES = 9_000_000
+MANY = {f"key{number}": 1 for number in range(500_000)}
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {"id": 7, "do": "play", "h" * MEGABYTES: 1},
+        {"id": 7, "do": "play", "how": "p" * MEGABYTES},
+        {"id": 7, "do": "p" * MEGABYTES},
+        {"id": 7, "do": "play"} | MANY,
+        {"id": 7, "do": "load", "what": "terrain", "name": "a.csv", "content": "aGk="} | MANY,
+        {"id": 7, "do": "push", "impulse": list(range(1_000_000))},
+        [MANY],
+    ],
+    ids=["key", "word", "do", "keys", "keys beside content", "list", "nested"],
+)
+def test_only_the_content_of_a_file_may_be_large(told):
+    text = json.dumps(told)
+    begin = time.monotonic()
+    error = refused(text)
+    # Milliseconds, where validation and a search for the nearest name took seconds.
+    assert time.monotonic() - begin < 0.5
+    assert error.what.endswith("kB; the limit is 10 kB, except for the content of a file.")
+    assert error.status == 413
+
+
+@pytest.mark.parametrize("separators", [(",", ":"), (", ", ": ")])
+def test_a_large_file_is_read_and_its_faults_are_named_in_time(separators):
+    content = bytes(range(256)) * 27_000
+    told = {"id": 7, "do": "load", "what": "terrain", "name": "a.npy"}
+    told["content"] = base64.b64encode(content).decode()
+    assert read_request(json.dumps(told, separators=separators)).content == content
+    begin = time.monotonic()
+    for changes, what in (
+        ({"do": "play"}, 'unknown key "what"'),
+        ({"k" * 5000: 1}, 'unknown key "kkk'),
+        ({"content": 4_000_000 * "**"}, "content must be bytes in base64."),
+        ({"content": 4_000_000 * "é"}, "content must be bytes in base64."),
+        ({"content": {"content": told["content"]}}, "content is a table; "),
+    ):
+        assert refused(json.dumps(told | changes, ensure_ascii=False)).what.startswith(what)
+    assert time.monotonic() - begin < 2

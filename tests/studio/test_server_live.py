@@ -1,19 +1,22 @@
 """Messages between browsers and the live robot, and their limits, on real sockets."""
 
+import asyncio
 import base64
+import errno
 import json
 import logging
 import socket
 import struct
 import time
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from phasmid.errors import InvalidInput
 from phasmid.studio.browser import MOST_WAITING, RATE
+from phasmid.studio.connection import MOST_CONNECTIONS, report_loop_error
 from phasmid.studio.messages import Play
 from phasmid.studio.server import MOST_BROWSERS, listen
 from studio.pretended import PretendedStage, reply, running, say
@@ -68,6 +71,47 @@ def test_a_message_of_eleven_megabytes_is_refused_in_a_sentence(studio):
         assert told["status"] == 413
         assert told["text"] == "message is 11.0 MB; the limit is 10 MB."
         assert say(page, id=2, do="play", how="play")["status"] == 200
+
+
+FRAMES = {
+    # Opcode, length and mask of RFC 6455, section 5.2, by hand.
+    "13 MB": b"\x81\xff" + struct.pack("!Q", 13_000_000) + bytes(4 + 65536),
+    "unmasked": b"\x81\x02{}",
+    "reserved bits": b"\xf1\x82" + bytes(6),
+    "reserved opcode": b"\x83\x82" + bytes(6),
+    "long control frame": b"\x89\xfe\x00\xff" + bytes(4 + 255),
+    "part of nothing": b"\x80\x82" + bytes(6),
+    "no UTF-8": b"\x81\x82\x00\x00\x00\x00\xff\xff",
+    "half a close code": b"\x88\x81" + bytes(5),
+    "wrong close code": b"\x88\x82\x00\x00\x00\x00\x00\x01",
+    "a frame, then none": b"\x81\x82\x00\x00\x00\x00{}" + b"\xff" * 40,
+}
+
+
+@pytest.mark.parametrize("frame", FRAMES.values(), ids=FRAMES)
+def test_what_is_no_frame_ends_its_connection_without_a_word_of_ours(frame, studio, caplog):
+    caplog.set_level(logging.DEBUG, "phasmid.studio")
+    with handshake(studio) as end, studio.connect() as other:
+        end.sendall(frame)
+        # Texts and frames go on while the connection closes.
+        for number in range(50):
+            studio.server.publish(json.dumps({"event": number}))
+            studio.server.publish(bytes(1000))
+        with suppress(ConnectionResetError):
+            while end.recv(65536):
+                pass
+        assert say(other, id=1, do="play", how="play")["status"] == 200
+    assert not caplog.records
+
+
+def test_what_a_browser_asked_for_is_dropped_when_it_leaves(studio):
+    studio.stage.answer = Future()
+    with studio.connect() as page:
+        page.send('{"do": "change", "name": "terrain", "value": "stairs"}')
+        studio.stage.asked.get(timeout=20)
+    assert [studio.stage.looking.get(timeout=20) for _ in range(2)] == [1, 0]
+    # The simulation asks this before it carries a request out.
+    assert studio.stage.answer.set_running_or_notify_cancel() is False
 
 
 def test_what_is_no_request_is_refused_and_the_page_stays(studio):
@@ -197,6 +241,58 @@ def test_a_browser_that_vanishes_from_the_network_is_missed(monkeypatch):
         assert studio.stage.looking.get(timeout=20) == 0
         while end.recv(65536):
             pass
+
+
+HEAD = "GET / HTTP/1.1\r\nHost: {}\r\n"
+
+
+@pytest.mark.parametrize(
+    "sent",
+    [
+        "",
+        HEAD,
+        HEAD + "\r\n",
+        HEAD + "\r\n" + HEAD,
+        "POST" + HEAD[3:] + "Content-Length: 9\r\n\r\nx",
+    ],
+)
+def test_a_connection_without_a_whole_request_ends(sent, monkeypatch):
+    monkeypatch.setattr("phasmid.studio.connection.LONGEST_HEAD", 0.3)
+    # uvicorn's own limit, of the time without a byte, plays no part.
+    with running() as studio, studio.connect() as page:
+        studio.server._server.config.timeout_keep_alive = 600
+        with socket.create_connection(("127.0.0.1", studio.port), 20) as end:
+            end.sendall(sent.format(studio.host, studio.host).encode())
+            with suppress(ConnectionResetError):
+                while end.recv(65536):
+                    pass
+        # Websockets have limits of their own, and a request begins anew.
+        time.sleep(0.4)
+        assert say(page, id=1, do="play", how="play")["status"] == 200
+        assert studio.get("/").status == 200
+
+
+def test_silent_connections_leave_the_page_in_reach(studio, caplog):
+    with ExitStack() as ends, studio.connect() as page:
+        for _ in range(5 * MOST_CONNECTIONS):
+            ends.enter_context(socket.create_connection(("127.0.0.1", studio.port), 20))
+        assert studio.get("/").status == 200
+        # Those that ended are counted out with the next turn of the loop.
+        assert studio.get("/").status == 200
+        assert len(studio.server._server.server_state.connections) <= MOST_CONNECTIONS
+        assert say(page, id=1, do="play", how="play")["status"] == 200
+    assert not caplog.records
+
+
+def test_errors_of_the_system_are_no_mistakes_of_ours(caplog):
+    loop = asyncio.new_event_loop()
+    loop.set_exception_handler(report_loop_error)
+    for error in (OSError(errno.EMFILE, "Too many open files"), ConnectionResetError()):
+        loop.call_exception_handler({"message": "socket.accept() out of", "exception": error})
+    assert not caplog.records
+    loop.call_exception_handler({"message": "x", "exception": KeyError("x")})
+    assert len(caplog.records) == 1
+    loop.close()
 
 
 def test_the_end_of_the_studio_is_told_and_frees_its_port():

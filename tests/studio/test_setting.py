@@ -165,6 +165,47 @@ def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
     assert str(tmp_path) not in str(refusal.value)
 
 
+HILLS = Load(what="terrain", name="hills.csv", content=b"0,0,0\n0,0.01,0\n0,0,0\n")
+
+
+@pytest.mark.parametrize(
+    ("what", "name", "content"),
+    [
+        ("terrain", "rocks.csv", b"0,x\n"),
+        ("terrain", "hills.csv", b"0,0\n0,1000\n"),
+        ("terrain", "rocks.png", b"\x89PNG"),
+        ("scenario", "x.toml", b"gait = 3"),
+        ("scenario", "hills.csv", b'gait = "tripode"'),
+        ("scenario", "x.toml", bytes(2_000_000)),
+    ],
+)
+def test_a_refused_file_is_removed_at_once_and_an_older_one_of_its_name_stays(
+    what, name, content, tmp_path
+):
+    ground = with_file(PAPER, HILLS, tmp_path)
+    with pytest.raises(InvalidInput):
+        with_file(ground, Load(what=what, name=name, content=content), tmp_path)
+    [kept] = tmp_path.iterdir()
+    assert (kept.name, kept.read_bytes()) == ("hills.csv", HILLS.content)
+
+
+def test_only_height_maps_in_use_stay_in_the_folder(tmp_path):
+    ground = with_file(PAPER, HILLS, tmp_path)
+    with_file(ground, Load(what="scenario", name="x.toml", content=b'gait = "wave"'), tmp_path)
+    flat = Load(what="terrain", name="hills.csv", content=b"0,0\n0,0\n")
+    with_file(ground, flat, tmp_path)
+    [kept] = tmp_path.iterdir()
+    assert kept.read_bytes() == flat.content
+
+
+@pytest.mark.parametrize("content", [b"", b"\n \n", b"# nothing\n", b"[terrain]\n[gait]\n"])
+def test_a_scenario_without_a_value_is_refused(content, tmp_path):
+    # It would put the usual scenario in place of the present one.
+    with pytest.raises(InvalidInput, match="the file has no values") as refusal:
+        with_file(PAPER, Load(what="scenario", name="x.toml", content=content), tmp_path)
+    assert refusal.value.where == "x.toml"
+
+
 @pytest.mark.parametrize(
     ("walks", "line", "words"),
     [

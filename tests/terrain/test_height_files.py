@@ -104,10 +104,18 @@ NOT_FINITE = "height map is not finite in 1 places, first at row 2, column "
             bytes_of(np.array([[None, 1], [2, 3]])),
             UNREAD + ".",
         ),
-        ("a.csv", b"1,2\n3\n", NOT_FINITE + "2."),
+        ("a.csv", b"1,2\n\n3\n", "height map has 1 numbers in row 2 and 2 in row 1; all rows "),
+        ("a.csv", b"1,2\n3,4,5\n", "height map has 3 numbers in row 2 and 2 in row 1; all rows "),
         ("a.csv", b"1,2\nx,3\n", NOT_FINITE + "1."),
-        ("a.csv", b"1,2\n3,4,5\n", UNREAD),
-        ("a.csv", b"", UNREAD),
+        ("a.csv", b'1,2\n"3\n",4\n', "height map has 1 numbers in row 2"),
+        ("a.csv", b"", "height map is 0 × 0; it needs at least 2 × 2 samples."),
+        # One row of a million numbers, and the same beside a second row or in columns.
+        ("a.csv", b"0," * 1_000_000 + b"0", "height map is 1 × 1000001; the limit is 65536 rows"),
+        ("a.csv", b"0,0\n" + b"0," * 70_000, "height map has 70001 numbers in row 2 and 2 in ro"),
+        ("a.csv", b"0,0\n" * 65_537, "height map is 65537 × 2; the limit is 65536 rows or colu"),
+        ("a.csv", (b"0," * 59_999 + b"0\n") * 280, "height map is 280 × 60000; the limit is 4096"),
+        ("a.npy", an_npy((2, 70_000), "|u1") + bytes(140_000), "height map is 2 × 70000; the lim"),
+        ("a.png", a_png(70_000, 2), "height map is 2 × 70000; the limit is 65536 rows or columns"),
         ("a.png", b"GIF89a", UNREAD),
         ("a.npy", b"not one", UNREAD),
         ("a.npy", an_npy((2, 2, 2)) + bytes(64), UNREAD + ": an array of float64"),
@@ -120,6 +128,21 @@ def test_a_file_without_a_map_is_refused(tmp_path, name, content, what):
     with pytest.raises(InvalidInput) as caught:
         PAPER.replace(terrain="height-map", height_map=str(tmp_path / name))
     assert caught.value.what.startswith(what.format(name))
+
+
+def test_a_map_is_read_once_for_all_tables_of_a_run_and_again_when_its_file_changes(tmp_path):
+    # Too large for a text, so that the scenario names the file.
+    flat = np.zeros((1000, 1000), dtype=np.uint8)
+    path = saved(tmp_path, "map.npy", flat)
+    scenario = PAPER.replace(terrain="height-map", height_map=str(path))
+    first = scenario.load_terrain().shape
+    assert scenario.replace(friction=0.5).load_terrain().shape is first
+    flat[:, 500:] = 1
+    os.utime(saved(tmp_path, "map.npy", flat), ns=(0, 0))
+    again = scenario.replace(map_cell=10.0).load_terrain()
+    assert again.height(np.array(7000.0), np.array(0.0)) == pytest.approx(1.0, abs=1e-12)
+    with pytest.raises(InvalidInput, match="height map has a slope of"):
+        scenario.replace(friction=0.5)
 
 
 def test_large_files_and_pipes_are_refused_unread(tmp_path):

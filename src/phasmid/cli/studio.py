@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import logging
+import shutil
 import signal
 import sys
+import tempfile
 import webbrowser
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING
 
 from phasmid.cli.doctor import has_display
 from phasmid.cli.options import Number
@@ -21,13 +23,16 @@ from phasmid.cli.scenario_options import (
     add_field_options,
     scenario_of,
 )
-from phasmid.errors import InvalidInput, plain
-
-if TYPE_CHECKING:
-    from phasmid.studio.live_simulation import LiveSimulation
+from phasmid.errors import InvalidInput, OutputError, plain
 
 LONGEST_CLOSE = 3.0
-"""Longest time in which the robot closes [s]."""
+"""Longest time in which the robot closes, unless it compiles [s]."""
+
+LEAST_ROOM = 120e6
+"""Least room on the disk of recordings: one of a minute, 2 kB a millisecond [bytes]."""
+
+ENDS = ("SIGINT", "SIGTERM", "SIGHUP")
+"""Signals that end the studio; Windows knows no SIGHUP."""
 
 OPTIONS = {
     **SCENARIO,
@@ -53,6 +58,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Show the page until Ctrl-C; return the exit status."""
     scenario = scenario_of(options)
+    _check_out(Path(options.out))
     try:
         from phasmid.studio.guard import is_loopback
         from phasmid.studio.server import Server, listen
@@ -73,19 +79,57 @@ def run(options: argparse.Namespace) -> int:
             note = f"others on the network can reach {options.host}; the address lets them drive"
             say(f"phasmid: note: {plain(note)}.", file=sys.stderr)
         server = Server(listening, host=options.host)
-        simulation = LiveSimulation(scenario, out=Path(options.out), publish=server.publish)
-        announce_compilation()
-        # The server raises a signal again once it has closed: both end it as Ctrl-C does.
-        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-        try:
-            with suppress(KeyboardInterrupt):
+        # From here to the end no signal raises: all that was begun is put away.
+        with _ended_by_signals(server.stop):
+            simulation = LiveSimulation(scenario, out=Path(options.out), publish=server.publish)
+            try:
+                announce_compilation()
                 simulation.start()
                 server.run(simulation, lambda: _show(server.address, options))
-        finally:
-            _put_away(simulation)
-            signal.signal(signal.SIGTERM, before)
+            finally:
+                has_ended = simulation.close(LONGEST_CLOSE)
+    if not has_ended:
+        # It compiles.
+        raise KeyboardInterrupt
     say("phasmid: the studio is closed.")
     return 0
+
+
+def _check_out(folder: Path) -> None:
+    """Refuse a folder of recordings that cannot be written, before the robot is built.
+
+    Raises:
+        OutputError: It is no folder, may not be written, or its disk is full.
+    """
+    there = folder.absolute()
+    try:
+        while not there.exists():
+            there = there.parent
+        # A file without a name: nothing of it stays.
+        with tempfile.TemporaryFile(dir=there):
+            free = shutil.disk_usage(there).free
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise OutputError(f"cannot write to {folder}: {reason}.", hint="another --out") from None
+    if free < LEAST_ROOM:
+        raise OutputError(
+            f"{folder} has {free / 1e6:.0f} MB free; a recording of a minute needs "
+            f"{LEAST_ROOM / 1e6:.0f} MB.",
+            hint="--out with a folder of another disk",
+        )
+
+
+@contextmanager
+def _ended_by_signals(stop: Callable[[], None]) -> Iterator[None]:
+    """Call a function at each signal that ends the studio; ``nohup`` keeps its meaning."""
+    numbers = [getattr(signal, name) for name in ENDS if hasattr(signal, name)]
+    numbers = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
+    before = {number: signal.signal(number, lambda *_: stop()) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _show(address: str, options: argparse.Namespace) -> None:
@@ -94,16 +138,3 @@ def _show(address: str, options: argparse.Namespace) -> None:
     if not options.no_open and has_display():
         # Some browsers are waited for until they have started.
         Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-
-
-def _put_away(simulation: LiveSimulation) -> None:
-    """Close the robot.
-
-    Raises:
-        KeyboardInterrupt: It takes too long, since it compiles.
-    """
-    closing = Thread(target=simulation.close, daemon=True)
-    closing.start()
-    closing.join(LONGEST_CLOSE)
-    if closing.is_alive():
-        raise KeyboardInterrupt

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,6 +30,7 @@ from phasmid.terrain import (
 )
 from phasmid.terrain.ground import HIGHEST_FRICTION
 from phasmid.terrain.height_text import BEGINNING, LONGEST
+from phasmid.toml import is_file
 
 START = 0.3
 """Default start of a terrain, just ahead of the PhantomX's first footholds [m]."""
@@ -217,18 +219,14 @@ class TerrainTable(Table):
         if self.kind == "rough":
             return Rough(self.roughness, self.rough_length, start, self.terrain_seed)
         if self.kind == "height-map":
-            return HeightMap(self._heights(), self.map_cell, start)
+            if not self.height_map:
+                raise InvalidInput(
+                    "a height map needs a file; terrain.height_map names none.",
+                    hint='height_map = "hills.png"',
+                )
+            source = self.height_map
+            return _height_map(source, _stamp(source), self.map_height, self.map_cell, start)
         return Flat()
-
-    def _heights(self) -> Any:
-        if not self.height_map:
-            raise InvalidInput(
-                "a height map needs a file; terrain.height_map names none.",
-                hint='height_map = "hills.png"',
-            )
-        if self.height_map.startswith(BEGINNING):
-            return heights_from_text(self.height_map)
-        return read_heights(Path(self.height_map), white=self.map_height)
 
     def _tiles(self) -> list[Patch]:
         """Return every second tile of the field, as on a chessboard."""
@@ -240,6 +238,35 @@ class TerrainTable(Table):
                 x, y = self._start + i * self.tile, left + j * self.tile
                 tiles.append(Patch((x, x + self.tile), (y, y + self.tile), self.ice_friction))
         return tiles
+
+
+@lru_cache(2)
+def _height_map(
+    source: str, _: tuple[int, int], white: float, cell: float, start: float
+) -> HeightMap:
+    """Read and check a height map once: a run has ten tables of the same.
+
+    Args:
+        source: Its file, or the text that holds it.
+        _: Stamp of the file: one that changed is read again.
+        white: Height of white in an image [m].
+        cell: Distance of two samples [m].
+        start: Where the map begins to grow out of level ground [m].
+    """
+    if source.startswith(BEGINNING):
+        heights = heights_from_text(source)
+    else:
+        heights = read_heights(Path(source), white=white)
+    heights.flags.writeable = False
+    return HeightMap(heights, cell, start)
+
+
+def _stamp(source: str) -> tuple[int, int]:
+    """Return modification time [ns] and size of a height map's file; zeros if there is none."""
+    if source.startswith(BEGINNING) or not is_file(Path(source)):
+        return 0, 0
+    status = Path(source).stat()
+    return status.st_mtime_ns, status.st_size
 
 
 def _carried(raw: dict[str, Any]) -> dict[str, Any]:

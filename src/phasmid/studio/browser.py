@@ -16,9 +16,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from phasmid.errors import PhasmidError, plain
 from phasmid.studio.messages import Answer, InvalidMessage, Request, read_request
 
-LARGEST = 10_000_000
-"""Bytes of the largest message."""
-
 RATE = 200.0
 """Messages per second that a browser may send; as many may come at once."""
 
@@ -30,6 +27,9 @@ NOTICE = 1.0
 
 MOST_WAITING = 100
 """Most messages of one browser without a reply."""
+
+MOST_UNREAD = 50_000_000
+"""Most letters that a browser may leave unread, a hundred scenes; else it is dropped."""
 
 PATIENCE = 15.0
 """Longest time in which a browser must read a message [s]; one that does not is dropped."""
@@ -86,7 +86,8 @@ class Browser:
         try:
             await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for task in both:
+            # What the browser asked for and nobody began is not done.
+            for task in (*both, *self._replies):
                 task.cancel()
             ends = await asyncio.gather(*both, return_exceptions=True)
         for end in ends:
@@ -99,12 +100,18 @@ class Browser:
             if not self._texts and self._frame is None:
                 self._news.clear()
                 await self._news.wait()
+            if sum(map(len, self._texts)) > MOST_UNREAD:
+                return
             async with asyncio.timeout(PATIENCE):
-                if self._texts:
-                    await self._websocket.send_text(self._texts.popleft())
-                elif self._frame is not None:
-                    frame, self._frame = self._frame, None
-                    await self._websocket.send_bytes(frame)
+                try:
+                    if self._texts:
+                        await self._websocket.send_text(self._texts.popleft())
+                    elif self._frame is not None:
+                        frame, self._frame = self._frame, None
+                        await self._websocket.send_bytes(frame)
+                except RuntimeError:
+                    # The server closed it: a message was too large, or no websocket frame.
+                    return
 
     async def _receive(self) -> None:
         while (event := await self._websocket.receive())["type"] == "websocket.receive":
@@ -128,15 +135,10 @@ class Browser:
         return True
 
     def _take(self, message: str | bytes) -> None:
-        size = len(message) if isinstance(message, bytes) else len(message.encode())
-        if size > LARGEST:
-            text = f"message is {size / 1e6:.1f} MB; the limit is {LARGEST / 1e6:.0f} MB."
-            self._reply(None, 413, text=text)
-            return
         try:
             request = read_request(message)
         except InvalidMessage as error:
-            self._reply(error.id, 422, text=error.what, hint=error.hint)
+            self._reply(error.id, error.status, text=error.what, hint=error.hint)
             return
         if len(self._replies) >= MOST_WAITING:
             full = f"{MOST_WAITING} commands wait for their answers; wait for them."
@@ -169,5 +171,7 @@ class Browser:
             self._reply(None, 429, text=sentence)
 
     def _reply(self, number: int | None, status: int, **parts: Any) -> None:
+        # A sentence may repeat what the browser sent.
+        parts |= {key: plain(parts[key]) for key in ("text", "hint") if key in parts}
         parts = {key: part for key, part in parts.items() if part != ""}
         self.send(json.dumps({"reply": number, "status": status} | parts, allow_nan=False))

@@ -1,4 +1,7 @@
-"""Live simulation: requests of browsers in, texts and frames out, in one thread."""
+"""Live simulation: requests of browsers in, texts and frames out, in one thread.
+
+What may take long, a change of the setting or a file, is made ready in another one.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, InvalidStateError
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +22,7 @@ from typing import Any
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario, load_scenario
+from phasmid.studio.builder import Builder, Ready, refuse
 from phasmid.studio.fields import POSES, catalogue, field_of, values
 from phasmid.studio.live import LiveRobot, Velocity
 from phasmid.studio.messages import (
@@ -44,8 +48,14 @@ from phasmid.studio.settings_io import scenario_file, with_file
 FRAMES = 100 / 3
 """Most frames per second: one for each six of the usual 200 updates [1/s]."""
 
+BUDGET = 1 / FRAMES
+"""Time of each turn for requests, and as much for the robot [s]."""
+
 LONGEST_WAIT = 0.05
 """Longest time without a look at clock and requests [s]."""
+
+LONGEST_WRITE = 1.0
+"""Longest time in which a loaded file is written, before its folder is removed [s]."""
 
 LYING = 2.0
 """Time for which a fallen robot is shown [s]."""
@@ -73,7 +83,8 @@ BY_HAND = 'walks = "by hand"'
 class LiveSimulation:
     """Robot in physics that browsers drive, in a thread of its own.
 
-    Requests are carried out in their order, between two updates of the controller.
+    Requests are carried out in their order, between two updates of the controller; those that
+    change the setting or put the robot back, once their result is ready.
 
     Args:
         scenario: Initial scenario.
@@ -103,7 +114,9 @@ class LiveSimulation:
         self._texts: dict[str, str] = {}
         self._events: dict[str, float] = {}
         self._recorder = Recorder(out)
-        self._files = tempfile.TemporaryDirectory(prefix="phasmid-studio-")
+        self._files: tempfile.TemporaryDirectory[str] | None = None
+        self._builder = Builder(self._make, lambda: self._requests.put(None))
+        self._reset: Future[Answer] | None = None
         self._pacing = Pacing()
         self._scene: Scene | None = None
         self._playing = True
@@ -119,14 +132,26 @@ class LiveSimulation:
         """Start the thread; the robot walks ahead by itself."""
         self._thread.start()
 
-    def close(self) -> None:
-        """End the thread; a recording stays as its log."""
+    def close(self, longest: float | None = None) -> bool:
+        """End the threads; a recording stays as its log.
+
+        Args:
+            longest: Longest time to wait for the robot, which may compile [s].
+
+        Returns:
+            True if the robot ended in time.
+        """
         self._closing.set()
         self._requests.put(None)
-        if self._thread.is_alive():
-            self._thread.join()
-        self._recorder.close()
-        self._files.cleanup()
+        if self._thread.ident is not None:
+            self._thread.join(longest)
+        has_ended = not self._thread.is_alive()
+        self._recorder.close(finish=has_ended)
+        self._builder.close(LONGEST_WRITE)
+        if self._files is not None:
+            self._files.cleanup()
+        gc.unfreeze()
+        return has_ended
 
     def submit(self, request: Request) -> Future[Answer]:
         """Queue a request.
@@ -169,18 +194,21 @@ class LiveSimulation:
         while not self._requests.empty():
             queued = self._requests.get()
             if queued is not None:
-                _refuse(queued[1], InvalidInput("the studio is closed."))
+                refuse(queued[1], InvalidInput("the studio is closed."))
 
     def _turn(self) -> None:
         """Answer requests, advance, publish."""
         if self.live is None:
-            self._build(self.setting)
+            self._adopt(self._built(self.setting, self.setting), frozenset())
+            # All that was imported and compiled stays; later collections need not look at it.
+            gc.freeze()
         self._answer()
+        self._take_ready()
         now = time.monotonic()
         if not self._viewers or now - self._stick_at > STICK_TIMEOUT:
             self._move_stick(AT_REST)
         if now >= self._reset_at:
-            self._build(self.setting)
+            self._put_back()
         elif self._playing:
             self._advance(now)
         for sentence, run in self._recorder.finished():
@@ -189,28 +217,58 @@ class LiveSimulation:
         self._send_state()
 
     def _answer(self) -> None:
-        """Carry out requests until the next frame is due."""
+        """Carry out requests until the next frame is due; of those that wait, for a time."""
         wait = LONGEST_WAIT
         if self._playing:
             wait = max(0.0, min(self._next_frame - time.monotonic(), LONGEST_WAIT))
         with suppress(queue.Empty):
             queued = self._requests.get(timeout=wait) if wait > 0 else self._requests.get_nowait()
+            end = time.monotonic() + BUDGET
             while True:
                 if queued is not None:
                     self._carry_out(*queued)
+                if time.monotonic() > end:
+                    break
                 queued = self._requests.get_nowait()
 
     def _carry_out(self, request: Request, future: Future[Answer]) -> None:
-        if not future.set_running_or_notify_cancel():
-            return
+        """Carry out a request, or pass it on if that may take long."""
         try:
-            future.set_result(self._handle(request) or {})
+            if isinstance(request, Play):
+                self._notice = ""
+            if kind := _kind(request):
+                self._builder.put(kind, request, future)
+            elif future.set_running_or_notify_cancel():
+                future.set_result(self._handle(request) or {})
         except PhasmidError as error:
-            _refuse(future, error)
+            refuse(future, error)
         except Exception as error:
-            _refuse(future, error)
+            refuse(future, error)
             # The robot may be half changed.
             raise
+
+    def _take_ready(self) -> None:
+        """Put what is ready in place of the present setting and robot."""
+        job = self._builder.take()
+        if job is None:
+            return
+        try:
+            ready = job.ready.result()
+            same = len(ready.setting.base.legs) == len(self.setting.base.legs)
+            keeps = same and not isinstance(job.request, Play)
+            self._adopt(ready, self._lost if keeps else frozenset())
+            job.answer.set_result({})
+        except Exception as error:
+            refuse(job.answer, error)
+            is_half_changed = not isinstance(error, PhasmidError) and not job.ready.exception()
+            if is_half_changed or job.answer is self._reset:
+                raise
+
+    def _put_back(self) -> None:
+        """Return the robot to its start, unless that is in work."""
+        if self._reset is None or self._reset.done():
+            self._reset = Future()
+            self._builder.put("return to the start", Play(how="reset"), self._reset)
 
     def _advance(self, now: float) -> None:
         """Advance by the updates that are due, for no longer than a frame's time."""
@@ -219,7 +277,7 @@ class LiveSimulation:
             return
         due = self._pacing.due(now, live.now, live.period)
         part = max(1, round(1 / FRAMES / live.period))
-        while due > 0 and time.monotonic() < now + 1 / FRAMES:
+        while due > 0 and time.monotonic() < now + BUDGET:
             live.advance(min(due, part))
             due -= part
         self._report_events()
@@ -234,7 +292,7 @@ class LiveSimulation:
             self._sentence = live.failure.sentence
             self._event(f"{self._sentence} It is put back in {LYING:g} s.")
             self._end_recording()
-        elif live.now >= live.ends_at:
+        elif live.now >= live.ends_at and self._reset_at == math.inf:
             self._event("the plan is at its end; it begins anew.")
             self._reset_at = 0.0
         if self._recorder.run and (self._recorder.is_full or self._recorder.failure):
@@ -248,6 +306,7 @@ class LiveSimulation:
         self._fault_at = time.monotonic()
         self.live = self._scene = None
         fault = f"an unforeseen fault, {_one_line(error)}"
+        self._builder.drop(InvalidInput("the robot is put back to its start."))
         if isinstance(error, PhasmidError):
             fault = error.what.rstrip(".")
         sentence = f"{fault}; the robot is put back to its start"
@@ -282,38 +341,62 @@ class LiveSimulation:
             raise InvalidInput("the robot fell; it is put back in a moment.", hint="reset")
         return self._robot
 
-    def _build(self, setting: Setting, lost: frozenset[int] = frozenset()) -> None:
-        """Build a robot; the present one stays if that is refused."""
+    def _make(self, request: Request) -> Ready:
+        """Return what a request makes of the present setting; in the builder's thread.
+
+        Raises:
+            InvalidInput: The new setting cannot be built, or cannot be walked.
+        """
+        before = setting = self.setting
+        if isinstance(request, Change):
+            setting = self._changed(before, request.name, request.value)
+        elif isinstance(request, Load):
+            if self._files is None:
+                self._files = tempfile.TemporaryDirectory(prefix="phasmid-studio-")
+            setting = with_file(before, request, Path(self._files.name))
+        if isinstance(request, Play) or setting.built_of() != before.built_of():
+            return self._built(before, setting)
+        return Ready(before, setting)
+
+    def _built(self, before: Setting, setting: Setting) -> Ready:
+        """Return a robot that walks by a setting."""
         live = LiveRobot(setting)
-        live.follow(setting, self._share(setting), lost)
+        live.follow(setting, self._share(setting), frozenset())
         scene = Scene(live, self._scene.number + 1 if self._scene else 1)
+        return Ready(before, setting, live, scene)
+
+    def _adopt(self, ready: Ready, lost: frozenset[int]) -> None:
+        """Put a setting, and its robot if it has one, in place of the present ones.
+
+        Raises:
+            InvalidInput: The robot cannot walk so; all stays as it was.
+        """
+        setting = ready.setting
+        if setting.walks != ready.before.walks:
+            self._stick = AT_REST
+        elif setting.walks != self.setting.walks:
+            # The stick took over meanwhile.
+            setting = replace(setting, walks=self.setting.walks)
+        live = ready.live or self._robot
+        live.follow(setting, self._share(setting), lost)
+        self.setting = setting
+        if ready.live is None:
+            self._send_setting()
+            return
         if self._recorder.run:
             self._event("the recording ends, since the robot is another one now.")
             self._end_recording()
-        self.live, self.setting, self._scene = live, setting, scene
+        self.live, self._scene = live, ready.scene
         self._lost, self._dead = lost, frozenset()
         self._reset_at, self._sentence = math.inf, ""
         self._needs_frame = True
         self._pacing.begin(time.monotonic(), live.now)
         self._send_setting()
-        self._send("scene", scene.table)
+        assert self._scene is not None
+        self._send("scene", self._scene.table)
         # A run and its observations refer to each other, and hold megabytes that Python does not
         # count.
         gc.collect()
-
-    def _apply(self, setting: Setting) -> None:
-        """Replace the setting.
-
-        Raises:
-            InvalidInput: It cannot be built, or cannot be walked; all stays as it was.
-        """
-        if setting.built_of() != self.setting.built_of():
-            same = len(setting.base.legs) == len(self.setting.base.legs)
-            self._build(setting, self._lost if same else frozenset())
-            return
-        self._robot.follow(setting, self._share(setting), self._lost)
-        self.setting = setting
-        self._send_setting()
 
     def _share(self, setting: Setting) -> Velocity:
         """Return the commanded shares of the largest velocity."""
@@ -332,8 +415,6 @@ class LiveSimulation:
         match request:
             case Stick():
                 self._steer(request.at)
-            case Change():
-                self._change(request.name, request.value)
             case Play():
                 self._play(request.how)
             case Pace():
@@ -347,8 +428,6 @@ class LiveSimulation:
                 return self._record(request.on)
             case Keep():
                 return scenario_file(self.setting)
-            case Load():
-                self._apply(with_file(self.setting, request, Path(self._files.name)))
             case Bench():
                 # Lazy import: it loads the paper's dynamics.
                 from phasmid.studio.bench import bench
@@ -370,16 +449,13 @@ class LiveSimulation:
         self._stick_at = time.monotonic()
         self._move_stick(share)
 
-    def _change(self, name: str, value: object) -> None:
-        """Change a field of the setting."""
+    def _changed(self, setting: Setting, name: str, value: object) -> Setting:
+        """Return a setting with another value of a field."""
         field = field_of(name)
         if field in POSES:
             self._check_locomotion("another pose of the body")
-        setting = field.changed(self.setting, value)
-        if name == "walks":
-            self._stick = AT_REST
-        if field.value(setting) != field.value(self.setting):
-            self._apply(setting)
+        changed = field.changed(setting, value)
+        return changed if field.value(changed) != field.value(setting) else setting
 
     def _check_locomotion(self, what: str) -> None:
         """Refuse what only the locomotion controller can do."""
@@ -391,10 +467,6 @@ class LiveSimulation:
             )
 
     def _play(self, how: str) -> None:
-        self._notice = ""
-        if how == "reset":
-            self._build(self.setting)
-            return
         self._playing = how == "play"
         self._pacing.begin(time.monotonic(), self._robot.now)
         if how == "step":
@@ -521,10 +593,17 @@ def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-def _refuse(future: Future[Answer], error: Exception) -> None:
-    # The browser may have gone.
-    with suppress(InvalidStateError):
-        future.set_exception(error)
+def _kind(request: Request) -> str:
+    """Return the kind of a request of which only the newest counts; empty for all others.
+
+    Raises:
+        InvalidInput: The setting has no such field.
+    """
+    if isinstance(request, Change):
+        return f"change of {field_of(request.name).label.lower()}"
+    if isinstance(request, Load):
+        return f"{request.what} file"
+    return "reset" if isinstance(request, Play) and request.how == "reset" else ""
 
 
 def _one_line(error: Exception) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import re
 from typing import Annotated, Any, Literal, TypeAlias
 
 import pydantic_core
@@ -11,6 +12,15 @@ from pydantic import BeforeValidator, Field, Strict, StringConstraints
 
 from phasmid.errors import InvalidInput, nearest
 from phasmid.tables import Count, Number, Table, speaking
+
+LARGEST = 10_000_000
+"""Bytes of the largest message, which loads a file."""
+
+LARGEST_COMMAND = 10_000
+"""Bytes of the largest message without the content of a file."""
+
+CONTENT = re.compile(rb'"content"\s*:\s*"')
+"""Beginning of a file's content in a message; base64 has no quotation marks."""
 
 Text = Annotated[str, StringConstraints(max_length=1000)]
 Flag = Annotated[bool, Strict()]
@@ -149,11 +159,14 @@ class InvalidMessage(InvalidInput):
 
     Attributes:
         id: Number of the message, where it is readable.
+        status: Status of the reply, as of HTTP.
     """
 
-    def __init__(self, what: str, *, hint: str = "", id: int | None = None) -> None:
+    def __init__(
+        self, what: str, *, hint: str = "", id: int | None = None, status: int = 422
+    ) -> None:
         super().__init__(what, hint=hint)
-        self.id = id
+        self.id, self.status = id, status
 
 
 def read_request(text: str | bytes) -> Request:
@@ -163,14 +176,17 @@ def read_request(text: str | bytes) -> Request:
         text: JSON.
 
     Raises:
-        InvalidMessage: It is no JSON, or no message; the sentence names the field.
+        InvalidMessage: It is too large, no JSON, or no message; the sentence names the field.
     """
+    message, content = _without_content(text.encode() if isinstance(text, str) else text)
     try:
-        raw = pydantic_core.from_json(text)
+        raw = pydantic_core.from_json(message)
     except ValueError as error:
         raise InvalidMessage(f"the message is no JSON: {error}.") from None
     if not isinstance(raw, dict):
         raise InvalidMessage("the message must be a table.")
+    if content and raw.get("content") == "":
+        raw["content"] = content
     number, do = raw.get("id"), raw.pop("do", None)
     try:
         if not isinstance(do, str) or do not in KINDS:
@@ -181,3 +197,28 @@ def read_request(text: str | bytes) -> Request:
     except InvalidInput as error:
         number = number if isinstance(number, int) and not isinstance(number, bool) else None
         raise InvalidMessage(error.what, hint=error.hint, id=number) from None
+
+
+def _without_content(message: bytes) -> tuple[bytes, str]:
+    """Return a large message without the content of its file, and that content.
+
+    JSON of many keys would take seconds to refuse; content is one text.
+
+    Raises:
+        InvalidMessage: The message is too large.
+    """
+    size, content = len(message), ""
+    if size > LARGEST:
+        what = f"message is {size / 1e6:.1f} MB; the limit is {LARGEST / 1e6:.0f} MB."
+        raise InvalidMessage(what, status=413)
+    if size > LARGEST_COMMAND and (begin := CONTENT.search(message, 0, LARGEST_COMMAND)):
+        end = message.find(b'"', begin.end())
+        content = message[begin.end() : end].decode("latin-1")
+        message = message[: begin.end()] + message[end:]
+    if len(message) > LARGEST_COMMAND:
+        raise InvalidMessage(
+            f"message is {size / 1e3:.0f} kB; the limit is {LARGEST_COMMAND / 1e3:.0f} kB, except "
+            "for the content of a file.",
+            status=413,
+        )
+    return message, content

@@ -33,6 +33,9 @@ LONGEST = 600.0
 MOST_JOBS = 2
 """Most folders that are written at a time."""
 
+LONGEST_END = 2.0
+"""Longest time in which a writer ends that is told to, and removes what it wrote [s]."""
+
 NICENESS = 10
 """Niceness of the writers: the live robot goes first."""
 
@@ -229,12 +232,20 @@ class Recorder:
         """Return the folder of a saved run; None for an unknown id."""
         return self._saved.get(run)
 
-    def close(self) -> None:
-        """End recording and writers; the logs of unwritten runs stay readable."""
-        if self.run:
+    def close(self, *, finish: bool = True) -> None:
+        """End recording and writers; the logs of unwritten runs stay readable.
+
+        Args:
+            finish: Mark the end of the present log; not while it may still be written.
+        """
+        if self.run and finish:
             self.end(None, cut=True)
         for job in self._jobs:
             job.process.terminate()
         for job in self._jobs:
-            job.process.communicate()
+            try:
+                job.process.communicate(timeout=LONGEST_END)
+            except subprocess.TimeoutExpired:
+                job.process.kill()
+                job.process.communicate()
         self._jobs.clear()

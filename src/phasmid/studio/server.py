@@ -28,8 +28,10 @@ from starlette.websockets import WebSocket
 
 from phasmid.errors import InvalidInput
 from phasmid.reporting.webpage import DRAWING, own_text
-from phasmid.studio.browser import LARGEST, OUR_MISTAKE, Browser, log_mistake
+from phasmid.studio.browser import OUR_MISTAKE, Browser, log_mistake
+from phasmid.studio.connection import MOST_CONNECTIONS, Connection, report_loop_error
 from phasmid.studio.guard import Guard, address_of, names_of, refusal
+from phasmid.studio.messages import LARGEST
 
 if TYPE_CHECKING:
     from phasmid.studio.live_simulation import LiveSimulation
@@ -136,7 +138,9 @@ class Server:
                 loop="asyncio",
                 lifespan="on",
                 proxy_headers=False,
-                http="h11",
+                http=Connection,
+                # As many are accepted at a time, before the first is counted.
+                backlog=MOST_CONNECTIONS,
                 ws="websockets-sansio",
                 ws_ping_interval=PING,
                 ws_ping_timeout=PONG,
@@ -169,6 +173,7 @@ class Server:
     @asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
         self._loop = asyncio.get_running_loop()
+        self._loop.set_exception_handler(report_loop_error)
         # The socket listens already: requests wait until the server accepts them.
         self._opened()
         yield

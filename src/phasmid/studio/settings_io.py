@@ -55,8 +55,13 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
             f"{MOST_FILES} files were taken in, which are the most.", hint="start the studio anew"
         )
     path = folder / _kept_name(load.name)
-    path.write_bytes(load.content)
+    # Only a height map that is used stays. An older file of that name may be one; no file that is
+    # loaded is called so.
+    older, stays = folder / ".older", False
+    if path.exists():
+        path.replace(older)
     try:
+        path.write_bytes(load.content)
         if load.what == "scenario":
             _check_named_files(path, setting)
             initial = setting_of(load_scenario(path))
@@ -66,13 +71,20 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
         with located(path.name):
             scenario = setting.scenario.replace(terrain="height-map", height_map=str(path))
         grounds = {**setting.grounds, path.name: scenario.terrain.height_map}
-        return replace(setting, scenario=scenario, grounds=grounds)
+        changed = replace(setting, scenario=scenario, grounds=grounds)
+        stays = True
+        return changed
     except PhasmidError as error:
         # People know the files by their own names.
         for part in ("what", "where", "hint"):
             text = getattr(error, part)
             setattr(error, part, text.replace(f"{folder}{os.sep}", ""))
         raise
+    finally:
+        if not stays:
+            path.unlink(missing_ok=True)
+        if older.exists():
+            older.unlink() if stays else older.replace(path)
 
 
 def _kept_name(name: str) -> str:
@@ -81,9 +93,15 @@ def _kept_name(name: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]", "_", last)[-64:].lstrip(".") or "file"
 
 
+def _has_values(table: dict[str, Any]) -> bool:
+    return any(_has_values(v) if isinstance(v, dict) else v != [] for v in table.values())
+
+
 def _check_named_files(path: Path, setting: Setting) -> None:
     """Refuse a scenario that names files of this machine, other than loaded height maps."""
     raw, _ = read_toml(path)
+    if not _has_values(raw):
+        raise InvalidInput("the file has no values; a scenario has at least one.", where=path.name)
     terrain, gait = (
         table if isinstance(table, dict) else {"name": table}
         for table in (raw.get("terrain"), raw.get("gait"))

@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from numpy.lib.stride_tricks import sliding_window_view
 
 from phasmid.errors import InvalidInput
 from phasmid.terrain.shapes import Places, Surface, ramp
 
 MOST_SAMPLES = 4096 * 4096
 """Most samples of a height map."""
+
+MOST_IN_LINE = 65_536
+"""Most rows, and most columns, of a height map: 650 m at the usual distance of samples."""
 
 TALLEST = 2.0
 """Height of hills above which a map that is too steep is likely in other units than metres [m]."""
@@ -83,14 +85,12 @@ class HeightMap:
         # Largest differences of neighbours that affect each cell, from the one before the first.
         steps = (np.abs(np.diff(self._grid, axis=axis)) for axis in (0, 1))
         windows = ((3, 4), (4, 3))
-        along, across = (
-            sliding_window_view(step, window).max(axis=(2, 3))
-            for step, window in zip(steps, windows, strict=True)
-        )
+        along, across = map(_window_maximum, steps, windows)
         bound = MOST_OVER / self.cell * np.hypot(along, across)
-        cells = np.argwhere(bound > 1)
-        steepest_first = np.argsort(-bound[tuple(cells.T)], kind="stable")
-        i, j = cells[steepest_first[:MOST_CELLS]].T - 1
+        cells = np.flatnonzero(bound > 1)
+        if len(cells) > MOST_CELLS:
+            cells = cells[np.argpartition(-bound.flat[cells], MOST_CELLS)[:MOST_CELLS]]
+        i, j = np.array(np.unravel_index(cells, bound.shape)) - 1
         inside = np.linspace(0.0, 1.0, 5)
         u = self.start + self.cell * (i[:, None, None] + inside[:, None])
         v = self.cell * (j[:, None, None] + inside - (rows - 1) / 2)
@@ -149,6 +149,17 @@ class HeightMap:
         return found[:, 0, 0], found[:, 1, 0] / self.cell, found[:, 0, 1] / self.cell
 
 
+def _window_maximum(
+    values: Float[np.ndarray, "rows columns"], window: tuple[int, int]
+) -> Float[np.ndarray, "windows_down windows_across"]:
+    """Return the maxima over all windows, ten times as fast as by `sliding_window_view`."""
+    for axis, length in enumerate(window):
+        count = values.shape[axis] - length + 1
+        slices = (slice(k, k + count) for k in range(length))
+        values = reduce(np.maximum, (values[s] if axis == 0 else values[:, s] for s in slices))
+    return values
+
+
 def check_samples(rows: int, columns: int) -> None:
     """Refuse a height map that is too small or too large, before memory is allocated.
 
@@ -157,10 +168,20 @@ def check_samples(rows: int, columns: int) -> None:
         columns: Of its grid.
 
     Raises:
-        InvalidInput: It has less than 2 × 2 or more than 4096 × 4096 samples.
+        InvalidInput: It has less than 2 × 2 or more than 4096 × 4096 samples, or too many in a row
+            or column.
     """
     if rows < 2 or columns < 2:
         raise InvalidInput(f"height map is {rows} × {columns}; it needs at least 2 × 2 samples.")
+    check_most_samples(rows, columns)
+
+
+def check_most_samples(rows: int, columns: int) -> None:
+    """Refuse a height map that is too large, also while its rows are still counted."""
+    if max(rows, columns) > MOST_IN_LINE:
+        raise InvalidInput(
+            f"height map is {rows} × {columns}; the limit is {MOST_IN_LINE} rows or columns."
+        )
     if rows * columns > MOST_SAMPLES:
         raise InvalidInput(f"height map is {rows} × {columns}; the limit is 4096 × 4096 samples.")
 
