@@ -46,12 +46,19 @@ class StopSignals:
         self.noticed: list[int] = []
         self.held = 0
         self._raised_at = -REPEAT_TIME
+        self._raises_again = False
         self._again: threading.Timer | None = None
         self._before: dict[int, Any] = {}
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Note a signal, and raise KeyboardInterrupt unless it is held or follows another one."""
         del frame
+        if self._raises_again:
+            self._raises_again = False
+            if self.held:
+                # The end of `held_signals` raises.
+                return
+            raise KeyboardInterrupt
         now, is_first = time.monotonic(), not self.noticed
         self.noticed.append(number)
         if now - self._raised_at < REPEAT_TIME:
@@ -87,7 +94,7 @@ class StopSignals:
         if not self.noticed:
             self._hook_before(unraisable)
         elif issubclass(unraisable.exc_type, KeyboardInterrupt):
-            self._raised_at = time.monotonic() - REPEAT_TIME
+            self._raises_again = True
             self._again = threading.Timer(RAISE_AGAIN_TIME, _thread.interrupt_main)
             self._again.daemon = True
             self._again.start()

@@ -55,12 +55,12 @@ class Of:
         self.choices = choices
 
 
-LARGEST, SMALLEST = 1e12, 1e-12
-"""Largest size of a number, and smallest of one that must be positive, in SI.
+LARGEST = 1e12
+"""Largest size of a number in SI. No quantity of a walking robot is larger, and products of a dozen
+such numbers stay within the range of floats."""
 
-No quantity of a walking robot lies beyond them, and products of a dozen such numbers stay within
-the range of floats.
-"""
+SMALLEST = 1e-12
+"""Smallest of a number in SI that must be positive, for the same reasons."""
 
 # Strict: a number in quotes would pass its key's unit by, and true is not 1.
 Number = Annotated[float, Strict()]

@@ -17,11 +17,12 @@ from phasmid.units import split_unit
 LARGEST_FILE = 1_000_000
 """Files above this many bytes are no robots or scenarios written by hand."""
 
-MOST_TABLES, MOST_KEYS = 5_000, 20_000
-"""Most lines with the heading of a table, or with a key: a robot of 100 legs has 1000 and 5000.
+MOST_TABLES = 5_000
+"""Most lines with the heading of a table: a robot of 100 legs has 1000. The parser and the search
+for the line of a mistake take seconds for ten times as many."""
 
-The parser and the search for the line of a mistake take seconds for ten times as many.
-"""
+MOST_KEYS = 20_000
+"""Most lines with a key, for the same reason: a robot of 100 legs has 5000."""
 
 MOST_PARTS = 16
 """Most parts of a dotted key: the parser's memory grows with their square."""

@@ -14,6 +14,7 @@ from phasmid.recording import CHANNELS, new_recording
 from phasmid.reporting import Source, print_summary, read_run, summarise
 from phasmid.reporting.numbers import commanded_way
 from phasmid.reporting.steps import SETTLING, away_from_switches
+from phasmid.reporting.summary import check_number
 from phasmid.reporting.text import head
 from phasmid.robot import load_robot
 
@@ -366,3 +367,24 @@ def test_samples_near_a_switch_are_those_of_the_definition():
             away = all(abs(time[k] - time[switch]) >= SETTLING - 1e-9 for switch in switches)
             assert found[k, leg] == away
     assert 0.05 < found.mean() < 0.95
+
+
+def test_every_single_number_of_a_summary_may_be_a_metric():
+    """`check_number` knows the numbers of a plan and of a simulation of the paper's robot."""
+
+    def numbers(summary, place=""):
+        for key, value in summary.items():
+            if isinstance(value, dict):
+                yield from numbers(value, f"{place}{key}.")
+            elif isinstance(value, int | float):
+                yield f"{place}{key}"
+
+    scenario = phasmid.Scenario(duration=2.0)
+    walk = phasmid.plan(scenario)
+    runs = {
+        "plan": phasmid.analyse(scenario, walk),
+        "simulate": phasmid.simulate(scenario, walk),
+    }
+    for kind, recording in runs.items():
+        for name in numbers(summarise(recording)):
+            check_number(name, kind)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import argparse
 import logging
-import shutil
 import signal
 import sys
-import tempfile
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -23,13 +21,17 @@ from phasmid.cli.scenario_options import (
     add_field_options,
     scenario_of,
 )
-from phasmid.errors import InvalidInput, OutputError, plain
+from phasmid.errors import InvalidInput, plain
+from phasmid.recording.file import check_place
 
 LONGEST_CLOSE = 3.0
 """Longest time in which the robot closes, unless it compiles [s]."""
 
 LEAST_ROOM = 120e6
 """Least room on the disk of recordings: one of a minute, 2 kB a millisecond [bytes]."""
+
+FIRST_RUN = "run-000"
+"""Name as long as those of recordings."""
 
 ENDS = ("SIGINT", "SIGTERM", "SIGHUP")
 """Signals that end the studio; Windows knows no SIGHUP."""
@@ -58,7 +60,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Show the page until Ctrl-C; return the exit status."""
     scenario = scenario_of(options)
-    _check_out(Path(options.out))
+    check_place(Path(options.out) / FIRST_RUN, room=LEAST_ROOM)
     try:
         from phasmid.studio.guard import is_loopback
         from phasmid.studio.server import Server, listen
@@ -93,30 +95,6 @@ def run(options: argparse.Namespace) -> int:
         raise KeyboardInterrupt
     say("phasmid: the studio is closed.")
     return 0
-
-
-def _check_out(folder: Path) -> None:
-    """Refuse a folder of recordings that cannot be written, before the robot is built.
-
-    Raises:
-        OutputError: It is no folder, may not be written, or its disk is full.
-    """
-    there = folder.absolute()
-    try:
-        while not there.exists():
-            there = there.parent
-        # A file without a name: nothing of it stays.
-        with tempfile.TemporaryFile(dir=there):
-            free = shutil.disk_usage(there).free
-    except (OSError, ValueError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise OutputError(f"cannot write to {folder}: {reason}.", hint="another --out") from None
-    if free < LEAST_ROOM:
-        raise OutputError(
-            f"{folder} has {free / 1e6:.0f} MB free; a recording of a minute needs "
-            f"{LEAST_ROOM / 1e6:.0f} MB.",
-            hint="--out with a folder of another disk",
-        )
 
 
 @contextmanager

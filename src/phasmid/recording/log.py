@@ -220,7 +220,7 @@ def check_room(path: Path, size: float) -> None:
     if size > free:
         raise OutputError(
             f"{path} needs about {size / 1e9:.3g} GB; {free / 1e9:.3g} GB are free on its disk.",
-            hint="a longer --record-interval, a shorter duration, or another disk (--out)",
+            hint="another disk (--out), or for a run a longer --record-interval",
         )
 
 

@@ -46,7 +46,8 @@ NUMBERS = {
         ("torque.simulation", "torque.model"), "largest largest_over_stall share_above_continuous"
     ),
     "speed": "largest largest_over_no_load",
-    "servo_verdict": "ambient_temperature continuous_torque highest_voltage rms_torque "
+    "servo_verdict": "ambient_temperature continuous_torque highest_voltage "
+    "is_continuous_assumed rms_torque "
     "stall_torque temperature_limit torque voltage",
     "servos": "ambient_temperature temperature_limit torque_limit voltage",
     "support": "least_margin",

@@ -243,9 +243,12 @@ class SimulationTable(Table):
         return self.belly_contact or self.start_posture == "packed"
 
 
-SOFTEST, STIFFEST = 1.0, 1e9
-"""Stiffness of a contact point [N/m]: on a softer one a small robot sinks in deeper than its legs
-are long, and steel on steel has about 1e8."""
+SOFTEST = 1.0
+"""Least stiffness of a contact point [N/m]: on a softer one a small robot sinks in deeper than its
+legs are long."""
+
+STIFFEST = 1e9
+"""Largest stiffness of a contact point [N/m]: steel on steel has about 1e8."""
 
 MOST_DAMPING = 1e6
 """Damping of a contact point [N·s/m]: three times the critical one of 100 kg on the stiffest."""

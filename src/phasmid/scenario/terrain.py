@@ -242,17 +242,18 @@ class TerrainTable(Table):
 
 @lru_cache(2)
 def _height_map(
-    source: str, _: tuple[int, int], white: float, cell: float, start: float
+    source: str, stamp: tuple[int, int], white: float, cell: float, start: float
 ) -> HeightMap:
     """Read and check a height map once: a run has ten tables of the same.
 
     Args:
         source: Its file, or the text that holds it.
-        _: Stamp of the file: one that changed is read again.
+        stamp: Time and size of the file: one that changed is read again.
         white: Height of white in an image [m].
         cell: Distance of two samples [m].
         start: Where the map begins to grow out of level ground [m].
     """
+    del stamp
     if source.startswith(BEGINNING):
         heights = heights_from_text(source)
     else:

@@ -98,6 +98,7 @@ class Executor(ABC):
     def make(self, runs: Sequence[Run]) -> None:
         """Make runs, and return when all rows are written or the study is stopped."""
         queue, suspects, pending = deque(runs), deque[Run](), self._pending
+        self._runner.remove_partials(runs)
         while pending or (self.going and (queue or suspects)):
             most = 1 if suspects else self._window
             while self.going and (queue or suspects) and len(pending) < most:

@@ -163,6 +163,8 @@ def read_rows(folder: Path, study: Study, *, set_aside: bool = False) -> pd.Data
         except FileNotFoundError:
             # Another machine has set it aside.
             continue
+        except (InvalidInput, MemoryError):
+            raise
         except Exception as error:
             # Damaged bytes raise any exception in the reader.
             reason = " ".join(str(error).split())[:160].rstrip(".") or type(error).__name__
@@ -188,15 +190,23 @@ def _read_part(path: Path, study: Study) -> pd.DataFrame:
     """Return the rows of a part.
 
     Raises:
+        FileNotFoundError: There is no such part.
+        InvalidInput: The system cannot read it; it may be sound.
         ValueError: It is damaged; other exceptions too.
     """
-    state = path.lstat()
-    if not stat.S_ISREG(state.st_mode):
-        # A pipe never ends.
-        raise ValueError("it is not a file")
-    if state.st_size > MOST_BYTES:
-        raise ValueError(f"it has {state.st_size} bytes")
-    content = path.read_bytes()
+    try:
+        state = path.lstat()
+        if not stat.S_ISREG(state.st_mode):
+            # A pipe never ends.
+            raise ValueError("it is not a file")
+        if state.st_size > MOST_BYTES:
+            raise ValueError(f"it has {state.st_size} bytes")
+        content = path.read_bytes()
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InvalidInput(f"cannot read the part {path} of a study: {reason}.") from None
     if path.stem.rpartition("-")[2] != _digest(content):
         raise ValueError("it fails its checksum")
     table = pd.read_parquet(io.BytesIO(content), page_checksum_verification=True)

@@ -8,7 +8,7 @@ import importlib.util
 import json
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -97,6 +97,13 @@ class Runner:
         """Remove what a killed worker left of the recording of a run."""
         for path in self.recordings.glob(f".{run.id}.nc.*.partial"):
             path.unlink(missing_ok=True)
+
+    def remove_partials(self, runs: Sequence[Run]) -> None:
+        """Remove what a study that was killed left of the recordings of runs."""
+        names = {f".{run.id}.nc" for run in runs}
+        for path in self.recordings.glob(".*.nc.*.partial"):
+            if path.name.partition(".nc.")[0] + ".nc" in names:
+                path.unlink(missing_ok=True)
 
     def point(self, row: Row) -> Point:
         """Return the values of a row's run."""

@@ -41,7 +41,6 @@ class Job(NamedTuple):
     request: Request
     answer: Future[Answer]
     ready: Future[Ready]
-    thread: threading.Thread
     begin: float
 
 
@@ -60,13 +59,17 @@ class Builder:
         self._make, self._notify = make, notify
         self._waiting: dict[str, tuple[Request, Future[Answer]]] = {}
         self._job: Job | None = None
+        self._thread: threading.Thread | None = None
         self._rest_until = 0.0
 
     def put(self, kind: str, request: Request, answer: Future[Answer]) -> None:
         """Queue a request; one of the same kind that waits is refused."""
-        older = self._waiting.pop(kind, None)
+        if answer.cancelled():
+            return
+        older = self._waiting.get(kind)
         if older is not None:
             refuse(older[1], InvalidInput(f"a newer {kind} replaced this one."))
+        # In its place: what is renewed often waits no longer.
         self._waiting[kind] = request, answer
 
     def take(self) -> Job | None:
@@ -75,7 +78,9 @@ class Builder:
         if self._job is not None and self._job.ready.done():
             done, self._job = self._job, None
             self._rest_until = now + min(now - done.begin, LONGEST_REST)
-        while self._job is None and self._waiting and now >= self._rest_until:
+        # A job that was dropped may still be in work.
+        is_busy = self._thread is not None and self._thread.is_alive()
+        while not is_busy and self._job is None and self._waiting and now >= self._rest_until:
             request, answer = self._waiting.pop(next(iter(self._waiting)))
             if answer.set_running_or_notify_cancel():
                 self._begin(request, answer, now)
@@ -92,7 +97,7 @@ class Builder:
             self._notify()
 
         thread = threading.Thread(target=work, name="builder", daemon=True)
-        self._job = Job(request, answer, ready, thread, now)
+        self._job, self._thread = Job(request, answer, ready, now), thread
         thread.start()
 
     def drop(self, error: Exception) -> None:
@@ -104,12 +109,11 @@ class Builder:
     def close(self, longest: float) -> None:
         """Refuse all requests, and wait for the thread [s]."""
         closed = InvalidInput("the studio is closed.")
-        thread = self._job.thread if self._job else None
         self.drop(closed)
         for _, answer in self._waiting.values():
             refuse(answer, closed)
-        if thread is not None:
-            thread.join(longest)
+        if self._thread is not None:
+            self._thread.join(longest)
 
 
 def refuse(answer: Future[Answer], error: BaseException) -> None:

@@ -12,6 +12,9 @@ from phasmid.studio.browser import log_mistake
 LONGEST_HEAD = 10.0
 """Longest time without a whole request [s]; uvicorn limits only the time without a byte."""
 
+LONGEST_FLUSH = 60.0
+"""Longest time in which a browser takes the rest of a response [s]: 10 MB at 170 kB/s."""
+
 MOST_CONNECTIONS = 64
 """Most connections: eight browsers with six each, and some."""
 
@@ -66,7 +69,9 @@ class Connection(H11Protocol):
 
     def _give_up(self) -> None:
         if self._is_idle:
-            self.transport.abort()
+            # A slow reader still gets what was written.
+            self.transport.close()
+            self.loop.call_later(LONGEST_FLUSH, self.transport.abort)
 
 
 def report_loop_error(_: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

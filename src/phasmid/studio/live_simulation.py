@@ -200,8 +200,9 @@ class LiveSimulation:
         """Answer requests, advance, publish."""
         if self.live is None:
             self._adopt(self._built(self.setting, self.setting), frozenset())
-            # All that was imported and compiled stays; later collections need not look at it.
-            gc.freeze()
+            if gc.get_freeze_count() == 0:
+                # What was imported and compiled stays; later collections need not look at it.
+                gc.freeze()
         self._answer()
         self._take_ready()
         now = time.monotonic()
@@ -251,6 +252,10 @@ class LiveSimulation:
         """Put what is ready in place of the present setting and robot."""
         job = self._builder.take()
         if job is None:
+            return
+        if job.answer is self._reset and self._reset_at == math.inf:
+            # Another change has put the robot back meanwhile.
+            job.answer.set_result({})
             return
         try:
             ready = job.ready.result()
