@@ -33,6 +33,9 @@ MOST_TIME = 3.0
 START_TIME = 1.0
 """Time in which Python itself may still start, where a signal has its default effect [s]."""
 
+END_TIME = 2.0
+"""Time in which a command that has completed its work ends, on a busy machine [s]."""
+
 STUDY = """
 kind = "simulate"
 metrics = ["torque.simulation.largest"]
@@ -148,8 +151,8 @@ def disturb(job: tuple[str, int, bool, float]) -> tuple[str, str, float, str]:
         outcome = "at the end"
     elif outcome == "at the start" and moment > START_TIME:
         faults += f"status {status} at {moment:.2f} s"
-    elif status == 0 and not (folder / command).exists():
-        faults += "swallowed"
+    elif status == 0 and (took > END_TIME or not (folder / command).exists()):
+        faults += f"swallowed: status 0 after {took:.1f} s"
     elif status not in (0, 130, -number):
         faults += f"status {status}: {text[-300:]!r}"
     if faults:
@@ -232,6 +235,8 @@ def main() -> int:
     parser.add_argument("--at-once", type=int, default=2, help="commands at a time")
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
+    # nohup makes commands ignore it.
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     bad = flip(options.flips, options.seed)
     if options.signals or options.kills:
         bad += send(options.signals, options.kills, options.seed, options.at_once)

@@ -498,7 +498,7 @@ def test_a_study_that_cannot_be_is_refused_in_a_sentence(changes, message):
 
 def test_bad_files_and_options_are_status_2(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path("s.toml").write_text('kind = "plan"\nseeds = 1\nmetrics = ["a"]\n')
+    Path("s.toml").write_text('kind = "plan"\nseeds = 1\nmetrics = ["energy.work"]\n')
     Path("results/study").mkdir(parents=True)
     Path("results/study/mine.txt").write_text("mine")
     Path("f.toml").write_text('seeds = 1\nmetrics = [{name = "a", function = "no.py:f"}]\n')
