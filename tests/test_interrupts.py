@@ -135,3 +135,14 @@ def test_a_program_that_nohup_started_ignores_the_end_of_its_terminal():
         "assert not signals.noticed"
     )
     assert subprocess.run([sys.executable, "-c", text], check=False).returncode == 0
+
+
+def test_an_exception_that_is_raised_again_waits_for_the_end_of_a_held_body():
+    steps = []
+    with StopSignals():
+        swallow(signal.SIGTERM)
+        with pytest.raises(KeyboardInterrupt):  # noqa: SIM117, PT012
+            with held_signals():
+                time.sleep(10 * interrupts.RAISE_AGAIN_TIME)
+                steps.append("whole")
+    assert steps == ["whole"]

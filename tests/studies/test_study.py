@@ -661,3 +661,19 @@ def test_the_newest_row_of_a_run_counts(whole, tmp_path):
     table = load_study(folder).table
     assert len(table) == 12
     assert table[COST][3] == 99.0
+
+
+def test_a_sound_part_that_the_system_cannot_read_is_not_set_aside(whole, tmp_path, monkeypatch):
+    """A share of the network may fail for a moment."""
+    folder = tmp_path / "study"
+    shutil.copytree(whole.folder, folder)
+
+    def fail(self):
+        raise OSError(errno.ESTALE, "Stale file handle")
+
+    before = sorted(folder.rglob("*"))
+    with monkeypatch.context() as share:
+        share.setattr(Path, "read_bytes", fail)
+        with pytest.raises(InvalidInput, match="stale file handle"):
+            load_study(folder)
+    assert sorted(folder.rglob("*")) == before

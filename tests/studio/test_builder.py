@@ -109,3 +109,29 @@ def test_at_its_end_all_are_refused(bench):
     bench.go.release()
     bench.builder.close(PATIENCE)
     assert [answer.exception().what for answer in answers] == 2 * ["the studio is closed."]
+
+
+def test_a_kind_that_is_renewed_often_waits_no_longer(bench):
+    """Kinds are made in the order in which they began to wait, whatever replaces them."""
+    bench.put("robot", 0)
+    assert bench.builder.take() is None
+    bench.put("payload", 1)
+    bench.put("terrain", 2)
+    bench.put("payload", 3)
+    for _ in range(3):
+        bench.go.release()
+        bench.take()
+    assert bench.made == [0, 3, 2]
+
+
+def test_a_request_that_was_taken_back_does_not_replace_that_of_another(bench):
+    bench.put("robot", 0)
+    assert bench.builder.take() is None
+    bench.put("payload", 1)
+    withdrawn = Future()
+    withdrawn.cancel()
+    bench.builder.put("payload", Change(name="payload", value=2), withdrawn)
+    for _ in range(2):
+        bench.go.release()
+        bench.take()
+    assert bench.made == [0, 1]
