@@ -39,12 +39,15 @@ class StopSignals:
     Attributes:
         noticed: Numbers of the signals received.
         held: Number of `held_signals` that are open: the first signal is noted only.
+        error: What ended the command. It is kept until the process ends: a library that was
+            interrupted, such as llvmlite, may crash when what it left half-made is freed.
     """
 
     def __init__(self, names: tuple[str, ...] = STOP_SIGNALS) -> None:
         self._names = names
         self.noticed: list[int] = []
         self.held = 0
+        self.error: BaseException | None = None
         self._raised_at = -REPEAT_TIME
         self._raises_again = False
         self._again: threading.Timer | None = None

@@ -44,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with signals if is_main else nullcontext():
         status = None
         try:
-            status = _status(arguments, signals.noticed)
+            status = _status(arguments, signals)
             signals.held = 1
         except KeyboardInterrupt:
             # It arrived outside of the handlers of the command.
@@ -65,15 +65,15 @@ UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
 """Errors of a stream that cannot be written; errors of files have a file name."""
 
 
-def _stopped() -> int:
-    """Report that a signal ended the command, and return its status."""
+def _stopped(text: str = "") -> int:
+    """Report that a signal ended the command, with what is kept, and return its status."""
     with suppress(OSError, ValueError):
         # The terminal may be closed.
-        say("phasmid: stopped.", file=sys.stderr)
+        say(f"phasmid: {text or 'stopped.'}", file=sys.stderr)
     return 130
 
 
-def _status(arguments: list[str], noticed: Sequence[int]) -> int:
+def _status(arguments: list[str], signals: StopSignals) -> int:
     """Run the command and return its exit status, also where the output cannot be written."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -81,13 +81,13 @@ def _status(arguments: list[str], noticed: Sequence[int]) -> int:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
     try:
         try:
-            return _answered(arguments, noticed)
+            return _answered(arguments, signals)
         finally:
             # Report a failing stream now, and not at the interpreter's exit.
             sys.stdout.flush()
     except OSError as error:
         # The status of a signal is set by the caller.
-        return 1 if noticed else _unheard(error)
+        return 1 if signals.noticed else _unheard(error)
 
 
 def _unheard(error: OSError) -> int:
@@ -103,7 +103,7 @@ def _unheard(error: OSError) -> int:
     return 1
 
 
-def _answered(arguments: list[str], noticed: Sequence[int]) -> int:
+def _answered(arguments: list[str], signals: StopSignals) -> int:
     """Run the command, print errors in one sentence, and return the exit status."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -120,9 +120,11 @@ def _answered(arguments: list[str], noticed: Sequence[int]) -> int:
             raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
         raise
     except (Exception, KeyboardInterrupt) as error:
-        if noticed or isinstance(error, KeyboardInterrupt):
+        is_interrupt = isinstance(error, KeyboardInterrupt)
+        if signals.noticed or is_interrupt:
             # An interrupted import may end as an ImportError.
-            return _stopped()
+            signals.error = error
+            return _stopped(str(error) if is_interrupt else "")
         if isinstance(error, PhasmidError):
             if isinstance(error, AlreadyExists):
                 error.hint = f"--force, or another {error.option}"

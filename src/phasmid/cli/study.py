@@ -8,7 +8,6 @@ import sys
 import time
 import warnings
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -99,15 +98,11 @@ def _make(options: argparse.Namespace) -> int:
                 force=options.force,
                 progress=_shown(progress, quiet=options.quiet),
             )
-        except KeyboardInterrupt:
-            with suppress(OSError):
-                # The terminal may be closed.
-                say(
-                    "phasmid: stopped; rows of completed runs are kept.\n"
-                    f"  try  phasmid study {plain(options.file)}, which makes the others",
-                    file=sys.stderr,
-                )
-            return 130
+        except KeyboardInterrupt as stop:
+            raise KeyboardInterrupt(
+                "stopped; rows of completed runs are kept.\n"
+                f"  try  phasmid study {plain(options.file)}, which makes the others"
+            ) from stop
     table = results.table
     failed = table[table["status"] == "failed"]
     if not options.quiet:

@@ -7,7 +7,6 @@ import json
 import os
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -116,10 +115,7 @@ def make_run(
             raise
         # The report can be made later from the log.
         later = f"  try  phasmid report {plain(str(log))}, which makes the folder of it"
-        with suppress(OSError):
-            # The terminal may be closed.
-            say(f"phasmid: {str(stop) or 'stopped.'}\n{later}", file=sys.stderr)
-        return 130
+        raise KeyboardInterrupt(f"{str(stop) or 'stopped.'}\n{later}") from stop
     # The folder is complete.
     log.unlink(missing_ok=True)
     print_report(recording, folder, options, legs)

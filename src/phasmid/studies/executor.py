@@ -140,14 +140,18 @@ class LocalExecutor(Executor):
 
     def __enter__(self) -> Executor:
         from loky import ProcessPoolExecutor
+        from loky.backend import resource_tracker
 
         # Ctrl-C reaches all processes of a terminal; the first one ends the study. The function
         # imports little, so that no worker goes on while it starts.
-        self._pool = ProcessPoolExecutor(
-            self._workers,
-            env=ONE_THREAD,
-            initializer=partial(end_with_parent, os.getpid(), ignores_interrupts=True),
-        )
+        with held_signals(), _blocked_signals():
+            self._pool = ProcessPoolExecutor(
+                self._workers,
+                env=ONE_THREAD,
+                initializer=partial(end_with_parent, os.getpid(), ignores_interrupts=True),
+            )
+            # Started here, so that it inherits the blocked signals.
+            resource_tracker.ensure_running()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
@@ -168,7 +172,7 @@ class LocalExecutor(Executor):
 
     def _submit(self, task: list[Run]) -> Future[Any]:
         # It may start workers, which fail with a traceback if that is interrupted.
-        with held_signals(), _blocked_interrupts():
+        with held_signals(), _blocked_signals():
             future: Future[Any] = self._pool.submit(make_rows, self._runner, task)
         return future
 
@@ -182,12 +186,15 @@ class LocalExecutor(Executor):
 
 
 @contextmanager
-def _blocked_interrupts() -> Iterator[None]:
-    """Block Ctrl-C in the processes that the body starts, until they ignore it themselves."""
+def _blocked_signals() -> Iterator[None]:
+    """Block Ctrl-C and a closed terminal in the processes that the body starts.
+
+    They end with this process; a helper of the workers that ended before would be started again.
+    """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGHUP])
     try:
         yield
     finally:
