@@ -6,8 +6,11 @@ import pytest
 from hypothesis import settings
 from jaxtyping import install_import_hook
 
-# Whoever starts the tests in the background lets them ignore Ctrl-C, which some of them are about.
+# Whoever starts the tests in the background, or by nohup, lets them ignore the signals that some of
+# them are about.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 settings.register_profile("phasmid", deadline=None, derandomize=True, max_examples=50)
 settings.load_profile("phasmid")

@@ -49,7 +49,10 @@ def test_a_run_through_a_log_gives_the_bits_of_one_in_memory(tmp_path, drive):
     assert [p.name for p in tmp_path.iterdir()] == ["walk.mcap"]
 
 
-def test_a_second_interrupt_ends_the_run_at_once_and_its_log_is_readable(tmp_path):
+def test_a_second_interrupt_ends_the_run_at_once_and_its_log_is_readable(tmp_path, monkeypatch):
+    # A second one that follows within this time is only noted.
+    monkeypatch.setattr("phasmid.interrupts.REPEAT_TIME", 0.0)
+
     def interrupt(done):
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
