@@ -376,7 +376,7 @@ def replace_guard(monkeypatch, alive):
     @contextmanager
     def guard(bus, ids, hold, silence):
         del bus, ids, hold, silence
-        yield SimpleNamespace(alive=alive, has_acted=lambda: False, is_confirmed=False)
+        yield SimpleNamespace(alive=alive, has_acted=lambda: False, is_confirmed=False, pid=0)
 
     monkeypatch.setattr("phasmid.hardware.driver.torque_off_after_exit", guard)
 

@@ -109,6 +109,10 @@ class Guard(Protocol):
 
     is_confirmed: bool
 
+    @property
+    def pid(self) -> int:
+        """Number of the process; 0 for none."""
+
     def alive(self) -> bool:
         """Report that this process does not hang; return whether the guard answers."""
 
@@ -119,7 +123,7 @@ class Guard(Protocol):
 class NoGuard:
     """Guard that does nothing: the servos hold after the end of this process."""
 
-    is_confirmed = True
+    is_confirmed, pid = True, 0
 
     def alive(self) -> bool:
         """Return True."""
@@ -742,6 +746,10 @@ class Driver:
         reason = f"{ending.reason}; {sentence}" if ending else sentence
         report.ending = Failure(Ending.ABORTED, report.ticks, reason)
         self._enter(Stage.OFF, f"{sentence}.")
+        if self._guard.pid:
+            self._note(
+                f"process {self._guard.pid} goes on sending torque off until they confirm it."
+            )
 
     @contextmanager
     def _guarded(self) -> Iterator[None]:
