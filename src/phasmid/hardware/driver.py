@@ -746,10 +746,8 @@ class Driver:
         reason = f"{ending.reason}; {sentence}" if ending else sentence
         report.ending = Failure(Ending.ABORTED, report.ticks, reason)
         self._enter(Stage.OFF, f"{sentence}.")
-        if self._guard.pid:
-            self._note(
-                f"process {self._guard.pid} goes on sending torque off until they confirm it."
-            )
+        if self._guard.pid and self._is_guarded():
+            self._note(f"process {self._guard.pid} sends torque off until it is confirmed.")
 
     @contextmanager
     def _guarded(self) -> Iterator[None]:
