@@ -88,7 +88,7 @@ def test_a_walk_that_is_stopped_is_no_evidence(
     with StopSignals(), pytest.raises(KeyboardInterrupt):
         Evidence().gait("wave")
     assert main(["paper", "--out", str(tmp_path / "out"), "--quiet"]) == 130
-    assert capsys.readouterr().err == "phasmid: stopped.\n"
+    assert capsys.readouterr().err.startswith("phasmid: The run was stopped by the user at ")
     assert list(tmp_path.iterdir()) == []
 
 
