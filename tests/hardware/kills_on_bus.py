@@ -75,7 +75,7 @@ def second_of(pid):
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("stage", STAGES)
 def test_servos_are_off_or_named_after_a_kill(tmp_path, stage, fault, killed):
-    """At the end of both processes no torque is on, but for servos that are dead or named.
+    """At the end of both processes no torque is on, except in servos that are dead or named.
 
     The bus is repaired after 8 s: the second process goes on until then.
     """
@@ -141,7 +141,8 @@ def test_servos_are_off_or_named_after_a_kill(tmp_path, stage, fault, killed):
                 wait(lambda: second is None or not runs(second))
         else:
             assert driver.returncode in (1, 3), said
-            assert ("the torque is off." in said) == (is_off(servos) and not dead), said
-            assert is_off(alive) or "switch the supply off" in said
+            # Where answers are late or lost, torque that is off may not be confirmed.
+            assert ("the torque is off." in said) != ("switch the supply off" in said), said
+            assert "switch the supply off" in said or (is_off(servos) and not dead), said
         if second is not None and runs(second):
             os.kill(second, signal.SIGKILL)
