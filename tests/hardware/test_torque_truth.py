@@ -13,7 +13,7 @@ import signal
 import numpy as np
 import pytest
 
-from phasmid.hardware.driver import LONGEST_RAMP, LONGEST_RISE, WALK_EXCESS, WALK_STRETCH, Stage
+from phasmid.hardware.stages import LONGEST_RAMP, LONGEST_RISE, WALK_EXCESS, WALK_STRETCH, Stage
 from phasmid.recording import load_recording
 from virtual_bus import folded, new_driver, virtual_bus
 

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from phasmid.hardware.control_table import model as model
     from phasmid.hardware.control_table import models as models
     from phasmid.hardware.driver import Driver as Driver
-    from phasmid.hardware.driver import DriveReport as DriveReport
     from phasmid.hardware.emulator import Emulator as Emulator
     from phasmid.hardware.emulator import make_servos as make_servos
     from phasmid.hardware.inspection import Inspection as Inspection
@@ -39,19 +38,21 @@ if TYPE_CHECKING:
     from phasmid.hardware.rates import read_time as read_time
     from phasmid.hardware.rates import write_time as write_time
     from phasmid.hardware.robot_bus import RobotBus as RobotBus
+    from phasmid.hardware.stages import DriveReport as DriveReport
     from phasmid.hardware.status import StatusError as StatusError
 
 _NAMES = {
     "bus": "Bus BusError ServoReading Traffic usb_latency",
     "calibration": "ServoCalibration default_calibration load_calibration save_calibration",
     "control_table": "Model Register model models",
-    "driver": "DriveReport Driver",
+    "driver": "Driver",
     "emulator": "Emulator make_servos",
     "inspection": "Inspection inspect_servos",
     "plant": "Bench Plant SimulatedRobot",
     "protection": "DriverSettings Reaction",
     "rates": "achievable_rate exchange_time read_time write_time",
     "robot_bus": "RobotBus",
+    "stages": "DriveReport",
     "status": "StatusError",
 }
 """Public names by the module that has them."""

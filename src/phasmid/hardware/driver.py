@@ -8,10 +8,9 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass, field, replace
-from enum import Enum
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -36,7 +35,19 @@ from phasmid.hardware.drive_log import DriveLog, Watch
 from phasmid.hardware.paced_targets import PacedTargets
 from phasmid.hardware.protection import DriverSettings, Protection, Reaction
 from phasmid.hardware.robot_bus import RobotBus
-from phasmid.hardware.torque_off import torque_off_after_exit
+from phasmid.hardware.stages import (
+    HOLD_WINDOW,
+    LONGEST_RAMP,
+    LONGEST_RISE,
+    MOST_HOLDS,
+    MOVING,
+    STEADY_TIME,
+    WALK_EXCESS,
+    WALK_STRETCH,
+    DriveReport,
+    Stage,
+)
+from phasmid.hardware.torque_off import Guard, NoGuard, torque_off_after_exit
 from phasmid.recording.channels import CHANNELS
 from phasmid.scenario import Scenario
 from phasmid.simulation.closed_loop import COMMANDED, Commanded
@@ -55,32 +66,9 @@ READING_SHARE = 0.7
 LIMIT_SHARE = 0.35
 """Share of a period after which no further output limit is written."""
 
-LONGEST_RAMP = 4.0
-"""Longest time for the confirmation of all output limits, after `DriverSettings.ramp_time` [s]."""
-
-LONGEST_RISE = 60.0
-"""Longest time for standing up [s]."""
-
-WALK_STRETCH = 2.0
-"""Longest time for walking, as a multiple of its duration. The controller's time is slower than
-real time where joints are too slow."""
-
-WALK_EXCESS = 10.0
-"""Longest time for walking beyond this multiple [s]: five holds."""
-
-MOST_HOLDS = 3
-"""Number of holds within `HOLD_WINDOW` after which the robot sits down: the bus is not steady."""
-
-HOLD_WINDOW = 10.0
-"""Time in which holds are counted [s]. With 5 % of lost packets one comes by chance in 40 minutes:
-all five readings of 0.1 s are lost."""
-
 OFF_GOAL = math.radians(15)
 """Distance of a joint from its goal above which it is reported when a posture is reached [rad]. An
 AX-12A with the factory's compliance slope is 9° off at its full torque."""
-
-STEADY_TIME = 0.2
-"""Time for which servos must answer again before the robot goes on [s]."""
 
 HANG_TIME = 1.0
 """Time without a tick, beyond `DriverSettings.hold_time` and a period, after which this process
@@ -102,87 +90,6 @@ coarse."""
 
 Sensors = Callable[[], Mapping[str, Any]]
 """Returns fields of an observation."""
-
-
-class Guard(Protocol):
-    """Process that switches the torque off after this one, see `TorqueOffProcess`."""
-
-    is_confirmed: bool
-
-    @property
-    def pid(self) -> int:
-        """Number of the process; 0 for none."""
-
-    def alive(self) -> bool:
-        """Report that this process does not hang; return whether the guard answers."""
-
-    def has_acted(self) -> bool:
-        """Return whether the guard has ended after torque off."""
-
-
-class NoGuard:
-    """Guard that does nothing: the servos hold after the end of this process."""
-
-    is_confirmed, pid = True, 0
-
-    def alive(self) -> bool:
-        """Return True."""
-        return True
-
-    def has_acted(self) -> bool:
-        """Return False."""
-        return False
-
-
-class Stage(Enum):
-    """Stage of a drive: what the driver commands. Only `OFF` states what the servos confirm."""
-
-    RAMP = "the output limits are raised"
-    RISE = "the robot stands up"
-    WALK = "the robot walks"
-    HOLD = "no goals are written"
-    SIT = "the robot sits down"
-    RELEASE = "the output limits are lowered"
-    OFF = "the torque is off"
-
-
-MOVING = Stage.RAMP, Stage.RISE, Stage.WALK, Stage.SIT
-"""Stages in which goals are written."""
-
-
-@dataclass
-class DriveReport:
-    """What happened during a drive.
-
-    Attributes:
-        ending: What ended it early; None where it was completed.
-        unconfirmed: Names of the servos that have not confirmed that their torque is off.
-        events: Times since the beginning [s] and sentences.
-        ticks: Number of ticks.
-        late: Ticks that began more than 5 ms late.
-        worst_delay: Longest delay of a tick [s].
-        walked: Time for which the robot walked [s].
-        reading_rate: Readings of each servo a second [1/s].
-        hottest: Highest measured temperature [°C].
-        hottest_predicted: Highest computed one [°C].
-        lowest_voltage: Lowest measured supply [V].
-        lost: Answers that were lost or damaged.
-        answers: Intact answers.
-    """
-
-    ending: Failure | None = None
-    unconfirmed: list[str] = field(default_factory=list)
-    events: list[tuple[float, str]] = field(default_factory=list)
-    ticks: int = 0
-    late: int = 0
-    worst_delay: float = 0.0
-    walked: float = 0.0
-    reading_rate: float = 0.0
-    hottest: float = -math.inf
-    hottest_predicted: float = -math.inf
-    lowest_voltage: float = math.inf
-    lost: int = 0
-    answers: int = 0
 
 
 class Driver:

@@ -20,10 +20,6 @@ DEBOUNCE = 3
 damaged without being detected."""
 
 
-LOWEST_SPEED = 0.05
-"""Least speed that servos can be limited to: some steps of their register [rad/s]."""
-
-
 class Reaction(IntEnum):
     """What the driver does, from the mildest to the strongest.
 

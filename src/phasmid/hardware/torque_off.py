@@ -15,7 +15,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from typing import Any
+from typing import Any, Protocol
 
 from phasmid.hardware.bus import Bus, BusError, PortLost
 from phasmid.hardware.control_table import model
@@ -109,6 +109,36 @@ def switch_torque_off(
 
 
 # The second process, as the driver sees it --------------------------------------------------------
+
+
+class Guard(Protocol):
+    """Process that switches the torque off after this one, see `TorqueOffProcess`."""
+
+    is_confirmed: bool
+
+    @property
+    def pid(self) -> int:
+        """Number of the process; 0 for none."""
+
+    def alive(self) -> bool:
+        """Report that this process does not hang; return whether the guard answers."""
+
+    def has_acted(self) -> bool:
+        """Return whether the guard has ended after torque off."""
+
+
+class NoGuard:
+    """Guard that does nothing: the servos hold after the end of this process."""
+
+    is_confirmed, pid = True, 0
+
+    def alive(self) -> bool:
+        """Return True."""
+        return True
+
+    def has_acted(self) -> bool:
+        """Return False."""
+        return False
 
 
 class TorqueOffProcess:
