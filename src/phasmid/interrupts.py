@@ -12,9 +12,9 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any
 
 STOP_SIGNALS = "SIGINT", "SIGTERM", "SIGHUP"
@@ -31,6 +31,31 @@ RAISE_AGAIN_TIME = 0.02
 """Time after which an exception that Python swallowed is raised again [s]."""
 
 
+@contextmanager
+def handled_signals(
+    handler: Callable[[int, FrameType | None], None], names: Sequence[str] = STOP_SIGNALS
+) -> Iterator[None]:
+    """Call a function at each signal in the body; a thread receives none.
+
+    Args:
+        handler: Receives the number of the signal and the frame that it interrupts.
+        names: Names of the signals; those that the system does not know are left out.
+    """
+    before: dict[int, Any] = {}
+    if threading.current_thread() is threading.main_thread():
+        for name in names:
+            number = getattr(signal, name, None)
+            # A program that nohup started outlives its terminal.
+            if number is None or (name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN):
+                continue
+            before[number] = signal.signal(number, handler) or signal.SIG_DFL
+    try:
+        yield
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
+
+
 class StopSignals:
     """Handler of the signals that end a command.
 
@@ -43,7 +68,7 @@ class StopSignals:
             interrupted, such as llvmlite, may crash when what it left half-made is freed.
     """
 
-    def __init__(self, names: tuple[str, ...] = STOP_SIGNALS) -> None:
+    def __init__(self, names: Sequence[str] = STOP_SIGNALS) -> None:
         self._names = names
         self.noticed: list[int] = []
         self.held = 0
@@ -51,7 +76,6 @@ class StopSignals:
         self._raised_at = -REPEAT_TIME
         self._raises_again = False
         self._again: threading.Timer | None = None
-        self._before: dict[int, Any] = {}
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         """Note a signal, and raise KeyboardInterrupt unless it is held or follows another one."""
@@ -71,23 +95,13 @@ class StopSignals:
             raise KeyboardInterrupt
 
     def __enter__(self) -> StopSignals:
-        for name in self._names:
-            number = getattr(signal, name, None)
-            # A program that nohup started outlives its terminal.
-            if number is None or (name == "SIGHUP" and signal.getsignal(number) is signal.SIG_IGN):
-                continue
-            self._before[number] = signal.signal(number, self) or signal.SIG_DFL
+        self._handled = handled_signals(self, self._names)
+        self._handled.__enter__()
         self._hook_before, sys.unraisablehook = sys.unraisablehook, self._on_swallowed
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
+    def __exit__(self, *error: Any) -> None:
+        self._handled.__exit__(*error)
         sys.unraisablehook = self._hook_before
         if self._again is not None:
             self._again.cancel()

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import pytest
 
 from phasmid.cli import main, studio
+from phasmid.interrupts import STOP_SIGNALS
 from phasmid.studio import server
 from phasmid.studio.guard import names_of
 from phasmid.studio.server import listen
@@ -71,7 +72,7 @@ def interrupt(number=signal.SIGINT):
     os.kill(os.getpid(), number)
 
 
-NUMBERS = [getattr(signal, name) for name in studio.ENDS if hasattr(signal, name)]
+NUMBERS = [getattr(signal, name) for name in STOP_SIGNALS if hasattr(signal, name)]
 
 
 @pytest.mark.parametrize("number", NUMBERS)

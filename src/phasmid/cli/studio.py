@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import argparse
 import logging
-import signal
 import sys
 import webbrowser
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from threading import Thread
 
@@ -22,6 +19,7 @@ from phasmid.cli.scenario_options import (
     scenario_of,
 )
 from phasmid.errors import InvalidInput, plain
+from phasmid.interrupts import handled_signals
 from phasmid.recording.file import check_place
 
 LONGEST_CLOSE = 3.0
@@ -32,9 +30,6 @@ LEAST_ROOM = 120e6
 
 FIRST_RUN = "run-000"
 """Name as long as those of recordings."""
-
-ENDS = ("SIGINT", "SIGTERM", "SIGHUP")
-"""Signals that end the studio; Windows knows no SIGHUP."""
 
 OPTIONS = {
     **SCENARIO,
@@ -82,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
             say(f"phasmid: note: {plain(note)}.", file=sys.stderr)
         server = Server(listening, host=options.host)
         # From here to the end no signal raises: all that was begun is put away.
-        with _ended_by_signals(server.stop):
+        with handled_signals(lambda *_: server.stop()):
             simulation = LiveSimulation(scenario, out=Path(options.out), publish=server.publish)
             try:
                 announce_compilation()
@@ -95,19 +90,6 @@ def run(options: argparse.Namespace) -> int:
         raise KeyboardInterrupt
     say("phasmid: the studio is closed.")
     return 0
-
-
-@contextmanager
-def _ended_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Call a function at each signal that ends the studio; ``nohup`` keeps its meaning."""
-    numbers = [getattr(signal, name) for name in ENDS if hasattr(signal, name)]
-    numbers = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
-    before = {number: signal.signal(number, lambda *_: stop()) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _show(address: str, options: argparse.Namespace) -> None:

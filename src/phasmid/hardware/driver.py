@@ -48,6 +48,7 @@ from phasmid.hardware.stages import (
     Stage,
 )
 from phasmid.hardware.torque_off import Guard, NoGuard, torque_off_after_exit
+from phasmid.interrupts import handled_signals
 from phasmid.recording.channels import CHANNELS
 from phasmid.scenario import Scenario
 from phasmid.simulation.closed_loop import COMMANDED, Commanded
@@ -80,9 +81,6 @@ driver must not write a goal after it."""
 
 STOPPED = "stopped by the user"
 """Cause of an end that the user requested."""
-
-STOP_SIGNALS = "SIGINT", "SIGTERM", "SIGHUP"
-"""Signals at which the robot sits down: Ctrl-C, the end of a session, and a lost terminal."""
 
 START_MARGIN = 0.95
 """Largest speed of the targets as a share of that of the settings, whose unit in the servos is
@@ -680,16 +678,8 @@ class Driver:
             interrupts += number == signal.SIGINT
             self.stop(Reaction.LIMP if interrupts > 1 else Reaction.SIT)
 
-        names = [name for name in STOP_SIGNALS if hasattr(signal, name)]
-        before = {}
-        with suppress(ValueError):
-            # Only the main thread may set them.
-            before = {name: signal.signal(getattr(signal, name), request) for name in names}
-        try:
+        with handled_signals(request):
             yield
-        finally:
-            for name, handler in before.items():
-                signal.signal(getattr(signal, name), handler)
 
     def _sample(self, log: DriveLog) -> None:
         """Log the channels of a tick; the first ones come with the controller's first update."""
