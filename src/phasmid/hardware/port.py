@@ -36,9 +36,10 @@ TERMINALS = "/dev/pts/", "/dev/ttys"
 """Beginnings of the names of pseudo-terminals on Linux and macOS, such as those of emulated servos.
 The system gives a name to another terminal later, such as the user's shell."""
 
-BABBLE_TIME = 0.1
+BABBLE_TIME = 0.25
 """Time after the deadline of an answer from which on nothing is read [s]. The library reads packets
-of other devices for as long as they come."""
+of other devices for as long as they come. On a busy machine an answer may wait in the system for
+0.1 s."""
 
 LONGEST_DRAIN = 0.5
 """Time after which a line that is never silent is used again [s]."""
