@@ -22,7 +22,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control course gallery film portrait studies verify meshes cad test learn-setup learn shapes lint reference bench fuzz bad-input stress signals lock clean
+.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control course gallery film portrait studies verify meshes cad test learn-setup learn shapes lint golden mutations bench fuzz bad-input stress signals lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -121,8 +121,11 @@ shapes: $(DEVELOP) ## run the tests with array shapes and types checked at run t
 lint: $(DEVELOP) ## check style, types and layers
 	@$(LINT)
 
-reference: $(DEVELOP) ## compare 45 runs with their reference figures (ARGS=--write: write them anew)
-	@"$(BIN)/python" benchmarks/reference_runs.py $(ARGS)
+golden: $(DEVELOP) ## compare golden runs with stored figures, or with a commit (ARGS="--against HEAD~1")
+	@"$(BIN)/python" tools/golden_runs.py $(ARGS)
+
+mutations: $(DEVELOP) ## prove that the golden runs catch faults: mutate the source and run them
+	@"$(BIN)/python" tools/golden_mutations.py $(ARGS)
 
 bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --samples 20000)
 	@"$(BIN)/python" benchmarks/run.py

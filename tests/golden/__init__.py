@@ -1,0 +1,1 @@
+"""Golden runs: cases, their stored figures, and the comparison of two versions."""

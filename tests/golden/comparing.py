@@ -1,0 +1,56 @@
+"""Compare the answers of two versions bit by bit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from golden.running import Answers, Channel
+
+
+def compare(ours: Answers, theirs: Answers, *, names_only: bool = False) -> list[str]:
+    """Return each difference in one line: where, from which time on, and how large.
+
+    Args:
+        ours: Answers of one version.
+        theirs: Of the other.
+        names_only: Whether the numbers may differ, as those of the wall clock do.
+    """
+    lines = []
+    for kind, own, other in (
+        ("channel", set(ours.channels), set(theirs.channels)),
+        ("text", set(ours.texts), set(theirs.texts)),
+    ):
+        lines += [f"{kind} {label}: only here" for label in sorted(own - other)]
+        lines += [f"{kind} {label}: only there" for label in sorted(other - own)]
+    for label in sorted(set(ours.channels) & set(theirs.channels)) if not names_only else ():
+        if line := _difference(ours.channels[label], theirs.channels[label]):
+            lines.append(f"{label}: {line}")
+    for label in sorted(set(ours.texts) & set(theirs.texts)):
+        own, other = (answers.texts[label].splitlines() for answers in (ours, theirs))
+        for number in range(max(len(own), len(other))):
+            here, there = (part[number] if number < len(part) else "" for part in (own, other))
+            if here != there:
+                lines.append(f"{label}, line {number + 1}: {here!r}, there {there!r}")
+                break
+    return lines
+
+
+def _difference(ours: Channel, theirs: Channel) -> str:
+    """Return how two channels differ; an empty text where all bits are equal."""
+    if ours.dims != theirs.dims:
+        return f"dimensions {ours.dims}, there {theirs.dims}"
+    a, b = np.ascontiguousarray(ours.values), np.ascontiguousarray(theirs.values)
+    if a.shape != b.shape:
+        return f"shape {a.shape}, there {b.shape}"
+    differs = a.view(np.uint64) != b.view(np.uint64)
+    if not differs.any():
+        return ""
+    with np.errstate(invalid="ignore"):
+        distance = np.abs(a - b)[differs]
+    finite = distance[np.isfinite(distance)]
+    size = f"at most {finite.max():.3g}" if finite.size else "absent values"
+    size += f" of {np.nanmax(np.abs(b)):.3g}" if np.isfinite(b).any() else ""
+    if ours.time is None:
+        return f"{differs.sum()} of {differs.size} numbers differ, {size}"
+    rows = differs.reshape(len(differs), -1).any(axis=1)
+    return f"differs from {ours.time[rows.argmax()]:.6g} s on, {size}"
