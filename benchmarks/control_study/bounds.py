@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from ground import GROUNDS, ROBOT, TIPPED
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_dilation, binary_propagation
 
@@ -48,7 +49,6 @@ from phasmid.simulation.termination import UNDERSIDE
 from phasmid.terrain import Blocks, Blocky, Flat, Shape, Slope, Steps
 from phasmid.units import STANDARD_GRAVITY
 
-from .ground import GROUNDS, ROBOT, TIPPED
 from .study import Case, markdown
 
 CONDITIONS = "clearance", "tilt", "balance", "friction", "torque", "lift"
