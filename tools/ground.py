@@ -345,18 +345,19 @@ CELLS = [
     for mode in MODES
 ]
 
-# Cells of docs/control.md on which 9 to 18 of 20 runs pass: near one half, most seeds are near the
+# Cells of docs/control.md on which 9 to 16 of 20 runs pass: near one half, most seeds are near the
 # edge, so that a small change of the walk turns their results; 20 of 20 and 0 of 20 hardly change.
-# Half of the cells have the default mode. With a lidar no cell is nearer to the edge than 18 of 20.
-# As many cells as two versions walk with ten seeds in 5 minutes on two cores.
+# With a lidar no cell is nearer to the edge than 18 of 20. Ground sensing makes up for much, such
+# as low steps, so that a third of the cells have the feed-forward alone. Two versions walk over so
+# many cells with ten seeds in 5 minutes on two cores.
 QUICK = [
-    Cell("blocks", 100, BLIND),
     Cell("blocks", 120, BLIND),
-    Cell("stairs", 60, BLIND),
     Cell("stairs", 67, BLIND),
     Cell("beams", 60, BLIND),
     Cell("stepping stones", 120, BLIND),
     Cell("blocks", 120, "ground sensing"),
+    Cell("blocks", 60, "dynamics"),
+    Cell("stairs", 20, "dynamics"),
     Cell("gap", 30, "dynamics"),
     Cell("slope", 15, "dynamics"),
     Cell("rubble", 40, "without"),
@@ -492,7 +493,8 @@ def sign_test(won: int, lost: int) -> float:
     """Return the probability of pairs as unequal as these if neither version is better.
 
     Exact and two-sided: each discordant pair is won or lost with probability 1/2, independently.
-    Grounds of one seed and several sizes are alike, which makes their pairs a little dependent.
+    Grounds of one seed are alike in all cells, which makes their pairs dependent: a little with
+    equal seeds, more where the seeds of the two versions differ.
     """
     return float(binomtest(lost, won + lost).pvalue) if won + lost else 1.0
 
@@ -514,7 +516,11 @@ def report(rows: Sequence[Row], same_grounds: bool) -> tuple[str, bool]:
     pairs, ours, theirs, won, lost = (sum(column) for column in list(zip(*rows, strict=True))[1:])
     lines.append(f"{'all':<66} {pairs:>5} {ours:>5} {theirs:>7} {won:>4} {lost:>5}\n")
     if not same_grounds:
-        lines.append("The seeds differ: the runs of a pair are not on the same ground.")
+        # Of random halves of 20 seeds of one version, 11 % differ at p < 0.05.
+        lines.append(
+            "The seeds differ: the runs of a pair are not on the same ground. Start and direction "
+            "of a seed are the same in all cells, so that p is too small."
+        )
     p = sign_test(won, lost)
     if p < SIGNIFICANCE:
         lines.append(f"Verdict: {'worse' if lost > won else 'better'} (p = {p:.2g}).")

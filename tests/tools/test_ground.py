@@ -83,6 +83,12 @@ def test_passes_are_read_as_written(tmp_path):
     assert ground.load(tmp_path / "passes.json") == kept
 
 
+def test_the_stored_passes_are_those_of_the_quick_form():
+    stored = ground.load(Path(TOOLS) / "ground_passes.json")
+    assert set(ground.QUICK) <= set(stored.results)
+    assert set(ground.QUICK) <= set(ground.CELLS)
+
+
 # Decisions ----------------------------------------------------------------------------------------
 
 
