@@ -516,7 +516,7 @@ def report(rows: Sequence[Row], same_grounds: bool) -> tuple[str, bool]:
     pairs, ours, theirs, won, lost = (sum(column) for column in list(zip(*rows, strict=True))[1:])
     lines.append(f"{'all':<66} {pairs:>5} {ours:>5} {theirs:>7} {won:>4} {lost:>5}\n")
     if not same_grounds:
-        # Of random halves of 20 seeds of one version, 11 % differ at p < 0.05.
+        # Of random halves of 20 seeds of one version, 9 % differ at p < 0.05.
         lines.append(
             "The seeds differ: the runs of a pair are not on the same ground. Start and direction "
             "of a seed are the same in all cells, so that p is too small."
