@@ -1,6 +1,7 @@
 """The paired comparison of passes on unknown ground: sign test, pairs, decisions, arguments."""
 
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -202,6 +203,23 @@ def test_only_the_sources_of_a_checkout_are_measured(tmp_path):
     """The interpreter imports phasmid from elsewhere than an empty folder."""
     with pytest.raises(ground.UserError, match="does not import phasmid from"):
         ground.check_source(sys.executable, tmp_path, {})
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs make and a shell")
+def test_a_commit_with_other_dependencies_gets_an_environment_of_its_own(tmp_path, monkeypatch):
+    """Its own make setup makes the interpreter, here a shell script that copies known passes."""
+    kept, python = passes([0, 1], stairs="+f"), tmp_path / ".venv/bin/python"
+    ground.save(kept, tmp_path / "passes.json")
+    (tmp_path / "pyproject.toml").write_text('[project]\ndependencies = ["numpy<1"]\n')
+    (tmp_path / "Makefile").write_text(f"setup:\n\tmkdir -p .venv/bin\n\tcp stub {python}\n")
+    (tmp_path / "stub").write_text(
+        "#!/bin/sh\n"
+        f'if [ "$1" = -c ]; then echo {tmp_path}/src/phasmid/__init__.py; exit; fi\n'
+        f'for file; do :; done; cp {tmp_path}/passes.json "$file"\n'
+    )
+    (tmp_path / "stub").chmod(0o755)
+    monkeypatch.setattr(ground, "worktree_of", lambda commit: tmp_path)
+    assert ground.passes_of("commit", ["--quick"]) == kept
 
 
 def test_a_run_is_made_by_the_program(tmp_path):
