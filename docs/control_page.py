@@ -372,7 +372,7 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
     kinds = {run["kind"] for run in results}
     longer = "".join(
         f"; on *{kind}* {new.distance:g} m within {new.limit:g} s, and at most "
-        f"{ground.ASTRAY / ground.DISTANCE * new.distance:.1f} m"
+        f"{ground.LARGEST_DEVIATION / ground.DISTANCE * new.distance:.1f} m"
         for kind, new in ground.GROUNDS.items()
         if kind in kinds and new.distance != ground.DISTANCE
     )
@@ -397,18 +397,19 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         "height map from a *lidar* with the errors of its defaults; the same with noise and delays "
         f"of *all sensors*. Rows with steps of {1000 * ground.HIGHER:.0f} mm show a choice for "
         "rough ground without sensing. A run passes if the robot walks "
-        f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, without steering, a fall or a "
-        f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways{longer}. It ends when "
-        f"the result is certain. It is *late* if the rest of the path requires more than "
-        f"{ground.FASTEST:g} times the commanded speed. The size of *blocks*, 100 mm wide, is the "
-        f"range of their heights.{hills} Stairs are 150 mm deep, gaps 100 mm.{others} Cells give "
+        f"{1000 * ground.DISTANCE:.0f} mm within {ground.TIME_LIMIT:g} s, without steering, a "
+        f"fall or a tilt above 35°, and at most {1000 * ground.LARGEST_DEVIATION:.0f} mm sideways"
+        f"{longer}. Times are those at which the result is certain. A run is *late* if the rest of "
+        f"the path requires more than {ground.LATE_SPEED_RATIO:g} times the commanded speed. The "
+        f"size of *blocks*, 100 mm wide, is the range of their heights.{hills} Stairs are 150 mm "
+        f"deep, gaps 100 mm.{others} Cells give "
         "the number of runs that passed, the mean of the largest tilts of all runs, the mean time "
         "of those that passed, and the failures; – was not run. `tools/ground.py` holds grounds, "
         "modes and the rule; `make ground` compares the passes with those of another version.\n\n"
         "A walk like those of one cell; `--terrain-seed`, `--terrain-start-mm` and "
         "`--terrain-yaw-deg` vary it:\n\n"
         f"```\nphasmid drive --robot {ground.ROBOT} --drive ideal-servo --period {ground.PERIOD:g} "
-        f"--velocity {ground.SPEED:g},0,0 --duration {ground.LIMIT:g} "
+        f"--velocity {ground.SPEED:g},0,0 --duration {ground.TIME_LIMIT:g} "
         "--terrain stairs --rise-mm 40 --run-mm 150\n```"
         f"\n\n{terrain.table(results)}\n\n"
         "![Runs that passed, by the size of the ground](images/control-terrain.png)\n\n"

@@ -60,19 +60,19 @@ SPEED, PERIOD = 0.06, 1.3
 STEP_HEIGHT, HIGHER = 0.03, 0.05
 """Step height, and that for rough ground without sensing [m]."""
 
-DISTANCE, ASTRAY, LIMIT = 0.6, 0.2, 20.0
+DISTANCE, LARGEST_DEVIATION, TIME_LIMIT = 0.6, 0.2, 20.0
 """Distance to walk [m], largest lateral deviation [m], time limit [s]; where a ground has another
 distance, the lateral deviation is in proportion."""
 
-TIPPED = math.radians(35)
+LARGEST_TILT = math.radians(35)
 """Tilt relative to the slope of the ground above which a robot has fallen [rad]."""
 
-LOOK, FASTEST = 0.1, 1.2
+CHECK_INTERVAL, LATE_SPEED_RATIO = 0.1, 1.2
 """Time between two checks [s]; multiple of the commanded velocity above which a robot that would
 need it is late."""
 
 RECORD_INTERVAL_MS = 20
-"""Time between two samples [ms]; `LOOK` is a multiple."""
+"""Time between two samples [ms]; `CHECK_INTERVAL` is a multiple."""
 
 
 class Mode(NamedTuple):
@@ -127,7 +127,7 @@ class Ground(NamedTuple):
     terrain: str
     step_height: float = STEP_HEIGHT
     distance: float = DISTANCE
-    limit: float = LIMIT
+    limit: float = TIME_LIMIT
     edges: Callable[[float, float], dict[str, Any]] | None = None
 
 
@@ -230,7 +230,7 @@ class Task(NamedTuple):
     @property
     def lateral(self) -> float:
         """Largest lateral deviation [m]."""
-        return ASTRAY * (self.distance / DISTANCE)
+        return LARGEST_DEVIATION * (self.distance / DISTANCE)
 
 
 class Outcome(NamedTuple):
@@ -255,7 +255,7 @@ def task_of(kind: str, size: float) -> Task:
     """Return the task on a ground of a size."""
     ground = GROUNDS[kind]
     slope = math.radians(size) if kind == "slope" else 0.0
-    return Task(ground.distance, ground.limit, TIPPED + slope)
+    return Task(ground.distance, ground.limit, LARGEST_TILT + slope)
 
 
 def walk(
@@ -285,24 +285,24 @@ def decide(run: Any, task: Task) -> Outcome:
     """
     clock, position = run["time"].values, run["body_position"].values
     _, qx, qy, _ = run["body_orientation"].values.T
-    every = round(LOOK / (clock[1] - clock[0])) if len(clock) > 1 else 1
-    looks = np.arange(len(clock))[every::every]
-    if not len(looks):
+    every = round(CHECK_INTERVAL / (clock[1] - clock[0])) if len(clock) > 1 else 1
+    checks = np.arange(len(clock))[every::every]
+    if not len(checks):
         return Outcome("fell", 0.0, 0.0, 0.0, float(clock[-1]))
-    elapsed = clock[looks]
-    x, y = (position[looks] - position[0])[:, :2].T
+    elapsed = clock[checks]
+    x, y = (position[checks] - position[0])[:, :2].T
     lateral = np.maximum.accumulate(np.abs(y))
     # The body's z axis has the component 1 - 2 (qx² + qy²) along the world's.
-    upright = 1 - 2 * (qx**2 + qy**2)[looks]
+    upright = 1 - 2 * (qx**2 + qy**2)[checks]
     tilt = np.maximum.accumulate(np.arccos(np.clip(upright, -1.0, 1.0)))
     conditions = {
         "fell": tilt > task.tilt,
         "astray": lateral > task.lateral,
         "": x >= task.distance,
-        "late": task.distance - x > FASTEST * SPEED * (task.limit - elapsed),
+        "late": task.distance - x > LATE_SPEED_RATIO * SPEED * (task.limit - elapsed),
     }
     decided = np.any(list(conditions.values()), axis=0)
-    at, why = len(looks) - 1, "fell"
+    at, why = len(checks) - 1, "fell"
     if decided.any():
         at = int(np.argmax(decided))
         why = next(name for name, holds in conditions.items() if holds[at])

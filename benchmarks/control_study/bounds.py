@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from ground import GROUNDS, ROBOT, TIPPED
+from ground import GROUNDS, LARGEST_TILT, ROBOT
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_dilation, binary_propagation
 
@@ -245,7 +245,7 @@ class Walker:
         ground = obstacle.height(np.stack([x, 0 * x], axis=1), offset)
         top = max(ground.max(), obstacle.highest) + HIGHEST * self.reach
         heights = np.arange(ground.min(), top, step)
-        pitches = PITCHES if ignored == "tilt" else PITCHES[np.abs(PITCHES) <= TIPPED + 1e-9]
+        pitches = PITCHES if ignored == "tilt" else PITCHES[np.abs(PITCHES) <= LARGEST_TILT + 1e-9]
         # From place to place a body rises by no more than it moves ahead.
         rise = math.ceil(np.diff(x, append=x[-1]).max() / step)
         beside = np.ones((1 + 2 * rise, 3))
