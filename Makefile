@@ -22,7 +22,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control course gallery film portrait studies verify meshes cad test learn-setup learn shapes lint golden mutations bench fuzz bad-input stress signals lock clean
+.PHONY: bus-faults help setup walk docs dist studio paper errata physics terrain gaits control course gallery film portrait studies verify meshes cad test learn-setup learn shapes lint golden mutations ground bench fuzz bad-input stress signals lock clean
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -127,6 +127,9 @@ golden: $(DEVELOP) ## compare golden runs with stored figures, or with a commit 
 mutations: $(DEVELOP) ## prove that the golden runs catch faults: mutate the source and run them
 	@"$(BIN)/python" tools/golden_mutations.py $(ARGS)
 
+ground: $(READY) ## compare passes on unknown ground with a commit's (ARGS="--quick --against HEAD~1")
+	@"$(BIN)/python" tools/ground.py $(ARGS)
+
 bench: $(DEVELOP) ## measure how fast it is (ARGS go to benchmarks/kernels.py, such as --samples 20000)
 	@"$(BIN)/python" benchmarks/run.py
 	@"$(BIN)/python" benchmarks/kernels.py $(ARGS)
@@ -166,7 +169,7 @@ lock: ## lock the dependencies anew (needs uv; ARGS=--upgrade for newer versions
 clean: ## remove the virtual environment, caches and builds; results stay
 	@if [ -f "$(VENV)/pyvenv.cfg" ]; then rm -rf "$(VENV)"; fi
 	@rm -rf .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache build dist
-	@find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+	@find src tests examples benchmarks tools -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # Installs files of locked packages, and phasmid from here. pip's files are not compiled here: what is used is, when it is
 # first imported. In a terminal one line says what pip does.

@@ -2,7 +2,7 @@
 
     python docs/control_page.py [--processes N] [--only velocity,terrain] [--seeds N] ...
 
-All studies take an hour or more on two cores, most of it `terrain`; compilation takes two minutes
+All studies take two hours or more on two cores, most of it `terrain`; compilation takes two minutes
 more. Measurements are kept as JSON. With --only the others are read from there; sections without
 measurements stay as they are on the page.
 """
@@ -19,21 +19,22 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).parent
-sys.path.append(str(HERE.parent / "benchmarks"))
+sys.path += [str(HERE.parent / folder) for folder in ("benchmarks", "tools")]
 
-from control_study import (  # noqa: E402, needs the path above
+from control_study import (  # noqa: E402
     bounds,
     causes,
     damage,
     failures,
     forces,
-    ground,
     level,
     sequences,
     study,
+    terrain,
     velocity,
 )
 
+import ground  # noqa: E402, needs the path above
 from phasmid.robot import load_robot  # noqa: E402
 
 STUDIES = (
@@ -115,12 +116,12 @@ def measured(name: str, options: argparse.Namespace) -> list[study.Case]:
         return study.run(sequences.measure, cases, many, name)
     if name == "terrain":
         kinds, modes = tuple(options.kinds.split(",")), tuple(options.modes)
-        cases = ground.cases(options.seeds, kinds, modes)
-        return study.run(ground.measure, cases, many, name)
+        cases = terrain.cases(options.seeds, kinds, modes)
+        return study.run(terrain.measure, cases, many, name)
     if name == "levelling":
-        return study.run(ground.levelling, [{"slope_deg": 10.0}], one, name)
+        return study.run(terrain.levelling, [{"slope_deg": 10.0}], one, name)
     if name == "hardest":
-        return study.run(ground.measure, ground.hardest_cases(options.seeds), many, name)
+        return study.run(terrain.measure, terrain.hardest_cases(options.seeds), many, name)
     if name == "causes":
         walked = options.results / "terrain.json"
         if not walked.exists():
@@ -198,7 +199,7 @@ def write(results: dict[str, list[study.Case]]) -> None:
     if "velocity" in results:
         velocity.draw(results["velocity"], str(images / "control-velocity.png"))
     if "terrain" in results:
-        ground.draw(results["terrain"], str(images / "control-terrain.png"))
+        terrain.draw(results["terrain"], str(images / "control-terrain.png"))
     draw_swing(images / "control-swing.png")
     draw_walk(images / "control-walk.png")
     page = HERE / "control.md"
@@ -371,7 +372,7 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
     kinds = {run["kind"] for run in results}
     longer = "".join(
         f"; on *{kind}* {new.distance:g} m within {new.limit:g} s, and at most "
-        f"{ground.ASTRAY / ground.DISTANCE * new.distance:.1f} m"
+        f"{ground.LARGEST_DEVIATION / ground.DISTANCE * new.distance:.1f} m"
         for kind, new in ground.GROUNDS.items()
         if kind in kinds and new.distance != ground.DISTANCE
     )
@@ -396,19 +397,21 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
         "height map from a *lidar* with the errors of its defaults; the same with noise and delays "
         f"of *all sensors*. Rows with steps of {1000 * ground.HIGHER:.0f} mm show a choice for "
         "rough ground without sensing. A run passes if the robot walks "
-        f"{1000 * ground.DISTANCE:.0f} mm within {ground.LIMIT:g} s, without steering, a fall or a "
-        f"tilt above 35°, and at most {1000 * ground.ASTRAY:.0f} mm sideways{longer}. It ends when "
-        f"the result is certain. It is *late* if the rest of the path requires more than "
-        f"{ground.FASTEST:g} times the commanded speed. The size of *blocks*, 100 mm wide, is the "
-        f"range of their heights.{hills} Stairs are 150 mm deep, gaps 100 mm.{others} Cells give "
+        f"{1000 * ground.DISTANCE:.0f} mm within {ground.TIME_LIMIT:g} s, without steering, a "
+        f"fall or a tilt above 35°, and at most {1000 * ground.LARGEST_DEVIATION:.0f} mm sideways"
+        f"{longer}. Times are those at which the result is certain. A run is *late* if the rest of "
+        f"the path requires more than {ground.LATE_SPEED_RATIO:g} times the commanded speed. The "
+        f"size of *blocks*, 100 mm wide, is the range of their heights.{hills} Stairs are 150 mm "
+        f"deep, gaps 100 mm.{others} Cells give "
         "the number of runs that passed, the mean of the largest tilts of all runs, the mean time "
-        "of those that passed, and the failures; – was not run.\n\n"
+        "of those that passed, and the failures; – was not run. `tools/ground.py` holds grounds, "
+        "modes and the rule; `make ground` compares the passes with those of another version.\n\n"
         "A walk like those of one cell; `--terrain-seed`, `--terrain-start-mm` and "
         "`--terrain-yaw-deg` vary it:\n\n"
         f"```\nphasmid drive --robot {ground.ROBOT} --drive ideal-servo --period {ground.PERIOD:g} "
-        f"--velocity {ground.SPEED:g},0,0 --duration {ground.LIMIT:g} "
+        f"--velocity {ground.SPEED:g},0,0 --duration {ground.TIME_LIMIT:g} "
         "--terrain stairs --rise-mm 40 --run-mm 150\n```"
-        f"\n\n{ground.table(results)}\n\n"
+        f"\n\n{terrain.table(results)}\n\n"
         "![Runs that passed, by the size of the ground](images/control-terrain.png)\n\n"
         "![The robot on unknown blocks](images/control-walk.png)\n\n"
         f"On a slope of {levelled['slope']:g}° the standing body is tilted by "
@@ -421,10 +424,10 @@ def of_terrain(results: list[study.Case], levelling: list[study.Case]) -> str:
 def of_hardest(results: list[study.Case]) -> str:
     """Return text and table of the hardest grounds with kept seeds and with AX-12A servos."""
     return (
-        f"Seeds {ground.HELD_OUT_SEEDS[0]} to {ground.HELD_OUT_SEEDS[-1]}, on which no constant of "
-        "the controller was chosen; ideal servos, and AX-12A servos in place of the robot's own. "
-        "Columns: the way of walking, then the servo.\n\n"
-        f"{ground.table_of_hardest(results)}"
+        f"Seeds {terrain.HELD_OUT_SEEDS[0]} to {terrain.HELD_OUT_SEEDS[-1]}, on which no constant "
+        "of the controller was chosen; ideal servos, and AX-12A servos in place of the robot's "
+        "own. Columns: the way of walking, then the servo.\n\n"
+        f"{terrain.table_of_hardest(results)}"
     )
 
 

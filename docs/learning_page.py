@@ -20,12 +20,13 @@ from typing import Any
 import numpy as np
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path[:0] = [str(ROOT / folder) for folder in ("benchmarks", "tools")]
 
-from control_study import ground  # noqa: E402
+from control_study import terrain  # noqa: E402
 from control_study.study import grouped, markdown  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
+import ground  # noqa: E402
 from phasmid import drive, summarise  # noqa: E402
 from phasmid.control import Command, Controller, LocomotionEngine  # noqa: E402
 from phasmid.cores import cores  # noqa: E402
@@ -36,10 +37,10 @@ from phasmid.learning import (  # noqa: E402
     policy_names,
 )
 from phasmid.learning.task import RandomisationTable  # noqa: E402
+from phasmid.recording import Recording  # noqa: E402
 from phasmid.reporting.style import save_figure, styled  # noqa: E402
+from phasmid.robot import Robot  # noqa: E402
 from phasmid.scenario import Scenario  # noqa: E402
-from phasmid.simulation.loop import Samples  # noqa: E402
-from phasmid.simulation.servo import FIELDS, SERVO_STATE  # noqa: E402
 from phasmid.units import STANDARD_GRAVITY  # noqa: E402
 
 ROBOT, JOINTS = "phantomx-ax", "servo"
@@ -62,28 +63,16 @@ def controller_of(name: str, robot: Any) -> Controller:
     return LocomotionEngine(robot, period=ground.PERIOD)
 
 
-class Effort:
-    """Peak torque, heat, and cost of transport of a walk, from its samples."""
-
-    def __init__(self, scenario: Scenario, weight: float) -> None:
-        self._interval, self._weight = scenario.simulation.record_interval, weight
-        self._peak = self._work = self._heat = 0.0
-
-    def __call__(self, rows: Samples) -> None:
-        """Take the samples of a block."""
-        torque, joints = rows["torque"], rows["torque"].shape[1]
-        servos = rows["drive"][:, : joints * len(FIELDS)].copy().view(SERVO_STATE)
-        self._peak = max(self._peak, float(np.abs(torque).max()))
-        self._work += float(np.maximum(torque * rows["qvel"][:, 6:], 0).sum()) * self._interval
-        self._heat = float(servos["temperature"][-1].max())
-
-    def result(self, way: float) -> dict[str, float]:
-        """Return the numbers of a walk over a distance [m]."""
-        return {
-            "peak": self._peak,
-            "warmest": self._heat,
-            "transport": self._work / (self._weight * max(way, 1e-3)),
-        }
+def effort(run: Recording, robot: Robot, distance: float) -> dict[str, float]:
+    """Return peak torque [N·m], temperature [°C] and cost of transport of a walk of a distance."""
+    interval = ground.RECORD_INTERVAL_MS / 1000
+    torque, velocity = run["joint_torque"].values, run["joint_velocity"].values
+    work = float(np.maximum(torque * velocity, 0).sum()) * interval
+    return {
+        "peak": float(np.abs(torque).max()),
+        "warmest": float(run["servo_temperature"].values[-1].max()),
+        "transport": work / (robot.mass * STANDARD_GRAVITY * max(distance, 1e-3)),
+    }
 
 
 def effort_table(results: list[dict[str, Any]], names: Sequence[str]) -> str:
@@ -96,7 +85,8 @@ def effort_table(results: list[dict[str, Any]], names: Sequence[str]) -> str:
             if not passed:
                 row.append("–")
                 continue
-            error = 100 * (np.mean([run["way"] / run["time"] for run in passed]) / ground.SPEED - 1)
+            velocity = np.mean([run["distance"] / run["time"] for run in passed])
+            error = 100 * (velocity / ground.SPEED - 1)
             cost, peak, warmest = (
                 np.mean([run[key] for run in passed]) for key in ("transport", "peak", "warmest")
             )
@@ -110,9 +100,9 @@ def measure(case: tuple[str, float, str, int]) -> dict[str, Any]:
     kind, size, name, seed = case
     scenario = ground.scenario_of(kind, size, seed, ROBOT, JOINTS)
     robot = scenario.load_robot()
-    effort = Effort(scenario, robot.mass * STANDARD_GRAVITY)
-    found = ground.walk_over(scenario, robot, controller_of(name, robot), kind, size, effort)
-    found |= effort.result(found["way"])
+    task = ground.task_of(kind, size)
+    outcome, run = ground.walk(scenario, controller_of(name, robot), task)
+    found = terrain.case_of(outcome) | effort(run, robot, outcome.distance)
     return {"kind": kind, "size": size, "mode": name, "seed": seed, **found}
 
 
@@ -213,7 +203,7 @@ def main() -> None:
     out = ROOT / "results/learning/comparison.json"
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(results))
-    sys.stdout.write(ground.table(results) + "\n" + effort_table(results, names) + "\n")
+    sys.stdout.write(terrain.table(results) + "\n" + effort_table(results, names) + "\n")
 
 
 if __name__ == "__main__":

@@ -18,11 +18,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[1]
+from versions import ROOT
+
 sys.path.insert(0, str(ROOT / "tests"))
 
-from golden.figures import differences  # noqa: E402
-from golden.running import HERE, Answers, case_names, is_smoke  # noqa: E402
+from golden.figures import differences
+from golden.running import HERE, Answers, case_names, is_smoke
 
 
 def caught_by(mutation: dict[str, Any], scratch: Path) -> str:

@@ -10,7 +10,6 @@ The exit status is 1 where anything differs.
 from __future__ import annotations
 
 import argparse
-import filecmp
 import os
 import subprocess
 import sys
@@ -19,12 +18,13 @@ from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-ROOT = Path(__file__).resolve().parents[1]
+from versions import ROOT, UserError, commit_of, run_of, worktree_of
+
 sys.path.insert(0, str(ROOT / "tests"))
 
-from golden.comparing import compare  # noqa: E402
-from golden.figures import DISTURBANCES, differences, write  # noqa: E402
-from golden.running import HERE, Answers, answer, case_names, is_smoke  # noqa: E402
+from golden.comparing import compare
+from golden.figures import DISTURBANCES, differences, write
+from golden.running import HERE, Answers, answer, case_names, is_smoke
 
 SHOWN = 8
 """Lines of differences that are printed of a case."""
@@ -45,51 +45,23 @@ def store(name: str) -> list[str]:
     return [why] if why else []
 
 
-def source_of(commit: str) -> Path:
-    """Return a folder with a version's files, below ``results``."""
-    sha = _git("rev-parse", "--verify", f"{commit}^{{commit}}").decode().strip()
-    folder = ROOT / "results" / "versions" / sha[:12]
-    if not folder.is_dir():
-        folder.mkdir(parents=True)
-        files = _git("archive", sha)
-        subprocess.run(["tar", "-x", "-C", str(folder)], input=files, check=True)
-    return folder
-
-
-def _git(*words: str) -> bytes:
-    done = subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, check=False)
-    if done.returncode:
-        raise SystemExit(f"golden: {done.stderr.decode().strip()}")
-    return done.stdout
-
-
-def interpreter_of(folder: Path) -> str:
-    """Return the Python of a version: this one where both lock the same packages."""
-    names = ("requirements/run.txt", "requirements/dev.txt")
-    if all(filecmp.cmp(ROOT / name, folder / name, shallow=False) for name in names):
-        return sys.executable
-    subprocess.run(["make", "-C", str(folder), ".venv/.develop"], check=True)
-    return str(folder / ".venv" / "bin" / "python")
-
-
-def answers_of(folder: Path, out: Path, names: list[str]) -> None:
-    """Run cases with the version in a folder, by its own interpreter and in its own words."""
-    renamed = folder / HERE.relative_to(ROOT) / "renamed.toml"
-    environment = os.environ | {"PYTHONPATH": str(folder / "src")}
-    script = str(HERE / "running.py")
-    words = [interpreter_of(folder), script, str(renamed), str(out), *names]
-    subprocess.run(words, env=environment, check=False)
-
-
 def against_version(commit: str, names: list[str]) -> dict[str, list[str]]:
     """Run cases with this version and with another, and compare them."""
-    folders = {"here": ROOT, "there": source_of(commit)}
+    commit = commit_of(commit)
+    sides = {
+        "here": (ROOT, sys.executable, os.environ | {"PYTHONPATH": str(ROOT / "src")}),
+        "there": (worktree_of(commit), *run_of(commit)),
+    }
     found = {}
     with TemporaryDirectory() as scratch:
-        for side, folder in folders.items():
-            answers_of(folder, Path(scratch) / side, names)
+        for side, (tree, python, environment) in sides.items():
+            print(f"{side}: {len(names)} cases", file=sys.stderr, flush=True)
+            renamed = tree / HERE.relative_to(ROOT) / "renamed.toml"
+            # Each version is run and read in its own words, by the same file.
+            words = [python, str(HERE / "running.py"), str(renamed), str(Path(scratch) / side)]
+            subprocess.run([*words, *names], env=environment, check=False)
         for name in names:
-            places = {side: Path(scratch) / side / name for side in folders}
+            places = {side: Path(scratch) / side / name for side in sides}
             failed = [side for side, place in places.items() if not place.is_dir()]
             found[name] = [f"the case failed {side}" for side in failed]
             if not failed:
@@ -110,7 +82,11 @@ def main() -> int:
     if not names:
         parser.error(f"no case begins with {' or '.join(options.names)}.")
     if options.against:
-        results = against_version(options.against, names)
+        try:
+            results = against_version(options.against, names)
+        except UserError as error:
+            print(error, file=sys.stderr)
+            return 2
     else:
         # Each run has one core; threads of linear algebra would occupy the others.
         for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):

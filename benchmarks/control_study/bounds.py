@@ -31,6 +31,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.ndimage import binary_dilation, binary_propagation
 
+from ground import GROUNDS, LARGEST_TILT, ROBOT
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.kinematics import (
     centre_of_mass,
@@ -48,7 +49,6 @@ from phasmid.simulation.termination import UNDERSIDE
 from phasmid.terrain import Blocks, Blocky, Flat, Shape, Slope, Steps
 from phasmid.units import STANDARD_GRAVITY
 
-from .ground import GROUNDS, ROBOT, TIPPED
 from .study import Case, markdown
 
 CONDITIONS = "clearance", "tilt", "balance", "friction", "torque", "lift"
@@ -245,7 +245,7 @@ class Walker:
         ground = obstacle.height(np.stack([x, 0 * x], axis=1), offset)
         top = max(ground.max(), obstacle.highest) + HIGHEST * self.reach
         heights = np.arange(ground.min(), top, step)
-        pitches = PITCHES if ignored == "tilt" else PITCHES[np.abs(PITCHES) <= TIPPED + 1e-9]
+        pitches = PITCHES if ignored == "tilt" else PITCHES[np.abs(PITCHES) <= LARGEST_TILT + 1e-9]
         # From place to place a body rises by no more than it moves ahead.
         rise = math.ceil(np.diff(x, append=x[-1]).max() / step)
         beside = np.ones((1 + 2 * rise, 3))

@@ -23,13 +23,14 @@ from collections import Counter
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+import ground
 from phasmid.control import Command, JointTargets, LocomotionEngine, Observation
 from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
+from phasmid.recording import Recording
 from phasmid.scenario import Scenario
-from phasmid.simulation.loop import Samples
 
-from . import ground
 from .study import Case, grouped, markdown
+from .terrain import case_of
 
 ENOUGH = 0.9
 """Share of runs that pass above which failures of a ground are not classified."""
@@ -86,59 +87,47 @@ class Observed:
         return targets
 
 
-def classify(
-    scenario: Scenario, samples: Samples, observed: Observed, run: Case, kind: str, size: float
-) -> Case:
-    """Return the cause of a failed run, and the way lost by each condition [m].
+def lost_ways(scenario: Scenario, run: Recording, observed: Observed) -> dict[str, float]:
+    """Return the way that a failed run lost by each condition [m].
 
     Args:
         scenario: Scenario of the run.
-        samples: Its recorded samples, N of them.
+        run: Its recording, N samples, up to the time at which it is decided.
         observed: The engine's states.
-        run: Result of `ground.walk_over`.
-        kind: Kind of the ground.
-        size: Its size.
     """
     robot, terrain = scenario.load_robot(), scenario.load_terrain()
-    count, legs, dt = len(samples), len(robot.legs), scenario.record_steps * scenario.simulation.dt
+    count, dt = len(run["time"]), scenario.record_steps * scenario.simulation.dt
+    contact, force, feet, torque = (
+        run[name].values for name in ("contact", "foot_force", "foot_position", "joint_torque")
+    )
+    x = run["body_position"].values[:, 0]
     times, draws_back, looks, share, limited = map(np.array, zip(*observed.rows, strict=True))
     at = np.searchsorted(times, np.arange(count) * dt + 1e-9, side="right") - 1
-    sensors, qpos = samples["sensors"], samples["qpos"]
-    contact = sensors[:, : 4 * legs].reshape(count, legs, 4)
-    feet, force = sensors[:, 4 * legs :].reshape(count, legs, 3), contact[..., 1:]
-
     normal = terrain.normal(feet[..., 0], feet[..., 1])
     along = np.einsum("tlk,tlk->tl", force, normal)
     across = np.linalg.norm(force - along[..., None] * normal, axis=-1)
     cone = OUTSIDE * terrain.friction(feet[..., 0], feet[..., 1])
     side = (across > cone * along) & (np.linalg.norm(force, axis=-1) > LEAST_FORCE)
-    touches = (contact[1:, :, 0] > 0) & (contact[:-1, :, 0] > 0)
+    touches = contact[1:] & contact[:-1]
     slid = -(np.diff(feet[..., 0], axis=0) * touches).sum(axis=1) / np.maximum(
         touches.sum(axis=1), 1
     )
     commanded = ground.SPEED * dt
     cycle = round(ground.PERIOD / dt)
     back = uniform_filter1d(np.append(0.0, slid), cycle, mode="nearest") / commanded
-    torque = np.abs(samples["torque"]).max(axis=1) >= SATURATED * robot.servo.stall_torque
+    saturated = np.abs(torque).max(axis=(1, 2)) >= SATURATED * robot.servo.stall_torque
     conditions = (
         side.any(axis=1) | draws_back[at],
         looks[at],
-        torque | limited[at],
+        saturated | limited[at],
         back > SLIPPING,
         share[at] < ALLOWED,
         np.ones(count, dtype=bool),
     )
-    way = uniform_filter1d(
-        np.diff(qpos[:, 0], prepend=qpos[0, 0] - commanded), cycle, mode="nearest"
-    )
+    way = uniform_filter1d(np.diff(x, prepend=x[0] - commanded), cycle, mode="nearest")
     which = np.argmax(conditions, axis=0)
     lost = np.bincount(which, commanded - way, minlength=len(LOSSES))
-    cause = LOSSES[int(np.argmax(lost))]
-    if run["why"] == "fell":
-        slope = math.radians(size) if kind == "slope" else 0.0
-        tips = math.radians(run["tilt"]) > ground.TIPPED + slope
-        cause = "tilt" if tips else "body collision"
-    return {"cause": cause, "lost": dict(zip(LOSSES, lost.tolist(), strict=True))}
+    return dict(zip(LOSSES, lost.tolist(), strict=True))
 
 
 def cases(results: list[Case]) -> list[Case]:
@@ -163,14 +152,16 @@ def measure(kind: str, size: float, mode: str, seed: int) -> Case:
 
 def explain(scenario: Scenario, kind: str, size: float, mode: str) -> Case:
     """Walk over a scenario's ground and classify the failure, where it fails."""
-    robot = scenario.load_robot()
-    observed, blocks = Observed(ground.engine_of(robot, kind, mode)), []
-    run = ground.walk_over(
-        scenario, robot, observed, kind, size, keep=lambda rows: blocks.append(rows.copy())
-    )
-    if run["passed"]:
-        return run | {"cause": "", "lost": {}}
-    return run | classify(scenario, np.concatenate(blocks), observed, run, kind, size)
+    observed = Observed(ground.engine_of(scenario.load_robot(), kind, mode))
+    task = ground.task_of(kind, size)
+    outcome, run = ground.walk(scenario, observed, task)
+    if not outcome.why:
+        return case_of(outcome) | {"cause": "", "lost": {}}
+    lost = lost_ways(scenario, run, observed)
+    cause = max(lost, key=lost.__getitem__)
+    if outcome.why == "fell":
+        cause = "tilt" if math.radians(outcome.tilt) > task.tilt else "body collision"
+    return case_of(outcome) | {"cause": cause, "lost": lost}
 
 
 def table(results: list[Case]) -> str:

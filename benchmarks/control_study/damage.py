@@ -8,14 +8,15 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from phasmid.control import EngineSettings, LocomotionEngine
+import ground
+from phasmid.control import Command, LocomotionEngine
 from phasmid.control.reach import ENOUGH, reach_margin
 from phasmid.control.types import Model
 from phasmid.gait import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles
 from phasmid.robot import load_robot
 
-from . import ground
+from . import terrain
 from .study import Case, markdown
 
 GROUNDS = (("slope", 0), ("blocks", 20), ("blocks", 40), ("slope", 10))
@@ -35,7 +36,7 @@ def cases(seeds: int = 20) -> list[Case]:
     one = [
         {"kind": kind, "size": size, "lost": lost, "joints": joints, "seed": seed}
         for kind, size in GROUNDS
-        for joints in ground.JOINTS
+        for joints in terrain.DRIVES
         for damaged in (False, True)
         for seed in range(seeds)
         # The seeds spread over the legs.
@@ -44,7 +45,7 @@ def cases(seeds: int = 20) -> list[Case]:
     two = [
         {"kind": "slope", "size": 0, "lost": list(pair), "joints": joints, "seed": seed}
         for pair in PAIRS
-        for joints in ground.JOINTS
+        for joints in terrain.DRIVES
         for seed in range(min(seeds, SEEDS_OF_PAIR))
     ]
     return one + two
@@ -52,19 +53,13 @@ def cases(seeds: int = 20) -> list[Case]:
 
 def measure(kind: str, size: float, lost: list[int], joints: str, seed: int) -> Case:
     """Walk over one ground with ground sensing and dynamics, without some legs from the start."""
-    robot = ground.robot_with(joints)
-    scenario = ground.scenario_of(kind, size, seed, robot, ground.JOINTS[joints])
-    settings = EngineSettings(period=ground.PERIOD, **ground.SENSING)
-    engine = LocomotionEngine(robot, settings)
-    return ground.walk_over(
-        scenario,
-        robot,
-        engine,
-        kind,
-        size,
-        lost=frozenset(lost),
-        distance=DISTANCE_OF_PAIR if len(lost) == 2 else None,
-    )
+    robot, task = terrain.robot_with(joints), ground.task_of(kind, size)
+    if len(lost) == 2:
+        task = task._replace(distance=DISTANCE_OF_PAIR)
+    scenario = ground.scenario_of(kind, size, seed, robot, terrain.DRIVES[joints])
+    command = Command(velocity=(ground.SPEED, 0.0, 0.0), lost_legs=frozenset(lost))
+    engine = ground.engine_of(robot, kind, ground.BLIND)
+    return terrain.case_of(ground.walk(scenario, engine, task, command)[0])
 
 
 def largest_margin(lost: Collection[int]) -> float:
@@ -111,7 +106,7 @@ def table(results: list[Case]) -> str:
             name = ground.label(run["kind"], run["size"]) if run["size"] else "level"
             rows.setdefault(f"{name}, {6 - len(run['lost'])} legs", []).append(run)
     return markdown(
-        ["ground", *ground.JOINTS], ([name, *_cells(runs)] for name, runs in rows.items())
+        ["ground", *terrain.DRIVES], ([name, *_cells(runs)] for name, runs in rows.items())
     )
 
 
@@ -123,8 +118,8 @@ def table_of_pairs(results: list[Case]) -> str:
         words = " and ".join(names[leg - 1].replace("_", " ") for leg in pair)
         runs = [run for run in results if run["lost"] == list(pair)]
         rows.append([words, f"{1000 * largest_margin(pair):.0f} mm", *_cells(runs)])
-    return markdown(["lost", "support margin, at most", *ground.JOINTS], rows)
+    return markdown(["lost", "support margin, at most", *terrain.DRIVES], rows)
 
 
 def _cells(runs: list[Case]) -> list[str]:
-    return [ground.cell([run for run in runs if run["joints"] == name]) for name in ground.JOINTS]
+    return [terrain.cell([run for run in runs if run["joints"] == name]) for name in terrain.DRIVES]

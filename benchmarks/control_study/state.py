@@ -11,8 +11,8 @@ from phasmid.reporting import summarise
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
-from .ground import JOINTS
 from .study import Case, grouped, markdown
+from .terrain import DRIVES
 
 ROBOT, DURATION = "phantomx-ax", 33.0
 """Robot, and duration of a walk [s]."""
@@ -37,7 +37,7 @@ def cases(seeds: int = 3) -> list[Case]:
         for ground in GROUNDS
         for walk in WALKS
         for sensors in SENSORS
-        for joints in JOINTS
+        for joints in DRIVES
         for seed in range(seeds)
     ]
 
@@ -56,7 +56,7 @@ def measure(
     }
     scenario = Scenario().replace(
         robot=ROBOT,
-        drive=JOINTS[joints],
+        drive=DRIVES[joints],
         duration=duration,
         record_interval_ms=5,
         terrain=terrain,

@@ -9,13 +9,15 @@ import pytest
 
 from phasmid.robot import load_robot
 
-BENCHMARKS = str(Path(__file__).parents[2] / "benchmarks")
-sys.path.append(BENCHMARKS)
+SCRIPTS = [str(Path(__file__).parents[2] / folder) for folder in ("benchmarks", "tools")]
+sys.path += SCRIPTS
 
-from control_study import bounds, causes, ground  # noqa: E402, needs the path above
+from control_study import bounds, causes  # noqa: E402
+
+import ground  # noqa: E402, needs the path above
 
 # Scripts there have the names of packages of tests.
-sys.path.remove(BENCHMARKS)
+del sys.path[-len(SCRIPTS) :]
 
 ROBOT = load_robot("phantomx-mk4")
 
