@@ -221,6 +221,7 @@ def test_a_commit_with_other_dependencies_gets_an_environment_of_its_own(tmp_pat
     assert ground.passes_of("commit", ["--quick"]) == kept
 
 
+@pytest.mark.slow
 def test_a_run_is_made_by_the_program(tmp_path):
     """One ground and seed, in a process of their own: the result is that of `measure`."""
     file, cell = tmp_path / "passes.json", ground.Cell("gap", 30, "dynamics")
