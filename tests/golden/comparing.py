@@ -10,6 +10,8 @@ from golden.running import Answers, Channel
 def compare(ours: Answers, theirs: Answers, *, names_only: bool = False) -> list[str]:
     """Return each difference in one line: where, from which time on, and how large.
 
+    What differs first comes first, so that the cause stands above its effects.
+
     Args:
         ours: Answers of one version.
         theirs: Of the other.
@@ -22,9 +24,11 @@ def compare(ours: Answers, theirs: Answers, *, names_only: bool = False) -> list
     ):
         lines += [f"{kind} {label}: only here" for label in sorted(own - other)]
         lines += [f"{kind} {label}: only there" for label in sorted(other - own)]
+    found = []
     for label in sorted(set(ours.channels) & set(theirs.channels)) if not names_only else ():
-        if line := _difference(ours.channels[label], theirs.channels[label]):
-            lines.append(f"{label}: {line}")
+        if difference := _difference(ours.channels[label], theirs.channels[label]):
+            found.append((difference[0], f"{label}: {difference[1]}"))
+    lines += [line for _, line in sorted(found)]
     for label in sorted(set(ours.texts) & set(theirs.texts)):
         own, other = (answers.texts[label].splitlines() for answers in (ours, theirs))
         for number in range(max(len(own), len(other))):
@@ -35,22 +39,22 @@ def compare(ours: Answers, theirs: Answers, *, names_only: bool = False) -> list
     return lines
 
 
-def _difference(ours: Channel, theirs: Channel) -> str:
-    """Return how two channels differ; an empty text where all bits are equal."""
+def _difference(ours: Channel, theirs: Channel) -> tuple[float, str] | None:
+    """Return from which time on two channels differ, and how; None where all bits are equal."""
     if ours.dims != theirs.dims:
-        return f"dimensions {ours.dims}, there {theirs.dims}"
+        return -np.inf, f"dimensions {ours.dims}, there {theirs.dims}"
     a, b = np.ascontiguousarray(ours.values), np.ascontiguousarray(theirs.values)
     if a.shape != b.shape:
-        return f"shape {a.shape}, there {b.shape}"
+        return -np.inf, f"shape {a.shape}, there {b.shape}"
     differs = a.view(np.uint64) != b.view(np.uint64)
     if not differs.any():
-        return ""
+        return None
     with np.errstate(invalid="ignore"):
         distance = np.abs(a - b)[differs]
     finite = distance[np.isfinite(distance)]
     size = f"at most {finite.max():.3g}" if finite.size else "absent values"
     size += f" of {np.nanmax(np.abs(b)):.3g}" if np.isfinite(b).any() else ""
     if ours.time is None:
-        return f"{differs.sum()} of {differs.size} numbers differ, {size}"
-    rows = differs.reshape(len(differs), -1).any(axis=1)
-    return f"differs from {ours.time[rows.argmax()]:.6g} s on, {size}"
+        return np.inf, f"{differs.sum()} of {differs.size} numbers differ, {size}"
+    first = float(ours.time[differs.reshape(len(differs), -1).any(axis=1).argmax()])
+    return first, f"differs from {first:.6g} s on, {size}"
