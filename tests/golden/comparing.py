@@ -24,11 +24,10 @@ def compare(ours: Answers, theirs: Answers, *, names_only: bool = False) -> list
     ):
         lines += [f"{kind} {label}: only here" for label in sorted(own - other)]
         lines += [f"{kind} {label}: only there" for label in sorted(other - own)]
-    found = []
-    for label in sorted(set(ours.channels) & set(theirs.channels)) if not names_only else ():
-        if difference := _difference(ours.channels[label], theirs.channels[label]):
-            found.append((difference[0], f"{label}: {difference[1]}"))
-    lines += [line for _, line in sorted(found)]
+    common = [] if names_only else sorted(set(ours.channels) & set(theirs.channels))
+    pairs = [(label, _difference(ours.channels[label], theirs.channels[label])) for label in common]
+    found = sorted((found[0], f"{label}: {found[1]}") for label, found in pairs if found)
+    lines += [line for _, line in found]
     for label in sorted(set(ours.texts) & set(theirs.texts)):
         own, other = (answers.texts[label].splitlines() for answers in (ours, theirs))
         for number in range(max(len(own), len(other))):
