@@ -54,8 +54,11 @@ def stored_path(name: str) -> Path:
 
 
 def _text(text: str) -> str:
-    """Return a text without its numbers, of which some are rounded to few digits."""
-    text = NUMBER.sub("#", text)
+    """Return a text without its numbers, of which some are rounded to few digits.
+
+    A text that is a number alone stays: it is the exit status of a command or page.
+    """
+    text = text if text.lstrip("-").isdecimal() else NUMBER.sub("#", text)
     if len(text) <= LONGEST_TEXT:
         return text
     return f"{text[:60]} … sha256 {hashlib.sha256(text.encode()).hexdigest()}"
