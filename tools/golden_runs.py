@@ -13,8 +13,7 @@ import argparse
 import os
 import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -24,49 +23,73 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from golden.comparing import compare
 from golden.figures import DISTURBANCES, differences, write
-from golden.running import HERE, Answers, answer, case_names, is_smoke
+from golden.running import HERE, Answers, case_names, is_smoke
 
 SHOWN = 8
-"""Lines of differences that are printed of a case."""
+"""Lines of differences from the stored figures that are printed of a case."""
 
 
-def against_stored(name: str) -> list[str]:
-    """Run a case and compare it with its stored figures."""
-    try:
-        return differences(name, answer(name))
-    except Exception as error:
-        return [f"{type(error).__name__}: {error}"]
+def run_cases(
+    names: Sequence[str],
+    out: Path,
+    tree: Path = ROOT,
+    python: str = sys.executable,
+    disturbance: float = 0.0,
+) -> dict[str, Answers]:
+    """Run cases with the phasmid of a folder, and return the answers of those that did not fail.
+
+    Args:
+        names: Names of the cases.
+        out: Where the answers are written.
+        tree: Folder of the version: its source, and its own words.
+        python: Interpreter of the version.
+        disturbance: As of `golden.running.Run` [m].
+    """
+    renamed = tree / HERE.relative_to(ROOT) / "renamed.toml"
+    environment: Mapping[str, str] = os.environ | {"PYTHONPATH": str(tree / "src")}
+    words = [python, str(HERE / "running.py"), str(renamed), str(out), str(disturbance), *names]
+    subprocess.run(words, env=environment, check=False)
+    done = [name for name in names if (out / name / "answers.json").is_file()]
+    return {name: Answers.load(out / name) for name in done}
 
 
-def store(name: str) -> list[str]:
-    """Run a case undisturbed and disturbed, and store its figures."""
-    disturbances = [0.0, *([] if is_smoke(name) else DISTURBANCES)]
-    why = write(name, [answer(name, disturbance=each) for each in disturbances])
-    return [why] if why else []
-
-
-def against_version(commit: str, names: list[str]) -> dict[str, list[str]]:
-    """Run cases with this version and with another, and compare them."""
-    commit = commit_of(commit)
-    sides = {
-        "here": (ROOT, sys.executable, os.environ | {"PYTHONPATH": str(ROOT / "src")}),
-        "there": (worktree_of(commit), *run_of(commit)),
+def against_stored(names: Sequence[str], out: Path) -> dict[str, list[str]]:
+    """Run cases and compare them with their stored figures."""
+    answers = run_cases(names, out)
+    return {
+        name: differences(name, answers[name])[:SHOWN] if name in answers else ["the case failed"]
+        for name in names
     }
+
+
+def store(names: Sequence[str], out: Path) -> dict[str, list[str]]:
+    """Run cases undisturbed and disturbed, and store their figures; return why not."""
+    runs = [run_cases(names, out / "0")]
+    disturbed = [name for name in names if not is_smoke(name)]
+    runs += [run_cases(disturbed, out / f"{d}", disturbance=d) for d in DISTURBANCES]
+    why = {}
+    for name in names:
+        answers = [run[name] for run in (runs if name in disturbed else runs[:1]) if name in run]
+        count = len(runs) if name in disturbed else 1
+        why[name] = write(name, answers) if len(answers) == count else "the case failed"
+    return {name: [reason] if reason else [] for name, reason in why.items()}
+
+
+def against_version(names: Sequence[str], out: Path, commit: str) -> dict[str, list[str]]:
+    """Run cases with this version and with another, and compare them.
+
+    Raises:
+        UserError: There is no such version, or it cannot be set up.
+    """
+    python, _ = run_of(commit_of(commit))
+    ours = run_cases(names, out / "ours")
+    theirs = run_cases(names, out / "theirs", worktree_of(commit_of(commit)), python)
     found = {}
-    with TemporaryDirectory() as scratch:
-        for side, (tree, python, environment) in sides.items():
-            print(f"{side}: {len(names)} cases", file=sys.stderr, flush=True)
-            renamed = tree / HERE.relative_to(ROOT) / "renamed.toml"
-            # Each version is run and read in its own words, by the same file.
-            words = [python, str(HERE / "running.py"), str(renamed), str(Path(scratch) / side)]
-            subprocess.run([*words, *names], env=environment, check=False)
-        for name in names:
-            places = {side: Path(scratch) / side / name for side in sides}
-            failed = [side for side, place in places.items() if not place.is_dir()]
-            found[name] = [f"the case failed {side}" for side in failed]
-            if not failed:
-                ours, theirs = map(Answers.load, places.values())
-                found[name] = compare(ours, theirs, names_only=is_smoke(name))
+    for name in names:
+        sides = (("here", ours), ("there", theirs))
+        found[name] = [f"the case failed {side}" for side, answers in sides if name not in answers]
+        if not found[name]:
+            found[name] = compare(ours[name], theirs[name], names_only=is_smoke(name))
     return found
 
 
@@ -74,36 +97,30 @@ def main() -> int:
     """Run what the options say."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", help="cases, by the beginning of their names")
-    either = parser.add_mutually_exclusive_group()
-    either.add_argument("--write", action="store_true", help="store figures anew")
-    either.add_argument("--against", metavar="COMMIT", help="compare with another version")
+    action = parser.add_mutually_exclusive_group()
+    action.add_argument("--write", action="store_true", help="store figures anew")
+    action.add_argument("--against", metavar="COMMIT", help="compare with another version")
     options = parser.parse_args()
     names = [name for name in case_names() if name.startswith(tuple(options.names) or "")]
     if not names:
         parser.error(f"no case begins with {' or '.join(options.names)}.")
-    if options.against:
+    with TemporaryDirectory() as folder:
         try:
-            results = against_version(options.against, names)
+            if options.against:
+                results = against_version(names, Path(folder), options.against)
+            else:
+                results = (store if options.write else against_stored)(names, Path(folder))
         except UserError as error:
             print(error, file=sys.stderr)
             return 2
-    else:
-        # Each run has one core; threads of linear algebra would occupy the others.
-        for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-            os.environ.setdefault(variable, "1")
-        with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-            each = pool.map(store if options.write else against_stored, names)
-            results = dict(zip(names, each, strict=True))
-    good, bad = ("stored", "refused") if options.write else ("equal", "differs")
+    success, failure = ("stored", "refused") if options.write else ("equal", "differs")
     for name, lines in results.items():
-        print(f"{bad if lines else good:8} {name}")
-        for line in lines[:SHOWN]:
+        print(f"{failure if lines else success:8} {name}")
+        for line in lines:
             print(f"         {line}")
-        if len(lines) > SHOWN:
-            print(f"         and {len(lines) - SHOWN} more")
     failed = sum(map(bool, results.values()))
     what = "" if options.write else f" to {options.against or 'the stored figures'}"
-    print(f"{len(names) - failed} of {len(names)} cases {good}{what}")
+    print(f"{len(names) - failed} of {len(names)} cases {success}{what}")
     return 1 if failed else 0
 
 

@@ -470,7 +470,8 @@ def compare(ours: Passes, theirs: Passes) -> list[Row]:
         counts = Counter(
             (mine[i] == "+", other[j] == "+")
             for i, j in places
-            if other and REFUSED not in (mine[i], other[j])
+            # What only one version refuses it does not pass.
+            if other and not mine[i] == other[j] == REFUSED
         )
         both, won, lost = counts[True, True], counts[True, False], counts[False, True]
         if counts:

@@ -65,7 +65,8 @@ def worktree_of(commit: str) -> Path:
     if not (tree / ".git").exists():
         # Git still knows a worktree whose folder was deleted: --force replaces it.
         git("worktree", "add", "--force", "--force", "--detach", str(tree), commit)
-    if git("-C", str(tree), "status", "--porcelain"):
+    is_other = git("-C", str(tree), "rev-parse", "HEAD") != commit
+    if is_other or git("-C", str(tree), "status", "--porcelain"):
         raise UserError(f"{tree} does not hold the files of {commit}; delete the folder.")
     return tree
 

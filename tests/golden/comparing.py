@@ -43,11 +43,14 @@ def _difference(ours: Channel, theirs: Channel) -> tuple[float, str] | None:
     if ours.dims != theirs.dims:
         return -np.inf, f"dimensions {ours.dims}, there {theirs.dims}"
     a, b = np.ascontiguousarray(ours.values), np.ascontiguousarray(theirs.values)
-    if a.shape != b.shape:
-        return -np.inf, f"shape {a.shape}, there {b.shape}"
+    shapes = "" if a.shape == b.shape else f"; shape {a.shape}, there {b.shape}"
+    if shapes and (ours.time is None or theirs.time is None or a.shape[1:] != b.shape[1:]):
+        return -np.inf, shapes.removeprefix("; ")
+    # Of runs of different lengths the common part is compared.
+    a, b = a[: len(b)] if a.ndim else a, b[: len(a)] if b.ndim else b
     differs = a.view(np.uint64) != b.view(np.uint64)
     if not differs.any():
-        return None
+        return (np.inf, f"equal up to its end{shapes}") if shapes else None
     with np.errstate(invalid="ignore"):
         distance = np.abs(a - b)[differs]
     finite = distance[np.isfinite(distance)]
@@ -56,4 +59,4 @@ def _difference(ours: Channel, theirs: Channel) -> tuple[float, str] | None:
     if ours.time is None:
         return np.inf, f"{differs.sum()} of {differs.size} numbers differ, {size}"
     first = float(ours.time[differs.reshape(len(differs), -1).any(axis=1).argmax()])
-    return first, f"differs from {first:.6g} s on, {size}"
+    return first, f"differs from {first:.6g} s on, {size}{shapes}"

@@ -1,6 +1,6 @@
 """Run golden cases with the phasmid that this interpreter imports, and keep what they answer.
 
-    python tests/golden/running.py RENAMED OUT [NAME ...]
+    python tests/golden/running.py RENAMED OUT DISTURBANCE NAME [NAME ...]
 
 This file uses public functions of phasmid only, so it runs any version of phasmid. Cases and
 answers use the names of the version for which the cases were written. A version with other names
@@ -49,34 +49,50 @@ class Names:
     """Names of the cases and names of one version of phasmid.
 
     Each table of ``renamed.toml`` maps a name of the cases to a name of the version:
-    ``functions`` (dotted, below ``phasmid``), ``commands``, ``options`` (of a scenario and of the
-    command line, without dashes), ``keys`` (of command files), ``channels``, ``dimensions``,
-    ``summary`` (dotted), ``events`` (parts of sentences), and ``places``: where a recording's
-    attributes hold the events.
+    ``functions`` (dotted, below ``phasmid``), ``commands``, ``options`` (of scenario, engine, task
+    and command line, without dashes), ``values`` (of options, and names along a dimension),
+    ``keys`` (of command files), ``channels``, ``dimensions``, ``summary`` (dotted), ``events``
+    (parts of sentences), and ``places``: where a recording's attributes hold the events.
     """
 
     def __init__(self, file: Path | None = None) -> None:
         known = file is not None and file.is_file()
         self._tables: Table = tomllib.loads(file.read_text("utf-8")) if file and known else {}
 
-    def there(self, kind: str, name: str) -> str:
+    def to_version(self, kind: str, name: str) -> str:
         """Return the version's name of a name of the cases."""
         return str(self._tables.get(kind, {}).get(name, name))
 
-    def here(self, kind: str, name: str) -> str:
+    def from_version(self, kind: str, name: str) -> str:
         """Return the cases' name of a name of the version."""
         return {new: old for old, new in self._tables.get(kind, {}).items()}.get(name, name)
 
     def function(self, name: str) -> Any:
         """Return a public function or class of the version."""
-        module, _, own = f"phasmid.{self.there('functions', name)}".rpartition(".")
+        module, _, own = f"phasmid.{self.to_version('functions', name)}".rpartition(".")
         return getattr(import_module(module), own)
+
+    def options(self, table: Table) -> Table:
+        """Return options and their values in the version's words, tables within them too."""
+        found: Table = {}
+        for key, value in table.items():
+            if isinstance(value, dict):
+                value = self.options(value)
+            elif isinstance(value, str):
+                value = self.to_version("values", value)
+            found[self.to_version("options", key)] = value
+        return found
 
     def command_line(self, line: str) -> list[str]:
         """Return the words of a command line of the version."""
         command, *rest = shlex.split(line)
-        words = [f"--{self.there('options', w[2:])}" if w.startswith("--") else w for w in rest]
-        return [*self.there("commands", command).split(), *words]
+        words = [
+            f"--{self.to_version('options', word[2:])}"
+            if word.startswith("--")
+            else self.to_version("values", word)
+            for word in rest
+        ]
+        return [*self.to_version("commands", command).split(), *words]
 
     def command_file(self, text: str) -> str:
         """Return a file of commands with the version's keys."""
@@ -116,19 +132,20 @@ class Answers:
 
     def add_recording(self, name: str, recording: Any) -> None:
         """Add a recording's channels, coordinates, units and events."""
-        here = self.names.here
+        renamed = self.names.from_version
         time = np.asarray(recording["time"].values, float) if "time" in recording else None
         for own in sorted(map(str, recording.variables)):
             variable = recording[own]
-            label = f"{name}.{here('channels', own)}"
+            label = f"{name}.{renamed('channels', own)}"
             if variable.dtype.kind not in "biuf":
-                self.texts[label] = " ".join(map(str, variable.values.ravel()))
+                labels = [renamed("values", str(value)) for value in variable.values.ravel()]
+                self.texts[label] = " ".join(labels)
                 continue
-            dims = tuple(here("dimensions", str(dim)) for dim in variable.dims)
+            dims = tuple(renamed("dimensions", str(dim)) for dim in variable.dims)
             values = np.asarray(variable.values, float)
             self.channels[label] = Channel(dims, values, time if "time" in dims[:1] else None)
             self.texts[f"{label} unit"] = str(variable.attrs.get("units", ""))
-        attribute, *keys = self.names.there("places", "events").split(".")
+        attribute, *keys = self.names.to_version("places", "events").split(".")
         events = json.loads(recording.attrs.get(attribute, "[]"))
         for key in keys:
             events = events[key]
@@ -147,11 +164,11 @@ class Answers:
         for path, value in _leaves(_plain(structure)):
             if DIFFERS_BY_ITSELF.search(path):
                 continue
-            label = f"{name}.{self.names.here('summary', path)}"
+            label = f"{name}.{self.names.from_version('summary', path)}"
             numbers = _numbers(value)
             if path.endswith("events"):
                 self.add_events(label, value)
-            elif numbers is None:
+            elif numbers is None or not numbers.size:
                 self.texts[label] = self.names.sentence(str(value))
             else:
                 self.channels[label] = Channel(("",) * numbers.ndim, numbers)
@@ -176,7 +193,11 @@ class Answers:
 
     @classmethod
     def load(cls, folder: Path) -> Answers:
-        """Read what `save` wrote."""
+        """Read what `save` wrote.
+
+        Raises:
+            FileNotFoundError: The case failed.
+        """
         answers = cls()
         content = json.loads((folder / "answers.json").read_text("utf-8"))
         answers.texts = content["texts"]
@@ -188,13 +209,19 @@ class Answers:
 
 
 def _plain(value: Any) -> Any:
-    """Return dataclasses as mappings and tuples as lists, without scenarios and robots."""
+    """Return dataclasses as mappings and tuples as lists, a servo by its name, without inputs."""
+    kind = type(value).__name__
+    if kind == "Servo":
+        return value.name
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        inputs = "scenario", "robot", "servo"
-        fields = [field.name for field in dataclasses.fields(value) if field.name not in inputs]
-        value = {name: getattr(value, name) for name in fields}
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        inputs = {"Scenario", "Robot", "Experiment"}
+        return {
+            str(key): _plain(inner)
+            for key, inner in value.items()
+            if type(inner).__name__ not in inputs
+        }
     if isinstance(value, list | tuple):
         return [_plain(inner) for inner in value]
     return value.value if isinstance(value, Enum) else value
@@ -272,18 +299,23 @@ class Run:
 
     def scenario(self, options: Table) -> Any:
         """Return the default scenario with other options; files are those of the case."""
-        options = {
-            self.names.there("options", key): str(self.folder / value)
-            if isinstance(value, str) and (self.folder / value).is_file()
-            else value
+        files = {
+            key: str(self.folder / value)
             for key, value in options.items()
+            if isinstance(value, str) and (self.folder / value).is_file()
         }
+        options = self.names.options(options | files)
         scenario = self.names.function("load_scenario")().replace(**options)
         if self.disturbance:
-            leg = scenario.load_robot().legs[0]
+            leg = self.robot(options).legs[0]
             depth = -float((leg.R_level_hip @ leg.neutral_foot)[2]) + self.disturbance
-            scenario = scenario.replace(**{self.names.there("options", "body_height"): depth})
+            scenario = scenario.replace(**{self.names.to_version("options", "body_height"): depth})
         return scenario
+
+    def robot(self, options: Table) -> Any:
+        """Return the robot that options name, or the default one."""
+        robot = options.get("robot", "phantomx-paper")
+        return self.names.function("load_robot")(robot) if isinstance(robot, str) else robot
 
     def keep_run(self, name: str, recording: Any) -> None:
         """Keep a recording and its summary."""
@@ -306,10 +338,11 @@ class Run:
         self.keep_run(f"{part}run", self.names.function("simulate")(scenario, walk))
 
     def trajectory(self, part: str, options: Table) -> None:
-        """Simulate joint angles from a file."""
+        """Simulate joint angles from a file, which no disturbance changes."""
+        self.disturbance = 0.0
         scenario = self.scenario(options)
         load = self.names.function("load_trajectory")
-        motion = load(self.folder / self.case["file"], scenario.load_robot())
+        motion = load(self.folder / self.case["file"], self.robot(options))
         self.keep_run(f"{part}run", self.names.function("simulate")(scenario, motion))
 
     def drive(self, part: str, options: Table) -> None:
@@ -323,7 +356,7 @@ class Run:
         scenario, controller = self.scenario(options), None
         if "engine" in self.case:
             engine = self.names.function("LocomotionEngine")
-            controller = engine(scenario.load_robot(), **self.case["engine"])
+            controller = engine(self.robot(options), **self.names.options(self.case["engine"]))
         drive = self.names.function("drive")
         self.keep_run(f"{part}run", drive(scenario, controller, commands, faults=faults))
 
@@ -342,19 +375,21 @@ class Run:
 
     def learn(self, part: str, options: Table) -> None:
         """Step a batch of robots that are pushed, with actions that are functions of time."""
-        settings = self.case["environment"]
+        settings = self.names.options(self.case["environment"])
         environment = self.names.function("learning.WalkVectorEnv")(**settings)
         observed, _ = environment.reset(seed=1)
-        rows = []
+        names = "observation", "reward", "fell", "over"
+        rows: dict[str, list[np.ndarray]] = {name: [] for name in names}
         count = environment.single_action_space.shape[0]
         for step in range(self.case["steps"]):
             action = 0.3 * np.sin(0.2 * step + np.arange(count)) * np.ones((len(observed), 1))
-            observed, reward, fell, _, _ = environment.step(action.astype(np.float32))
-            rows.append(np.column_stack([observed, reward, fell]))
-        time = np.arange(len(rows), dtype=float)
-        self.answers.channels[f"{part}observation"] = Channel(
-            ("time", "robot", "entry"), np.array(rows), time
-        )
+            observed, *others, _ = environment.step(action.astype(np.float32))
+            for name, values in zip(names, (observed, *others), strict=True):
+                rows[name].append(np.array(values, float))
+        for name, arrays in rows.items():
+            values, time = np.array(arrays), np.arange(float(len(arrays)))
+            dims = ("time", "robot", "entry")[: values.ndim]
+            self.answers.channels[f"{part}{name}"] = Channel(dims, values, time)
 
     def command(self, part: str, options: Table) -> None:
         """Run command lines one after another, and keep the files that the case names."""
@@ -422,10 +457,10 @@ def answer(name: str, renamed: Path | None = None, disturbance: float = 0.0) -> 
         return Run(load_case(name), Path(folder), Names(renamed), disturbance).answer()
 
 
-def answer_into(name: str, renamed: Path, out: Path) -> str:
+def answer_into(name: str, renamed: Path, out: Path, disturbance: float) -> str:
     """Run a case and save its answers; return why there are none."""
     try:
-        answer(name, renamed).save(out / name)
+        answer(name, renamed, disturbance).save(out / name)
     except Exception as error:
         return f"{type(error).__name__}: {error}"
     return ""
@@ -433,14 +468,14 @@ def answer_into(name: str, renamed: Path, out: Path) -> str:
 
 def main() -> int:
     """Run cases side by side, one a core, and save their answers."""
-    renamed, out, *names = sys.argv[1:]
+    renamed, out, disturbance, *names = sys.argv[1:]
     # Each run has one core; threads of linear algebra would occupy the others.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(variable, "1")
     failed = 0
     with ProcessPoolExecutor(os.cpu_count(), mp_context=get_context("spawn")) as pool:
-        names = names or case_names()
-        runs = {name: pool.submit(answer_into, name, Path(renamed), Path(out)) for name in names}
+        arguments = Path(renamed), Path(out), float(disturbance)
+        runs = {name: pool.submit(answer_into, name, *arguments) for name in names}
         for name, future in runs.items():
             if why := future.result():
                 failed += 1

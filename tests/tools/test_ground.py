@@ -73,9 +73,10 @@ def test_runs_of_other_seeds_make_pairs_in_order():
 
 
 def test_each_pair_counts_once():
-    """Of five seeds one is refused; both, ours alone, theirs alone and none pass once each."""
-    ours, theirs = passes(range(5), stairs="++fl-", gap="+++++"), passes(range(5), stairs="+a+l+")
-    row = ground.Row(CELL, pairs=4, ours=2, theirs=2, won=1, lost=1)
+    """Of six seeds both refuse one, and theirs passes one that ours refuses: that is lost."""
+    ours = passes(range(6), stairs="++fl--", gap="++++++")
+    theirs = passes(range(6), stairs="+a+l-+")
+    row = ground.Row(CELL, pairs=5, ours=2, theirs=3, won=1, lost=2)
     assert ground.compare(ours, theirs) == [row]
 
 
