@@ -13,7 +13,7 @@ from phasmid.advice.advice import MEASURED, USABLE, WARM_UP, plan_cycles
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
 from phasmid.forces import Holding
-from phasmid.robot import load_servo
+from phasmid.robot import load_servo, robot_to_toml
 from phasmid.scenario import Scenario
 
 ROBOT = Scenario(robot="phantomx-ax").replace(gait="tripod", period=1.0)
@@ -99,6 +99,7 @@ def test_each_servo_of_the_catalogue_holds_or_lacks_something(advice):
         "DS3218",
         "LX-16A",
         "STS3215",
+        "STS3215-7.4V",
         "HS-645MG",
     ]
     for choice in advice.choices:
@@ -124,14 +125,16 @@ def test_the_cheapest_servo_that_holds():
     assert found.cheapest.price == min(choice.price for choice in holding)
 
 
-def test_without_a_stall_current_heat_is_unknown(capsys):
-    robot = replace(load_robot("phantomx-ax"), servo=load_servo("DS3218"))
+def test_without_a_stall_current_heat_is_unknown(capsys, tmp_path):
+    servo = replace(load_servo("AX-12A"), stall_current=None, sources={"stall_current": "unknown"})
+    robot = replace(load_robot("phantomx-ax"), servo=servo)
     found = advise(ROBOT.replace(robot=robot))
     assert found.load.heat is None
     assert found.battery_minutes is None
     assert found.temperature(5.0) is None
     assert found.load.peak_torque.max() > 0.3
-    assert main(["advise", "phantomx-ax", "--servo", "DS3218"]) == 0
+    (tmp_path / "own.toml").write_text(robot_to_toml(robot), encoding="utf-8")
+    assert main(["advise", str(tmp_path / "own.toml")]) == 0
     assert "heat, current and battery time are unknown" in capsys.readouterr().out
 
 

@@ -376,7 +376,7 @@ def test_servos_come_from_a_name_or_from_the_file() -> None:
     assert robot_of(TREE, servo_model="AX-12A").servo == load_robot("phantomx-paper").servo
     own = robot_of(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=4.0))).servo
     assert (own.stall_torque, own.no_load_speed) == (3.0, 4.0)
-    # In proportion to the AX-12A's 9.2 N·m/rad at 1.5 N·m.
-    assert own.stiffness == pytest.approx(18.4)
+    # By the rules for servos: the stall torque at an error of 0.1 rad.
+    assert own.stiffness == pytest.approx(30.0)
     slow = robot_of(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=None))).servo
     assert slow.no_load_speed == load_servo("AX-12A").no_load_speed

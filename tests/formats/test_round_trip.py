@@ -36,7 +36,7 @@ def differences(a: Any, b: Any, path: str = "") -> list[str]:
                 found += differences(one, other, f"{name}[{i}].")
         elif is_dataclass(x):
             found += differences(x, y, f"{name}.")
-        elif isinstance(x, str) or x is None:
+        elif isinstance(x, str | dict) or x is None:
             found += [name] * (x != y)
         elif not np.allclose(x, y, rtol=0, atol=ROUND_OFF):
             found.append(name)

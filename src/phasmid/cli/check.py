@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from phasmid.forces import ServoVerdict
     from phasmid.formats import Finding, FoundLeg, Imported
-    from phasmid.robot import Robot
+    from phasmid.robot import Robot, Servo
     from phasmid.scenario import Scenario
 
 OPTIONS = {
@@ -138,6 +138,12 @@ def _print_verdict(verdict: ServoVerdict | None) -> None:
         say(f"  servos: {plain(line)}")
 
 
+def _print_sources(servo: Servo) -> None:
+    """Print which of a servo's numbers are of its data sheet, identified, or assumed."""
+    for line in servo.source_lines:
+        say(f"  servos: {plain(line)}")
+
+
 def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None) -> None:
     """Print a robot, its servo verdict, and the joints of the file that became its legs."""
     import numpy as np
@@ -154,6 +160,7 @@ def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdic
         f"{plain_number(servo.no_load_speed, 3)} rad/s)"
     )
     _print_verdict(verdict)
+    _print_sources(servo)
     say(f"  body {1000 * body.mass:.1f} g, {_listed(1000 * body.size, ' × ')} mm")
     frames = [["leg", "lengths mm", "hip mm", "yaw, pitch, roll °"]]
     poses = [["leg", "left mm", "neutral °", "masses g"]]
@@ -230,6 +237,7 @@ def _check_scenario(scenario: Scenario) -> int:
     )
     verdict = scenario_verdict(scenario)
     _print_verdict(verdict)
+    _print_sources(walk.robot.servo)
     way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
     say(
         f"  planned way: {way[0]:.1f} mm ahead, {way[1]:.1f} mm to the left, "

@@ -14,12 +14,12 @@ from phasmid.comparison.bootstrap import BlockBootstrap
 from phasmid.comparison.fit import SKIPPED, Fit, fit_servo
 from phasmid.comparison.log import RobotLog, log_of_recording, read_csv_log
 from phasmid.comparison.replays import Replay, Replayer, command_knots, interpolated
-from phasmid.control.feed_forward.servo_goal import FULL_PUNCH, FULL_PWM
 from phasmid.errors import InvalidInput, located
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.motion.trajectory import joint_names
 from phasmid.recording import Recording, load_recording
 from phasmid.robot import Robot, Servo
+from phasmid.robot.servo import FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
 from phasmid.scenario import Scenario, load_scenario, recorded_scenario
 
 LEAST_EXCITATION = math.radians(2)
@@ -144,7 +144,7 @@ def servo_stiffness(servo: Servo, voltage: float) -> float:
     motor = servo.motor
     stall = motor.constant * voltage / motor.resistance
     if servo.law == "pid":
-        per_tick = servo.gain_scale * servo.p_gain / 128 / FULL_PWM
+        per_tick = servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM
     else:
         slope = 2 / sum(1 / each for each in servo.effective_slope)
         per_tick = (1 - servo.punch / FULL_PUNCH) / slope

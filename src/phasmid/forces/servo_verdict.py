@@ -240,7 +240,7 @@ def servo_verdict(
     servo = robot.servo if servo is None else servo
     voltage = servo.rated_voltage if voltage is None else voltage
     stall = servo.stall_at(voltage)
-    continuous = min(servo.continuous, stall)
+    continuous = min(servo.continuous_torque, stall)
     stance, feet = _instants(robot, gait)
     load, margin = _static_torque(robot, stance, feet, gravity)
     stable = margin > LEAST_MARGIN
@@ -276,9 +276,9 @@ def servo_verdict(
         rms_torque=rms,
         stall_torque=stall,
         continuous_torque=continuous,
-        is_continuous_assumed=servo.continuous_torque is None,
+        is_continuous_assumed=servo.is_assumed("continuous_torque"),
         voltage=voltage,
-        highest_voltage=servo.highest_voltage,
+        highest_voltage=servo.maximum_voltage,
         heat=heat,
         time_to_limit=until,
         temperature_limit=servo.temperature_limit,

@@ -18,12 +18,12 @@ from phasmid.robot import JOINTS, Part, Servo, load_servo
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.leg import NEAREST_FOOT
 from phasmid.robot.link import solid_box
+from phasmid.robot.servo_rules import ASSUMED, OWN_FILE, UNKNOWN, complete_servo
 from phasmid.scenario.tables import ImportOptions
 from phasmid.units import plain_number
 
 LIKE = "AX-12A"
-"""Hobby servo whose stiffness, rotor and friction stand in for what a file leaves out, and its
-speed in formats without speeds, such as MJCF."""
+"""Servo whose speed stands in where a format has none, such as MJCF."""
 
 DATA_SHEET = "--servo-model AX-12A, to take all from a data sheet"
 """Hint where numbers of a servo are assumed or unlikely."""
@@ -59,34 +59,31 @@ def servo_of(
                 f"{unit}; every joint was given the least.",
             )
     torque, speed = min(efforts), min(speeds, default=like.no_load_speed)
-    # A stronger servo is stiffer, heavier and has more friction.
-    scale = torque / like.stall_torque
-    stiffness = scale * like.stiffness
-    assumed = [f"stiffness {plain_number(stiffness, 3)} N·m/rad"]
+    given = {
+        name: max(getattr(joint, name) for joint in joints)
+        for name in ("friction", "damping", "armature")
+    }
+    servo = complete_servo(
+        {
+            "name": "as in the file",
+            "stall_torque": torque,
+            "no_load_speed": speed,
+            **{name: value for name, value in given.items() if value},
+        },
+        {"stall_current": UNKNOWN, "no_load_speed": OWN_FILE if speeds else ASSUMED},
+    )
+    assumed = [f"stiffness {plain_number(servo.stiffness, 3)} N·m/rad"]
     if not speeds:
-        assumed.append(f"no-load speed {plain_number(speed)} rad/s")
-    numbers = {}
-    for name in ("friction", "damping", "armature"):
-        numbers[name] = max(getattr(joint, name) for joint in joints)
-        if not numbers[name]:
-            numbers[name] = scale * getattr(like, name)
-            assumed.append(name)
+        assumed.append(f"no-load speed {plain_number(speed)} rad/s, the {LIKE}'s")
+    assumed += [name for name in given if not given[name]]
     findings.note(
         "servo",
         f"the file gives {plain_number(torque)} N·m"
         + (f" and {plain_number(speed)} rad/s" if speeds else "")
-        + f"; assumed from the {LIKE}'s: {', '.join(assumed)}.",
+        + f"; assumed: {', '.join(assumed)}.",
         hint=DATA_SHEET,
     )
-    # Friction and damping of a file are those of its joint.
-    return Servo(
-        "as in the file",
-        stall_torque=torque,
-        no_load_speed=speed,
-        stiffness=stiffness,
-        viscous_friction=numbers["damping"],
-        **numbers,
-    )
+    return servo
 
 
 SLENDER = 0.25

@@ -18,6 +18,7 @@ from phasmid.formats.legs import MIDDLE
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Leg, Robot
+from phasmid.robot.servo_rules import contradictions
 from phasmid.units import STANDARD_GRAVITY, plain_number
 
 SMALLEST = 0.04
@@ -131,6 +132,8 @@ def _judge_servo(robot: Robot, found: Findings) -> None:
     if servo.no_load_speed > FASTEST:
         what = f"speed is {servo.no_load_speed:.4g} rad/s; the limit is {FASTEST:g} rad/s."
         found.suspect("servos", what, hint=DATA_SHEET)
+    for sentence in contradictions(servo):
+        found.note("servos", sentence)
 
 
 def _judge_stance(robot: Robot, found: Findings, *, assumed: bool) -> None:

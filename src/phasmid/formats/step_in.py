@@ -144,8 +144,8 @@ class SidecarReader:
         self.path = path
         self.locate = in_file(file, content)
         self.sidecar = validate(Sidecar, raw, self.locate)
-        servo = self.sidecar.servo
-        self.servo = Servo(**servo.model_dump()) if servo else None
+        table = self.sidecar.servo
+        self.servo: Servo | None = table.servo() if table else None
         self.findings = Findings()
 
     def tree(self, parts: Sequence[DrawnPart]) -> Tree:

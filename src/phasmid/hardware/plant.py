@@ -6,7 +6,6 @@ The emulator advances a plant in real time and reads the servos' state from it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -116,12 +115,12 @@ class ServoBank:
         self._delays = np.array([round(servo.delay / dt) for servo in servos])
         self._delayed = np.repeat(position[:, None], self._delays.max(), axis=1)
         self._parameters = np.concatenate(
-            [servo_parameters(_rotor(servo), dt, voltage, AMBIENT) for servo in servos]
+            [servo_parameters(servo, dt, voltage, AMBIENT) for servo in servos]
         )
 
     def set_law(self, index: int, servo: Servo, voltage: float) -> None:
         """Set the settings and the supply [V] of a servo."""
-        self._parameters[index] = servo_parameters(_rotor(servo), self.dt, voltage, AMBIENT)[0]
+        self._parameters[index] = servo_parameters(servo, self.dt, voltage, AMBIENT)[0]
         self.voltage[index] = voltage
 
     def step(
@@ -259,8 +258,3 @@ class SimulatedRobot:
         sign = self._sign[index]
         position = float(self._zero[index] + sign * self._q[index])
         return self._bank.reading(index, position, float(sign * self._qd[index]))
-
-
-def _rotor(servo: Servo) -> Servo:
-    """Return a servo with a rotor, see `Servo.rotor_inertia`."""
-    return replace(servo, armature=servo.rotor_inertia)

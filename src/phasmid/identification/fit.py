@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.feed_forward.servo_goal import FULL_PUNCH
 from phasmid.errors import InvalidInput
 from phasmid.identification.logs import SETTLING, BenchLog, Log, compared_rows
 from phasmid.identification.parameters import (
@@ -22,6 +21,7 @@ from phasmid.identification.parameters import (
 from phasmid.identification.result import QUANTILE, Identification
 from phasmid.identification.simulation import simulate_logs, time_step
 from phasmid.robot import Servo
+from phasmid.robot.servo import FULL_PUNCH
 
 CHANGE, LEAST_CHANGE, LAST_CHANGE = 0.3, 0.005, 0.05
 """Changes of a parameter for a derivative, by the share of the squared errors that they make:

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.feed_forward.servo_goal import FULL_PUNCH, FULL_PWM
 from phasmid.errors import InvalidInput, nearest
-from phasmid.robot import Friction, Motor, Servo
-from phasmid.robot.servo import FLATTEST_SLOPE, STEEPEST_SLOPE
+from phasmid.robot import Friction, Motor, Servo, complete_servo
+from phasmid.robot.servo import (
+    FLATTEST_SLOPE,
+    FULL_PUNCH,
+    FULL_PWM,
+    P_GAIN_UNIT,
+    STEEPEST_SLOPE,
+)
 from phasmid.simulation.servo import servo_parameters
 
 Model: TypeAlias = Literal["own", "m1", "m2", "m3", "m4", "m5", "m6"]
@@ -129,7 +134,7 @@ def start_values(servo: Servo, model: Model, hanging: float) -> dict[str, float]
     values: dict[str, float] = {
         "motor_constant": motor.constant,
         "resistance": motor.resistance,
-        "armature": servo.rotor_inertia,
+        "armature": servo.armature,
         "friction": servo.friction,
         "viscous_friction": servo.viscous_friction,
         "load_loss": motor.load_loss,
@@ -207,7 +212,7 @@ def servo_records(
         "warming": 0.0,
     }
     if servo.law == "pid":
-        changes["gain"] = values["p_gain"] / 128 / FULL_PWM
+        changes["gain"] = values["p_gain"] / P_GAIN_UNIT / FULL_PWM
     else:
         changes["margin"] = values["compliance_margin"]
         changes["slope"] = values["compliance_slope"]
@@ -238,9 +243,7 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
         law["compliance_slope"] = (table_slope(values["compliance_slope"]),) * 2
         law["compliance_margin"] = (values["compliance_margin"],) * 2
         law["punch"] = values["punch"]
-    return replace(
-        servo,
-        name=f"{servo.name} identified",
+    identified: dict[str, Any] = dict(
         stall_torque=motor.stall_torque(voltage),
         stall_current=voltage / motor.resistance,
         no_load_speed=motor.no_load_speed(voltage),
@@ -257,8 +260,18 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
         stribeck_exponent=friction.stribeck_exponent,
         backlash=values["backlash"],
         delay=values["delay"],
-        gain_scale=1.0,
         **law,
+    )
+    follow = {"stiffness", "damping", "continuous_torque"}
+    kept = {
+        field.name: getattr(servo, field.name)
+        for field in fields(servo)
+        if field.name != "sources" and not (field.name in follow and servo.is_assumed(field.name))
+    }
+    name = f"{servo.name} identified"
+    return complete_servo(
+        kept | identified | {"name": name, "gain_scale": 1.0},
+        dict(servo.sources) | dict.fromkeys(identified, "identified"),
     )
 
 

@@ -46,7 +46,7 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
     found = [
         *_way(summary),
         *_ground(summary, source),
-        *_servos(summary, source),
+        *_servos(summary),
         *_limits(summary),
         *_feet(summary),
     ]
@@ -147,8 +147,8 @@ def _known_joints(summary: dict[str, Any], name: str) -> list[tuple[float, str]]
     ]
 
 
-def _servos(summary: dict[str, Any], source: Source) -> Iterator[str]:
-    """Warn of shutdowns, saturation, heat and an assumed armature of servos of their own law."""
+def _servos(summary: dict[str, Any]) -> Iterator[str]:
+    """Warn of shutdowns, saturation, and heat of servos of their own law."""
     time, joint = largest_joint(summary, "shutdown_time", least=True)
     if joint:
         more = len(_known_joints(summary, "shutdown_time")) - 1
@@ -163,10 +163,4 @@ def _servos(summary: dict[str, Any], source: Source) -> Iterator[str]:
         yield (
             f"The servo of the {joint} would be too hot after about {time / 60:.2g} min more of "
             f"this: {summary['servos']['temperature_limit']:g} °C. The heat figures are assumed."
-        )
-    servo = source.robot.servo
-    if source.scenario.simulation.drive == "servo" and not servo.armature:
-        yield (
-            f"The armature of the {plain(servo.name)} is not given; {servo.rotor_inertia:.2g} "
-            "kg m² is assumed, from its stall torque and no-load speed."
         )

@@ -90,7 +90,7 @@ class Source:
     @property
     def continuous_torque(self) -> float:
         """Torque that the servos hold continuously [N·m]."""
-        return min(self.robot.servo.continuous, self.stall_torque)
+        return min(self.robot.servo.continuous_torque, self.stall_torque)
 
     @property
     def no_load_speed(self) -> float:

@@ -8,6 +8,7 @@ from phasmid.robot.link import Link
 from phasmid.robot.motor import Motor
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, LegArrays, Robot
 from phasmid.robot.servo import Servo
+from phasmid.robot.servo_rules import complete_servo
 from phasmid.robot.variants import (
     with_mass_model,
     with_mounts,
@@ -28,6 +29,7 @@ __all__ = [
     "Part",
     "Robot",
     "Servo",
+    "complete_servo",
     "load_robot",
     "load_servo",
     "preset_names",

@@ -46,7 +46,8 @@ def load_servo(name: str) -> Servo:
     Raises:
         InvalidInput: There is no such servo.
     """
-    return Servo(**ServoTable.model_validate(name).model_dump())
+    servo: Servo = ServoTable.model_validate(name).servo()
+    return servo
 
 
 def load_robot(source: str | Path) -> Robot:
@@ -93,7 +94,7 @@ def robot_from_table(
             with located(locate(("legs", name))[1]):
                 legs.append(_leg(name, table.legs[name], locate))
         body = _body(table, sum(link.mass for leg in legs for link in leg.links))
-        servo = Servo(**table.servo.model_dump())
+        servo = table.servo.servo()
         return Robot(
             table.name,
             body,
@@ -305,9 +306,23 @@ def robot_to_toml(robot: Robot) -> str:
 
 
 def servo_table(servo: Servo) -> list[str]:
-    """Return a servo as the lines of a table ``[servo]``, with exact numbers."""
-    values = {field.name: getattr(servo, field.name) for field in fields(servo)}
-    return ["[servo]", *_lines({key: v for key, v in values.items() if v is not None})]
+    """Return a servo as the lines of a table ``[servo]``, with exact numbers and their sources."""
+    values = {
+        field.name: getattr(servo, field.name)
+        for field in fields(servo)
+        if field.name in servo.sources or getattr(servo, field.name) != field.default
+    }
+    del values["sources"]
+    by_source: dict[str, list[str]] = {}
+    for name, source in sorted(servo.sources.items()):
+        by_source.setdefault(source, []).append(name)
+    return [
+        "[servo]",
+        *_lines({key: v for key, v in values.items() if v is not None}),
+        "",
+        "[servo.sources]",
+        *(f"{toml_key(source)} = {toml_value(names)}" for source, names in by_source.items()),
+    ]
 
 
 def _lines(values: Mapping[str, Any]) -> list[str]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import MISSING, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Annotated, Any, Literal, get_type_hints
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -43,26 +44,26 @@ Directions = Annotated[tuple[NotNegative, NotNegative], BeforeValidator(both_dir
 STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
 """Compliance slopes of the makers' servos, in ticks; between them the powers of two."""
 
-CONTINUOUS_SHARE = 1 / 5
-"""Part of the stall torque within which the maker's AX series holds steadily (e-manual)."""
-
-ROTOR_TIME = 0.02
-"""Armature times no-load speed over stall torque [s], assumed where no armature is known. Four
-identified servos have 13 ms (MX-64), 15 (MX-106), 34 (XL-320) and 38 (XL-330): Rhoban BAM, m1,
-with the stall torques and no-load speeds of their data sheets."""
-
 HEAT_RANGE = 0.5, 2.0
 """Factors on a computed warming between which the real one is expected. Free air takes 5 to
 20 W/(m² K) from a case, with radiation and a light draught; 10 is assumed. The specific heat lies
 between that of copper, 0.4 J/(g K), and of plastic, 1.4; 0.9 is assumed."""
 
 
-BACKLASH, TICK = math.radians(0.5), math.radians(300 / 1024)
-"""Backlash and resolution of an AX-12A [rad]."""
+NEEDED = ("name", "stall_torque", "no_load_speed")
+"""Fields that no rule can give."""
 
-STANDBY_CURRENT = 0.05
-"""Current of a servo's electronics [A], assumed where none is published: that of the RX-28 by its
-maker's e-manual; the MX-28's is 0.1."""
+LAW_FIELDS = {
+    "compliance": ("compliance_margin", "compliance_slope", "punch"),
+    "pid": ("p_gain", "d_gain", "derivative_time"),
+}
+"""Numbers that one position law alone uses."""
+
+FULL_PUNCH, FULL_PWM = 1023, 885
+"""Full output in the makers' units: of the compliance law, and of the PID law."""
+
+P_GAIN_UNIT, D_GAIN_UNIT = 128, 16
+"""Gains of the PID law that stand for 1 in `FULL_PWM` of full output."""
 
 ROUND_OFF = 1e-9
 """Efficiency above 1 that is round-off of gears without load-dependent losses."""
@@ -75,9 +76,9 @@ LONGEST_DELAY = 0.2
 class Servo:
     """Position servo with the numbers of its data sheet; the types carry the units of files.
 
-    The first ones serve the ideal servo and the limits of plan and report, the others the drive
-    ``servo``, which imitates the servo's own inner law. What a table leaves out of those is as of
-    the AX-12A; see ``servos.toml`` for where each number comes from.
+    The drive ``ideal-servo`` uses `stiffness` and `damping`, the drive ``servo`` the servo's own
+    position law. `phasmid.robot.complete_servo` builds a servo of the numbers that are known, by
+    the rules of ``servo_rules`` for the others.
 
     Attributes:
         name: Maker's name.
@@ -85,13 +86,13 @@ class Servo:
         no_load_speed: Largest speed, without load [rad/s].
         stiffness: Of the ideal servo: torque per position error, below the limit [N·m/rad].
         damping: Of the ideal servo: torque per speed error [N·m·s/rad].
-        armature: Rotor inertia seen at the output [kg·m²]; 0: not known, see `rotor_inertia`.
+        armature: Rotor inertia seen at the output [kg·m²].
         friction: Coulomb friction of motor and gears, at the output [N·m].
-        stall_current: Current at standstill under `rated_voltage` [A].
+        stall_current: Current at standstill under `rated_voltage` [A]; None: not known, and the
+            servo's own law cannot be simulated.
         rated_voltage: Supply at which torque, speed and current are given [V].
-        maximum_voltage: Highest supply that the maker allows [V]; None: `rated_voltage`.
-        continuous_torque: Torque that the servo holds without an end [N·m]; None: a fifth of the
-            stall torque, which the maker of the AX series advises for any of its servos.
+        maximum_voltage: Highest supply that the maker allows [V].
+        continuous_torque: Torque that the servo holds without an end [N·m].
         viscous_friction: Friction per speed of motor and gears, at the output [N·m·s/rad].
         external_loss: Share of the external torque that the gears lose, see `Friction`.
         stribeck_friction: Friction beside `friction` at rest, which fades with the speed [N·m].
@@ -128,6 +129,8 @@ class Servo:
         standby_current: Current of the electronics while the motor rests [A].
         mass: Mass [kg]; None: not known.
         price: About what one costs [US dollars]; None: not known.
+        sources: Source of each number, by its name: ``data sheet``, ``identified``, ``assumed``,
+            ``robot file`` or ``unknown``, with the publication in brackets.
 
     Raises:
         InvalidRobot: A number is not finite or has the wrong sign.
@@ -137,14 +140,27 @@ class Servo:
     stall_torque: Positive
     no_load_speed: Annotated[Rate, Gt(0)]
     stiffness: Positive
-    damping: NotNegative = 0.0
-    armature: NotNegative = 0.0
-    friction: NotNegative = 0.0
+    damping: NotNegative
+    armature: Positive
+    friction: NotNegative
+    viscous_friction: NotNegative
+    rated_voltage: Annotated[Voltage, Gt(0)]
+    maximum_voltage: Annotated[Voltage, Gt(0)]
+    continuous_torque: Positive
+    backlash: Annotated[Angle, Ge(0)]
+    gear_stiffness: Positive
+    gear_damping_time: Annotated[Time, Ge(0)]
+    delay: Annotated[Time, Ge(0), Le(LONGEST_DELAY)]
+    resolution: Annotated[Angle, Gt(0)]
+    control_period: Annotated[Time, Gt(0)]
+    law: Law
+    torque_limit: Annotated[Number, Gt(0), Le(1)]
+    overload_time: Annotated[Time, Gt(0)]
+    temperature_limit: Temperature
+    thermal_resistance: Positive
+    heat_capacity: Positive
+    standby_current: NotNegative
     stall_current: Positive | None = None
-    rated_voltage: Annotated[Voltage, Gt(0)] = 12.0
-    maximum_voltage: Annotated[Voltage, Gt(0)] | None = None
-    continuous_torque: Positive | None = None
-    viscous_friction: NotNegative = 0.0033
     external_loss: NotNegative = 0.0
     stribeck_friction: NotNegative = 0.0
     stribeck_load_loss: Annotated[Number, Ge(0), Lt(1)] = 0.0
@@ -153,13 +169,6 @@ class Servo:
     quadratic_external_loss: NotNegative = 0.0
     stribeck_speed: Annotated[AngularVelocity, Ge(0)] = 0.0
     stribeck_exponent: Positive = 1.0
-    backlash: Annotated[Angle, Ge(0)] = BACKLASH
-    gear_stiffness: Positive = 60.0
-    gear_damping_time: Annotated[Time, Ge(0)] = 1e-3
-    delay: Annotated[Time, Ge(0), Le(LONGEST_DELAY)] = 0.0
-    resolution: Annotated[Angle, Gt(0)] = TICK
-    control_period: Annotated[Time, Gt(0)] = 1e-3
-    law: Law = "compliance"
     compliance_margin: Directions = (1.0, 1.0)
     compliance_slope: Directions = (32.0, 32.0)
     punch: Annotated[Number, Ge(0), Le(1023)] = 32.0
@@ -167,19 +176,14 @@ class Servo:
     p_gain: NotNegative = 850.0
     d_gain: NotNegative = 0.0
     derivative_time: Annotated[Time, Gt(0)] = 0.01
-    torque_limit: Annotated[Number, Gt(0), Le(1)] = 1.0
-    overload_time: Annotated[Time, Gt(0)] = 2.0
-    temperature_limit: Temperature = 70.0
-    thermal_resistance: Positive = 10.2
-    heat_capacity: Positive = 49.0
-    standby_current: NotNegative = STANDBY_CURRENT
     mass: Annotated[Mass, Gt(0)] | None = None
     price: Positive | None = None
+    sources: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         try:
             validate(
-                ServoNumbers, vars(self), lambda loc: (f"servo {self.name}: {dotted(loc)}", "")
+                ServoNumbers, _numbers(self), lambda loc: (f"servo {self.name}: {dotted(loc)}", "")
             )
         except InvalidInput as error:
             raise InvalidRobot(error.what, hint=error.hint) from None
@@ -251,32 +255,27 @@ class Servo:
         )
 
     @property
-    def rotor_inertia(self) -> float:
-        """Armature [kg·m²]; by default stall torque over no-load speed times `ROTOR_TIME`."""
-        return self.armature or ROTOR_TIME * self.stall_torque / self.no_load_speed
+    def source_lines(self) -> tuple[str, ...]:
+        """Which numbers come from where, a line for each source."""
+        by_source: dict[str, list[str]] = {}
+        for number in (each.name for each in fields(self) if each.name in self.sources):
+            by_source.setdefault(self.sources[number], []).append(number.replace("_", " "))
+        return tuple(f"{source}: {', '.join(names)}." for source, names in by_source.items())
 
-    @property
-    def highest_voltage(self) -> float:
-        """Highest supply voltage of the data sheet [V]."""
-        return self.rated_voltage if self.maximum_voltage is None else self.maximum_voltage
-
-    @property
-    def continuous(self) -> float:
-        """Continuous torque [N·m]."""
-        if self.continuous_torque is None:
-            return CONTINUOUS_SHARE * self.stall_torque
-        return self.continuous_torque
+    def is_assumed(self, number: str) -> bool:
+        """Return whether a number is assumed."""
+        return self.sources.get(number, "").startswith("assumed")
 
     def stall_at(self, voltage: float) -> float:
         """Return the stall torque at a supply voltage, within the torque limit [N·m].
 
-        A supply above `highest_voltage` adds nothing: no data sheet vouches for more. Without a
+        A supply above `maximum_voltage` adds nothing: no data sheet vouches for more. Without a
         known motor the torque is taken as proportional to the voltage.
 
         Args:
             voltage: The supply [V].
         """
-        applied = self.torque_limit * min(voltage, self.highest_voltage)
+        applied = self.torque_limit * min(voltage, self.maximum_voltage)
         motor = self.known_motor
         if motor is None:
             return self.stall_torque * applied / self.rated_voltage
@@ -303,9 +302,22 @@ class Servo:
 _TYPES = get_type_hints(Servo, include_extras=True)
 
 _FIELDS: dict[str, Any] = {
-    field.name: (_TYPES[field.name], ... if field.default is MISSING else field.default)
-    for field in fields(Servo)
+    each.name: (_TYPES[each.name], ... if each.default is MISSING else each.default)
+    for each in fields(Servo)
+    if each.name != "sources"
 }
 
 ServoNumbers: Any = create_model("ServoNumbers", __base__=Table, **_FIELDS)
 """Table of a servo's fields, with their units and bounds."""
+
+_KNOWN: dict[str, Any] = {
+    name: (kind, ...) if name in NEEDED else (kind | None, None)
+    for name, (kind, _) in _FIELDS.items()
+}
+
+KnownNumbers: Any = create_model("KnownNumbers", __base__=Table, **_KNOWN)
+"""The same of a file, which may leave out all but `NEEDED`."""
+
+
+def _numbers(servo: Servo) -> dict[str, Any]:
+    return {name: getattr(servo, name) for name in _FIELDS}

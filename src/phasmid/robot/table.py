@@ -12,7 +12,8 @@ from annotated_types import Ge, Gt, Len
 from pydantic import BeforeValidator, ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.robot.servo import ServoNumbers
+from phasmid.robot.servo import KnownNumbers, Servo
+from phasmid.robot.servo_rules import complete_servo
 from phasmid.tables import (
     Angle,
     Count,
@@ -22,6 +23,7 @@ from phasmid.tables import (
     Mass,
     Table,
     Weight,
+    in_si,
 )
 from phasmid.toml import read_toml
 
@@ -131,10 +133,15 @@ class BodyTable(RobotPart):
     inertia: Tensor | None = None
 
 
-class ServoTable(ServoNumbers):
-    """``servo = "AX-12A"``, or a table of data-sheet numbers: the fields of `Servo`."""
+class ServoTable(KnownNumbers):
+    """``servo = "AX-12A"``, or a table of data-sheet numbers: the fields of `Servo`.
+
+    Attributes:
+        sources: Names of the numbers that have a source, by the source.
+    """
 
     name: Name
+    sources: dict[str, list[str]] = {}
 
     @model_validator(mode="before")
     @classmethod
@@ -148,7 +155,30 @@ class ServoTable(ServoNumbers):
                 f'no servo called "{raw}".',
                 hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
             )
-        return {"name": raw} | known[raw]
+        return {"name": raw} | _catalogue_entry(known[raw])
+
+    def servo(self) -> Servo:
+        """Build the servo; rules give the numbers that are absent.
+
+        Raises:
+            InvalidRobot: No servo can have these numbers.
+        """
+        stated = {name: source for source, names in self.sources.items() for name in names}
+        return complete_servo(self.model_dump(exclude={"sources"}), stated)
+
+
+def _catalogue_entry(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Return a servo of ``servos.toml`` as a table ``[servo]`` with sources."""
+    numbers: dict[str, Any] = {}
+    sources: dict[str, list[str]] = {}
+    for status, group in groups.items():
+        own = {key: value for key, value in group.items() if key != "source"}
+        statement = status.replace("_", " ")
+        if "source" in group:
+            statement += f" ({group['source']})"
+        sources[statement] = list(in_si(KnownNumbers, own))
+        numbers |= own
+    return numbers | {"sources": sources}
 
 
 class RobotTable(RobotPart):
@@ -165,5 +195,5 @@ class RobotTable(RobotPart):
 
 
 def known_servos() -> dict[str, Any]:
-    """Return the known servos as tables."""
+    """Return the tables of ``servos.toml``: by servo and by the kind of source."""
     return read_toml(Path(str(resources.files("phasmid.robot") / "servos.toml")))[0]

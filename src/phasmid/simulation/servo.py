@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +10,6 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled
 from phasmid.control.feed_forward.servo_goal import (
-    FULL_PUNCH,
-    FULL_PWM,
     goal_memory,
     goals_for_torque,
     inverse_law,
@@ -20,6 +17,7 @@ from phasmid.control.feed_forward.servo_goal import (
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.robot.friction_kernels import dry_friction
+from phasmid.robot.servo import D_GAIN_UNIT, FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
 from phasmid.scenario import Scenario
 from phasmid.simulation.drives import Drive, Setpoints
 
@@ -177,8 +175,8 @@ def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) ->
         "margin": servo.compliance_margin,
         "slope": servo.effective_slope,
         "most": servo.torque_limit,
-        "gain": servo.gain_scale * servo.p_gain / 128 / FULL_PWM,
-        "change_gain": servo.d_gain / 16 / FULL_PWM * servo.control_period,
+        "gain": servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM,
+        "change_gain": servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period,
         "smoothing": look / (look + servo.derivative_time),
         "punch": servo.punch / FULL_PUNCH,
         "voltage": voltage,
@@ -222,9 +220,8 @@ def longest_servo_step(servo: Servo, mobility: float) -> float:
 
 
 def own_servo(scenario: Scenario, robot: Robot) -> Servo:
-    """Return a robot's servo with a scenario's settings and a rotor; see `Servo.rotor_inertia`."""
-    servo = scenario.servo.set_up(robot.servo)
-    return replace(servo, armature=servo.rotor_inertia)
+    """Return a robot's servo with a scenario's settings."""
+    return scenario.servo.set_up(robot.servo)
 
 
 class ServoDrive(Drive):

@@ -109,7 +109,7 @@ def _motor(scenario: Scenario, recording: Recording) -> Limits:
     before, change = speed[:-1], np.diff(speed, axis=0) / scenario.simulation.dt
     law = running * (duty * table.supply(servo) - motor.constant * before) / motor.resistance
     push = motor.constant * current
-    friction = push - motor.viscous * before - servo.rotor_inertia * change - torque
+    friction = push - motor.viscous * before - servo.armature * change - torque
     most = motor.friction.limit(push, -torque, before) - motor.viscous * np.abs(before)
     stall = servo.stall_at(table.supply(servo))
     beyond = np.abs(torque) - stall

@@ -10,9 +10,7 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled
 from phasmid.robot import Servo
-
-FULL_PUNCH, FULL_PWM = 1023, 885
-"""Full output in the makers' units: of the compliance law, and of the PID law."""
+from phasmid.robot.servo import D_GAIN_UNIT, FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
 
 SLOW = 0.02
 """Speed from which friction acts fully against the motion [rad/s]. Joints of a leg in stance turn
@@ -68,8 +66,8 @@ def inverse_law(servo: Servo, voltage: float) -> InverseLaw:
     """
     motor, gain, lead, lag = servo.motor, 0.0, 0.0, 0.0
     if servo.law == "pid":
-        gain, lead = servo.gain_scale * servo.p_gain / 128 / FULL_PWM, servo.derivative_time
-        lag = lead + servo.d_gain / 16 / FULL_PWM * servo.control_period / gain
+        gain, lead = servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM, servo.derivative_time
+        lag = lead + servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period / gain
     low, high = servo.compliance_margin
     low_slope, high_slope = servo.effective_slope
     return InverseLaw(
