@@ -6,6 +6,7 @@ import pytest
 
 from phasmid.dynamics import inverse_dynamics
 from phasmid.motion import plan
+from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, simulate
 from phasmid.simulation.servo import own_servo
@@ -93,3 +94,26 @@ def test_motors_work_becomes_joint_work_friction_and_the_energy_of_rotors(runs, 
     assert given > 1.0
     assert gained == pytest.approx(change, abs=tolerance * given)
     assert np.sum(friction * mean) < 0
+
+
+def test_drives_do_the_same_joint_work_on_a_level_walk(runs):
+    # One definition of work: on the paper's walk, planned joints need it whatever drives them.
+    # Stiff drives agree within 5 %. The servos' own law is compliant: feet press against each
+    # other and relieve the femurs, 20 %. Friction takes another 70 % and more of it.
+    energy = {}
+    for drive, run in runs.items():
+        summary = summarise(run)
+        energy[drive] = {
+            name: value / summary["travel"]["distance"]
+            for name, value in summary["energy"].items()
+            if name != "channel"
+        }
+    work = {drive: each["work"] for drive, each in energy.items()}
+    assert work["torque"] == pytest.approx(work["prescribed"], rel=0.05)
+    assert work["ideal-servo"] == pytest.approx(work["prescribed"], rel=0.05)
+    assert work["servo"] == pytest.approx(work["prescribed"], rel=0.2)
+    assert "friction_work" not in energy["prescribed"]
+    for drive in ("torque", "ideal-servo", "servo"):
+        assert energy[drive]["friction_work"] > 0.5 * work[drive]
+    # The supply gives what the joints and friction take, and heat; braking returns nothing.
+    assert energy["servo"]["electrical_energy"] > work["servo"] + energy["servo"]["friction_work"]
