@@ -58,8 +58,9 @@ WORDS = {
         "least 2 % of the weight."
     ),
     "power": (
-        "Net, positive and absolute power; with the servos' own law also that of the supply. The "
-        "cost of transport is the energy over weight and distance, as in `summary.json`."
+        "Net, positive and absolute power at the joints' axes; with servos also that of their "
+        "friction, and with their own law that of the supply. The cost of transport is the energy "
+        "over weight and distance; that in `summary.json` is mechanical."
     ),
     "residuals": "Shaded: the time around lift-offs and touchdowns, where impacts hide the rest.",
     "servo-duty": "A share of the supply voltage.",

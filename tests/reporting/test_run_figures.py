@@ -1,5 +1,6 @@
 """Figures beyond the paper's say the right numbers, in units, for one run and for several."""
 
+import io
 import math
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ from scipy.spatial import ConvexHull
 from phasmid import kinematics, sense
 from phasmid.errors import InvalidInput
 from phasmid.recording import CHANNELS
-from phasmid.reporting import CATALOGUE, figures, plot, read_run, summarise
+from phasmid.reporting import CATALOGUE, figures, plot, print_summary, read_run, summarise
 from phasmid.reporting.numbers import joint_power
 from phasmid.reporting.path_figures import (
     beyond,
@@ -291,22 +292,40 @@ def test_power_is_torque_times_speed_and_energy_its_integral(walk):
     tau = np.full((401, 6, 3), 2.0)
     tau[:, 3:] = -1.0
     recording = given(
-        walk(duration=4.0, interval=0.01), joint_torque=tau, joint_velocity=3.0, **SERVO
+        walk(duration=4.0, interval=0.01),
+        joint_torque=tau,
+        joint_velocity=3.0,
+        servo_friction_torque=-0.25,
+        servo_speed=2.0,
+        **SERVO,
     )
     figure = plot(recording, "power")
     above, below = figure.axes
-    # Of 0.5 of 12 V at 0.4 A each of 18 servos takes 2.4 W.
-    for number, power in enumerate((27.0, 54.0, 81.0, 43.2)):
+    # Of 0.5 of 12 V at 0.4 A each of 18 servos takes 2.4 W; friction takes 0.5 W of its rotor.
+    for number, power in enumerate((27.0, 54.0, 81.0, 9.0, 43.2)):
         np.testing.assert_allclose(above.lines[number].get_ydata(), power, rtol=1e-12)
         time, energy = below.lines[number].get_data()
         np.testing.assert_allclose(energy, power * time, atol=1e-9)
     assert (above.get_ylabel(), below.get_ylabel()) == ("power [W]", "energy [J]")
     told = summarise(recording)
     assert below.lines[1].get_ydata()[-1] == pytest.approx(told["energy"]["work"], rel=1e-12)
-    assert told["energy"]["drawn_power"] == pytest.approx(43.2, rel=1e-12)
+    assert told["energy"]["friction_work"] == pytest.approx(9.0 * 4, rel=1e-12)
+    assert told["energy"]["electrical_power"] == pytest.approx(43.2, rel=1e-12)
+    assert told["energy"]["electrical_energy"] == pytest.approx(43.2 * 4, rel=1e-12)
     cost = told["energy"]["cost_of_transport"]
     assert cost == pytest.approx(54 * 4 / (26 * told["travel"]["distance"]), rel=1e-9)
-    assert f"cost of transport {cost:.2f} (given)" in words(figure)
+    assert f"cost of transport {cost:.2f} (mechanical)" in words(figure)
+    text = io.StringIO()
+    print_summary(told, file=text)
+    for line in (
+        f"mechanical cost of transport {cost:.3g}",
+        "Servo friction 36 J lost in motors and gears",
+        "Electrical 173 J, 43.2 W drawn by the motors",
+    ):
+        assert line in " ".join(text.getvalue().split())
+    # Without a rotor of its own the servo turns as the joint does.
+    bare = given(recording.drop_vars("servo_speed"), servo_friction_torque=-0.25)
+    np.testing.assert_allclose(joint_power(read_run(bare))["friction"], 13.5, rtol=1e-12)
     # A supply that would be fed counts nothing.
     fed = given(recording, servo_duty=-0.5)
     assert (joint_power(read_run(fed))["electrical"] == 0).all()

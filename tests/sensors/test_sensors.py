@@ -48,6 +48,10 @@ def test_perfect_sensors_tell_the_truth(short):
     assert np.array_equal(told.imu_orientation, run.body_orientation)
     stall = scenario.load_robot().servo.stall_torque
     assert np.array_equal(told.joint_load_measured, run.joint_torque / stall)
+    # A motor's load includes what friction and rotor take of it.
+    own = scenario.replace(drive="ideal-servo", duration=0.1, **PERFECT)
+    motors = simulate(own, plan(own))
+    assert np.array_equal(sense(own, motors).joint_load_measured, motors.servo_motor_torque / stall)
     # The gyro's range has 2^15 steps, so that half a step is 250 deg/s / 2^16.
     R = quaternion_rotation(run.body_orientation.values)
     own = np.einsum("tji,tj->ti", R, run.body_angular_velocity.values)

@@ -51,10 +51,16 @@ CHANNELS: dict[str, Channel] = {
     "joint_acceleration_target": Channel(_JOINT, "rad/s²", "planned joint acceleration"),
     "joint_position": Channel(_JOINT, "rad", "joint angle"),
     "joint_velocity": Channel(_JOINT, "rad/s", "joint speed"),
-    "joint_torque": Channel(_JOINT, "N·m", "joint torque, simulated or measured"),
+    "joint_torque": Channel(
+        _JOINT, "N·m", "torque on the link at the joint's axis, simulated or measured"
+    ),
     "joint_torque_model": Channel(_JOINT, "N·m", "joint torque by inverse dynamics"),
     "servo_duty": Channel(_JOINT, "1", "output of the servo, a share of its supply voltage"),
     "servo_current": Channel(_JOINT, "A", "current of the servo's motor"),
+    "servo_motor_torque": Channel(_JOINT, "N·m", "torque of the servo's motor, at the output"),
+    "servo_friction_torque": Channel(
+        _JOINT, "N·m", "friction torque of the servo on its rotor, at the output"
+    ),
     "servo_speed": Channel(_JOINT, "rad/s", "speed of the servo's rotor, seen at the output"),
     "servo_temperature": Channel(_JOINT, "degC", "temperature of the servo"),
     "servo_shutdown": Channel(_JOINT, "1", "whether the servo has shut down", "bool"),
@@ -111,7 +117,7 @@ COORDINATES: dict[str, tuple[str, ...]] = {
 """Axes of fixed length; ``time`` and ``leg`` are as long as the run and the robot make them."""
 
 MOST_RECORDED = 4_000_000
-"""Most samples of a recording: of a simulated hexapod 1.7 kB each, with servos 2.1 kB."""
+"""Most samples of a recording: of a simulated hexapod 1.7 kB each, with servos 2.4 kB."""
 
 MOST_BYTES = 16_000_000_000
 """Most bytes of a recording in memory: those samples of a large robot with all channels."""

@@ -408,10 +408,11 @@ def joint_power(run: Run) -> dict[str, np.ndarray]:
     """Return each kind of power of all joints together [W], shape (N,).
 
     Returns:
-        ``net``, the sum over joints of torque times speed; ``given``, that of the positive parts,
-        as braking recovers nothing; ``absolute``, that of the magnitudes; and with recorded servo
-        currents ``electrical``, the positive part of output times supply voltage times current: the
-        bridge chops the supply, and draws that share of the winding's current.
+        ``net``, the sum over joints of torque times speed, at the joints' axes; ``given``, that of
+        the positive parts, as braking recovers nothing; ``absolute``, that of the magnitudes; with
+        recorded friction of the servos ``friction``, the power that it takes; and with recorded
+        servo currents ``electrical``, the positive part of output times supply voltage times
+        current: the bridge chops the supply, and draws that share of the winding's current.
 
     Raises:
         InvalidInput: A channel is absent.
@@ -419,6 +420,9 @@ def joint_power(run: Run) -> dict[str, np.ndarray]:
     tau, qd, _ = torque_and_speed(run)
     work, duty, current = tau * qd, run.channel("servo_duty"), run.channel("servo_current")
     kinds = {"net": work, "given": np.maximum(work, 0.0), "absolute": np.abs(work)}
+    friction, rotor = run.channel("servo_friction_torque"), run.channel("servo_speed")
+    if friction is not None:
+        kinds["friction"] = -friction * (qd if rotor is None else rotor)
     if duty is not None and current is not None:
         supply = run.scenario.servo.supply(run.robot.servo)
         kinds["electrical"] = np.maximum(duty * supply * current, 0.0)
@@ -433,16 +437,17 @@ def cost_of_transport(run: Run, energy: float, distance: float | None) -> float 
 
 
 def energy(run: Run, distance: float | None) -> dict[str, Any]:
-    """Return the mechanical work of the joints and the cost of transport.
+    """Return the work of the joints and of friction, and the electrical energy.
 
     Args:
         run: The run.
         distance: Distance of the body [m]; None where unknown.
 
     Returns:
-        ``work`` [J]: the integral of the power ``given``; ``mean_power`` [W];
-        ``cost_of_transport`` of the work; ``drawn_power`` [W]: mean ``electrical`` power, most of
-        which becomes heat. Empty without torques and speeds.
+        ``work`` [J]: the integral of the power ``given`` of `joint_power`; ``mean_power`` [W]:
+        its mean; ``cost_of_transport``: of that work, mechanical; ``friction_work`` [J]: lost in
+        the servos' motors and gears; ``electrical_energy`` [J] and ``electrical_power`` [W], its
+        mean: drawn by the motors, most of which becomes heat. Empty without torques and speeds.
     """
     lasts, weights = float(run.time[-1] - run.time[0]), durations(run.time)
     try:
@@ -457,7 +462,9 @@ def energy(run: Run, distance: float | None) -> dict[str, Any]:
         "work": total["given"],
         "mean_power": total["given"] / lasts,
         "cost_of_transport": cost_of_transport(run, total["given"], distance),
-        "drawn_power": total["electrical"] / lasts if "electrical" in total else None,
+        "friction_work": total.get("friction"),
+        "electrical_energy": total.get("electrical"),
+        "electrical_power": total["electrical"] / lasts if "electrical" in total else None,
     }
 
 

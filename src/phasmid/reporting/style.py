@@ -56,8 +56,14 @@ RUN_LINES: tuple[dict[str, Any], ...] = tuple(
 INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
 
-POWER_COLOURS = ("#6b7079", "#004488", "#bb5566", "#d9a21b")
-"""Net power, positive power, the sum of sizes, and power drawn by the servos."""
+POWER_COLOURS = {
+    "net": "#6b7079",
+    "given": "#004488",
+    "absolute": "#bb5566",
+    "friction": "#228833",
+    "electrical": "#d9a21b",
+}
+"""Net power, positive power, the sum of sizes, that of friction, and that drawn by the servos."""
 
 LIMIT_COLOUR = "#b3261e"
 """Colour of limits."""

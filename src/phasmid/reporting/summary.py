@@ -51,14 +51,15 @@ NUMBERS = {
     "stall_torque temperature_limit torque voltage",
     "servos": "ambient_temperature temperature_limit torque_limit voltage",
     "support": "least_margin",
-    "energy": "cost_of_transport drawn_power mean_power work",
+    "energy": "cost_of_transport electrical_energy electrical_power friction_work mean_power work",
     "model_against_simulation": "left_out_about_switches",
 }
 """Single numbers of a summary by section; a run has those of what it records."""
 
 ABSENT = {
     "plan": (
-        *("run.time_step", "robot.supply", "energy.drawn_power", "state_estimate", "servos"),
+        *("run.time_step", "robot.supply", "state_estimate", "servos"),
+        *("energy.electrical_energy", "energy.electrical_power", "energy.friction_work"),
         *("normal_force.simulation", "torque.simulation", "model_against_simulation"),
     ),
     "simulate": ("state_estimate",),

@@ -257,12 +257,18 @@ def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
         )
     if "energy" in summary:
         energy = summary["energy"]
-        line = f"{energy['work']:.3g} J positive work, {energy['mean_power']:.3g} W"
+        line = f"{energy['work']:.3g} J positive, {energy['mean_power']:.3g} W"
         if "cost_of_transport" in energy:
-            line += f"; cost of transport {energy['cost_of_transport']:.3g}"
-        if "drawn_power" in energy:
-            line += f"; the servos draw {energy['drawn_power']:.3g} W"
-        yield "Energy", line
+            line += f"; mechanical cost of transport {energy['cost_of_transport']:.3g}"
+        yield "Joint work", line
+        if "friction_work" in energy:
+            yield "Servo friction", f"{energy['friction_work']:.3g} J lost in motors and gears"
+        if "electrical_energy" in energy:
+            yield (
+                "Electrical",
+                f"{energy['electrical_energy']:.3g} J, {energy['electrical_power']:.3g} W drawn by "
+                "the motors",
+            )
     yield from _servo_facts(summary)
 
 

@@ -369,6 +369,7 @@ POWER_LINES: dict[str, tuple[str, Any]] = {
     "net": ("net: Σ τω", "-"),
     "given": ("given: Σ max(τω, 0)", (0, (5, 1.6))),
     "absolute": ("absolute: Σ |τω|", (0, (2, 1.4))),
+    "friction": ("friction of the servos", "--"),
     "electrical": ("electrical, from the supply", "-"),
 }
 """Label and dash of each kind of power."""
@@ -388,18 +389,18 @@ def power_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         rows = np.searchsorted(whole.time, run.time)
         way = travel(whole).get("distance")
         kinds = joint_power(whole)
-        for (name, power), colour in zip(kinds.items(), POWER_COLOURS, strict=False):
+        for name, power in kinds.items():
             energy = cumulative_trapezoid(power, whole.time, initial=0)
             transport = cost_of_transport(whole, float(energy[-1]), way)
             cost = "unknown" if transport is None else f"{transport:.2f}"
             label, dash = POWER_LINES[name]
-            line = {"color": colour, "linestyle": dash, "linewidth": 1.3}
+            line = {"color": POWER_COLOURS[name], "linestyle": dash, "linewidth": 1.3}
             if name in ("given", "electrical"):
-                costs.append(f"{cost} ({name})")
+                costs.append(f"{cost} ({'mechanical' if name == 'given' else name})")
             if not alone:
                 if name != "given":
                     continue
-                line, label = run.line, f"{run.label} · cost of transport {cost}"
+                line, label = run.line, f"{run.label} · mechanical cost of transport {cost}"
             for axis, values in zip(drawing.axes, (power, energy), strict=True):
                 axis.plot(run.time, values[rows], **line)
             entries.append((label, line))

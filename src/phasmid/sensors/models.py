@@ -88,11 +88,12 @@ class JointSensor:
         """Return joint angles [rad] and loads, shapes (M, L, 3)."""
         del noise
         table, load = self._table, true.get("servo_duty")
+        torque = true.get("servo_motor_torque", true.get("joint_torque"))
         measured = {
             "joint_position_measured": quantised(true["joint_position"], table.encoder_step)
         }
-        if load is None and "joint_torque" in true:
-            load = true["joint_torque"] / self._stall
+        if load is None and torque is not None:
+            load = torque / self._stall
         if load is not None:
             load = np.minimum(np.maximum(load, -1.0), 1.0)
             measured["joint_load_measured"] = quantised(load, table.load_step)

@@ -57,7 +57,15 @@ class Drive:
         raise NotImplementedError
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Return the torques of the last step, leg by leg [N·m], shape (3 L,)."""
+        """Return the torques transmitted to the links in the last step [N·m], shape (3 L,).
+
+        The torque of a joint acts at its axis: friction and inertia of the servo's rotor are
+        subtracted from the motor's torque.
+        """
+        raise NotImplementedError
+
+    def output(self) -> Float[np.ndarray, " joints"]:
+        """Return the servos' outputs in the last step over the largest one, shape (3 L,)."""
         raise NotImplementedError
 
     def fail(self, joint: int) -> None:
@@ -87,6 +95,7 @@ class PrescribedDrive(Drive):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         self._data, self._angle = data, model.eq_data[:, 0]
+        self._stall = walk.robot.servo.stall_torque
         self._gains = drive_gains(model.opt.timestep)
         self._held = np.arange(3 * len(walk.robot.legs))
 
@@ -99,6 +108,10 @@ class PrescribedDrive(Drive):
         torque = np.zeros(len(self._angle))
         torque[self._held] = self._data.efc_force[: len(self._held)]
         return torque
+
+    def output(self) -> Float[np.ndarray, " joints"]:
+        """Return the joint torques over the servo's stall torque."""
+        return self.torque() / self._stall
 
     def fail(self, joint: int) -> None:
         """Disable a joint's constraint."""
@@ -118,11 +131,22 @@ class PrescribedDrive(Drive):
 
 
 class IdealServoDrive(Drive):
-    """Position servos whose largest torque falls with speed, from stall to none at no load."""
+    """Position servos whose largest torque falls with speed, from stall to none at no load.
+
+    The state has the torques of the motors and of the servos' friction in the last step [N·m].
+    """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
-        servo = walk.robot.servo
+        servo, joints = walk.robot.servo, 3 * len(walk.robot.legs)
+        self.state = np.zeros(2 * joints)
+        self._motor, self._friction_torque = self.state.reshape(2, joints)
+        self._torque = np.zeros(joints)
+        self._data, self._acceleration = data, data.qacc[6:]
+        self._added_inertia = -model.dof_armature[6:]
+        # MuJoCo has no row for a joint without friction.
+        self._rows = joints if servo.friction > 0 else 0
+        self._largest = servo.stall_torque
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
         self._stall = max(servo.stall_torque - servo.friction, 0.0)
         self._drop = self._stall / servo.no_load_speed
@@ -141,9 +165,26 @@ class IdealServoDrive(Drive):
         self._limits[:, 1] = np.maximum(self._stall - np.maximum(drop, 0.0), 0.0)
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Return the motors' torques; friction is not subtracted."""
+        """Return the motors' torques with friction and without the part that turns the rotors.
+
+        Friction is a constraint of MuJoCo; its rows come first, as there are no equalities.
+        """
+        self._motor[:] = self._force
+        self._friction_torque[: self._rows] = self._data.efc_force[: self._rows]
+        np.multiply(self._added_inertia, self._acceleration, out=self._torque)
+        self._torque += self._motor
+        self._torque += self._friction_torque
+        return self._torque
+
+    def output(self) -> Float[np.ndarray, " joints"]:
+        """Return the motors' torques over the servo's stall torque."""
         force: np.ndarray = self._force
-        return force
+        return force / self._largest
+
+    def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
+        """Return the torques of motor and friction of every servo."""
+        motor, friction = states.reshape(len(states), 2, -1, 3).swapaxes(0, 1)
+        return {"servo_motor_torque": motor, "servo_friction_torque": friction}
 
     def fail(self, joint: int) -> None:
         """Remove a joint's motor; rotor and friction stay."""

@@ -49,10 +49,9 @@ class Observer:
 
     def __init__(self, run: Run, faults: Faults) -> None:
         self._run, self._faults = run, faults
-        self._duty = self._shutdown = None
+        self._shutdown = None
         if isinstance(run.drive, ServoDrive):
-            servos = run.drive.servos.reshape(-1, 3)
-            self._duty, self._shutdown = servos["duty"], servos["shutdown"]
+            self._shutdown = run.drive.servos.reshape(-1, 3)["shutdown"]
         self._streams: list[SensorStream] = []
         self._interval, self._velocity = run.every * run.dt, np.zeros(3)
         if run.scenario.sensors.measured == "everything":
@@ -171,10 +170,6 @@ class Observer:
             foot = sensors[4 * legs :].reshape(legs, 3)
             normal = run.ground.normal(foot[:, 0], foot[:, 1])
             normal_force = np.sum(contact[:, 1:] * normal, axis=1)
-        if self._duty is None:
-            load = run.drive.torque().reshape(legs, 3) / run.robot.servo.stall_torque
-        else:
-            load = self._duty.copy()
         specific_force = (qvel[:3] - velocity_before) / run.dt
         specific_force[2] += run.scenario.model.gravity
         acceleration = np.empty(3)
@@ -183,7 +178,7 @@ class Observer:
             time=time,
             joint_position=qpos[7:].reshape(legs, 3),
             joint_velocity=qvel[6:].reshape(legs, 3),
-            joint_load=load,
+            joint_load=run.drive.output().reshape(legs, 3),
             servo_running=running,
             orientation=orientation,
             # MuJoCo keeps a free body's angular velocity in body axes.

@@ -30,6 +30,7 @@ FIELDS = (
     "duty",
     "current",
     "torque",
+    "friction",
     "temperature",
     "overloaded",
     "shutdown",
@@ -39,7 +40,8 @@ FIELDS = (
     "due",
 )
 """State of a servo: rotor angle [rad] and speed [rad/s] at the output; duty (share of the supply),
-current [A] and torque on the joint [N·m] of this step; temperature [°C]; time at the largest duty
+current [A], torque on the joint and friction torque on the rotor [N·m] of this step; temperature
+[°C]; time at the largest duty
 [s]; reason of a shutdown; steps until the next reading of the position; position error [ticks] and
 its filtered rate [ticks/s]; which of the delayed goals is due."""
 
@@ -140,6 +142,9 @@ def servo_step(
             wound = p.play + p.limit / p.stiffness
             angle = joint_angle[j] + min(max(twist, -wound), wound)
 
+        # Friction is what closes the balance of the rotor.
+        friction = p.inertia / p.dt * (speed - servo.speed) + torque - push
+
         final = p.ambient + p.warming * current * current
         temperature = final + (servo.temperature - final) * p.fading
         if running:
@@ -152,6 +157,7 @@ def servo_step(
         servo.speed = speed
         servo.current = current
         servo.torque = torque
+        servo.friction = friction
         servo.temperature = temperature
         applied[j] = torque
 
@@ -242,6 +248,7 @@ class ServoDrive(Drive):
         self._dt = dt
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
         self._goal_law = inverse_law(servo, voltage)
+        self._constant = servo.motor.constant
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         start = walk.sample(np.zeros(1)).q[0].ravel()
         joints, delay = len(start), round(servo.delay / dt)
@@ -280,8 +287,13 @@ class ServoDrive(Drive):
         self.servos["shutdown"][joint] = FAILED
 
     def torque(self) -> Float[np.ndarray, " joints"]:
-        """Return the gears' torques on the joints; friction is subtracted."""
+        """Return the gears' torques on the joints."""
         return self._torque
+
+    def output(self) -> Float[np.ndarray, " joints"]:
+        """Return the servos' shares of the supply."""
+        duty: np.ndarray = self.servos["duty"]
+        return duty.copy()
 
     def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].
@@ -296,11 +308,15 @@ class ServoDrive(Drive):
         return goals_for_torque(q, qd, torque, self._goal_law, self._dt, self._goal_memory)
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
-        """Return duty, current, rotor speed, temperature and shutdown of every servo."""
+        """Return output, motor, friction, rotor speed, temperature and shutdown of every servo."""
         servos = states[:, : self._own].view(SERVO_STATE).reshape(len(states), -1, 3)
         names = "duty", "current", "speed", "temperature"
         channels = {f"servo_{name}": servos[name] for name in names}
-        return channels | {"servo_shutdown": servos["shutdown"] != RUNNING}
+        return channels | {
+            "servo_motor_torque": self._constant * servos["current"],
+            "servo_friction_torque": servos["friction"],
+            "servo_shutdown": servos["shutdown"] != RUNNING,
+        }
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
         """Return which servos had shut down in a state, and why; or nothing."""

@@ -59,7 +59,7 @@ class Metrics(NamedTuple):
         velocity: In the mean heading of the body: forward, lateral [m/s], yaw [rad/s].
         power: Electrical power of servos with their own law, else mechanical power of the joints,
             without recovery [W].
-        cost_of_transport: Energy over weight and distance.
+        cost_of_transport: Integral of that power over weight and distance.
     """
 
     velocity: Velocity = (math.nan,) * 3

@@ -76,13 +76,13 @@ def _overloaded(robot: Robot) -> Robot:
 
 
 def _line(scenario: Scenario, recording: Recording) -> Limits:
-    """Measure torques against stall, and driving ones against the line down to no-load speed.
+    """Measure motors' torques against stall, and driving ones against the torque-speed line.
 
     The engine's friction holds a load beside the actuator, whose part is that much less.
     """
     servo = scenario.load_robot().servo
     most = servo.stall_torque - servo.friction
-    torque, speed = (recording[f"joint_{name}"].values for name in ("torque", "velocity"))
+    torque, speed = (recording[n].values for n in ("servo_motor_torque", "joint_velocity"))
     driving = np.maximum(torque * np.sign(speed), 0.0)
     line = most * np.maximum(1 - np.abs(speed) / servo.no_load_speed, 0.0)
     stall, over = np.abs(torque) - most, driving - line

@@ -22,7 +22,7 @@
     ["commanded", "Speed commanded", "What the stick or the plan commands, in the body's axes"],
     ["got", "Speed measured", "What the body does, averaged over a cycle of the gait"],
     ["power", "Power", "Power that the servos draw, or with other drives the mechanical power of all joints, averaged"],
-    ["transport", "Cost of transport", "Energy for a metre and a newton of weight"],
+    ["transport", "Cost of transport", "Energy for a metre and a newton of weight: electrical with the drive servo, else mechanical"],
     ["servo", "Worst servo", "The servo that is nearest to its greatest torque"],
     ["margin", "Support margin", "From the centre of mass to the nearest edge of the support polygon"],
     ["tilt", "Tilt", "Between the body's vertical and the world's"],
