@@ -126,7 +126,7 @@ def travel(run: Run) -> dict[str, Any]:
     if position is not None:
         # The sway of a driven robot follows its controller's clock.
         if run.gait.sway and not {"trajectory", "controller"} & set(run.recording.attrs):
-            neutral, period = kinematics.neutral_feet(run.robot), run.scenario.stride.period
+            neutral, period = kinematics.neutral_feet(run.robot), run.scenario.period
             ahead, left = sway(run.gait, neutral, period, time).way.T
             aside = _turned(ahead, left, yaw)
             position = position - np.stack([*aside, np.zeros(len(time))], axis=-1)
@@ -248,7 +248,7 @@ def load(run: Run, name: str) -> dict[str, Any]:
         return {}
     time = run.time
     found: dict[str, Any] = {"largest": float(normal.max())}
-    period = run.scenario.stride.period
+    period = run.scenario.period
     cycles = int((time[-1] - time[0]) / period + 1e-9)
     if cycles > 0:
         whole = time <= time[0] + cycles * period + 1e-9

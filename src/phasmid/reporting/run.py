@@ -64,7 +64,7 @@ class Source:
     @property
     def step_time(self) -> float:
         """Duration of a stance, in which the body makes one step [s]."""
-        return self.gait.duty_factor * self.scenario.stride.period
+        return self.gait.duty_factor * self.scenario.period
 
     @property
     def hip_span(self) -> float:
@@ -261,8 +261,8 @@ def read_run(recording: Recording, appearance: Appearance | None = None) -> Run:
 @lru_cache(maxsize=4)
 def _read(scenario: str, robot: str) -> tuple[Scenario, Robot]:
     """Return both as they were run; cached for the parts of a report."""
-    experiment, base = recorded_scenario({"scenario": scenario, "robot": robot})
-    return experiment, experiment.vary(base)
+    experiment = recorded_scenario({"scenario": scenario, "robot": robot})
+    return experiment, experiment.load_robot()
 
 
 def finite_part(recording: Recording) -> Recording:
@@ -360,7 +360,7 @@ def shown_part(runs: Sequence[Run]) -> tuple[list[Run], str]:
     last = min(float(run.time[-1]) for run in runs)
     if last < first:
         raise InvalidInput("the runs have no time in common; they cannot be compared over time.")
-    period = max(run.scenario.stride.period for run in runs)
+    period = max(run.scenario.period for run in runs)
     cycles = (last - first) / period
     note = ""
     if cycles > MOST_CYCLES + 1e-6:

@@ -496,7 +496,7 @@ def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw measured over true values of leg 1 and the body in the last cycle of one run."""
     del legs
     last = float(runs[0].time[-1])
-    run = runs[0].between(last - runs[0].scenario.stride.period, last)
+    run = runs[0].between(last - runs[0].scenario.period, last)
     panels = [row for row in SENSORS if run.has(row[1])]
     drawing = Panels(layout, [1.1] * len(panels), share_y=False, left=0.95)
     for axis, (label, measured, true, index, scale) in zip(drawing.axes, panels, strict=True):

@@ -174,7 +174,7 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
         InvalidInput: The robot cannot walk so.
     """
     period_steps(scenario, rate)
-    robot, stride = scenario.load_robot(), scenario.stride
+    robot, stride = scenario.load_robot(), scenario.planned_stride
     own: dict[str, Any] = {
         "gait": scenario.load_gait(len(robot.legs)),
         "period": stride.period,
