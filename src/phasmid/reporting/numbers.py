@@ -16,7 +16,6 @@ from phasmid.errors import InvalidInput
 from phasmid.gait import support_margin, sway
 from phasmid.reporting.run import Run, Source
 from phasmid.reporting.steps import (
-    SETTLING,
     away_from_switches,
     durations,
     intervals,
@@ -240,8 +239,8 @@ def load(run: Run, name: str) -> dict[str, Any]:
 
     Returns:
         ``mean_in_stance`` of each leg [N]; ``mean_sum`` over whole cycles [N] and
-        ``sum_over_weight``; ``largest_in_swing`` [N] outside `SETTLING` of the leg's switches;
-        empty without the channel.
+        ``sum_over_weight``; ``largest_in_swing`` [N] outside `Source.settling` of the
+        leg's switches; empty without the channel.
     """
     normal, stance = run.channel(name), run.channel("stance")
     if normal is None:
@@ -262,10 +261,11 @@ def load(run: Run, name: str) -> dict[str, Any]:
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = (normal * held).sum(axis=0) / held.sum(axis=0)
         found["mean_in_stance"] = mean.tolist()
-        swinging = ~stance & away_from_switches(time, stance)
+        margin = run.settling
+        swinging = ~stance & away_from_switches(time, stance, margin)
         if swinging.any():
             found["largest_in_swing"] = float(normal[swinging].max())
-            found["swing_margin_time"] = SETTLING
+            found["swing_margin_time"] = margin
     return found
 
 
@@ -340,7 +340,7 @@ def away_from_all_switches(run: Run) -> np.ndarray:
     stance = run.channel("stance")
     if stance is None:
         return np.ones(len(run.time), dtype=bool)
-    return np.asarray(np.all(away_from_switches(run.time, stance), axis=1))
+    return np.asarray(np.all(away_from_switches(run.time, stance, run.settling), axis=1))
 
 
 def model_difference(run: Run) -> dict[str, Any]:
@@ -368,7 +368,7 @@ def model_difference(run: Run) -> dict[str, Any]:
             for key, mask in masks.items()
             if key == "rms" or section == "torque"
         }
-    left_out = {"left_out_about_switches": SETTLING} if "normal_force" in found else {}
+    left_out = {"left_out_about_switches": run.settling} if "normal_force" in found else {}
     return left_out | found
 
 

@@ -14,9 +14,10 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording
 from phasmid.recording.channels import LARGEST_VALUE
+from phasmid.reporting.steps import settling
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
-from phasmid.scenario import recorded_scenario, scenario_names
+from phasmid.scenario import Scale, recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
 
 LEAST = 1e-6
@@ -60,6 +61,16 @@ class Source:
     def weight(self) -> float:
         """Weight of the whole robot [N]."""
         return self.robot.mass * self.scenario.model.gravity
+
+    @property
+    def scale(self) -> Scale:
+        """Weight and leg length of the robot relative to ``phantomx-ax``."""
+        return self.scenario.scale(self.robot)
+
+    @property
+    def settling(self) -> float:
+        """Time around a switch of legs in which impacts dominate [s]."""
+        return settling(self.scale, self.scenario.stride.step_height)
 
     @property
     def step_time(self) -> float:

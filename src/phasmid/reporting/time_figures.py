@@ -25,7 +25,7 @@ from phasmid.reporting.numbers import (
 )
 from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs, shade, spans, time_axis
 from phasmid.reporting.run import Run, shared_caption, shown_part
-from phasmid.reporting.steps import SETTLING, durations
+from phasmid.reporting.steps import durations
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -463,7 +463,7 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         axis.set_title(f"{name}   (impacts are cut off)" if cut else name)
         if cut:
             axis.set_ylim(-1.6 * most if alone else 0.0, 1.6 * most)
-    shaded = f"shaded: {1000 * SETTLING:g} ms around the switches of legs"
+    shaded = f"shaded: {1000 * runs[0].settling:g} ms around the switches of legs"
     time_axis(axis, runs[0].time, shaded if alone and runs[0].has("stance") else "")
     models = {run.model_words for run in runs}
     return drawing.complete(

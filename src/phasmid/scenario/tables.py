@@ -405,6 +405,13 @@ SENSORS = ("joint", "imu", "foot")
 """Sensors, by the beginning of their options' names."""
 
 
+FORCE_NOISE = 0.1
+"""Noise of the normal force of a foot of ``phantomx-ax`` [N]."""
+
+TOUCHING_FORCE = 0.5
+"""Normal force from which a foot of ``phantomx-ax`` counts as touching [N]."""
+
+
 class SensorsTable(Table):
     """``[sensors]``: rate, delay and noise of the robot's sensors.
 
@@ -435,8 +442,10 @@ class SensorsTable(Table):
             assumed.
         foot_rate: Readings of each foot's force and contact a second [1/s].
         foot_delay: Time from a reading to its arrival [s].
-        foot_force_noise: Of the normal force [N]; assumed.
-        contact_threshold: Normal force from which a foot counts as touching [N]; assumed.
+        foot_force_noise: Of the normal force [N]; absent: 0.1 N for ``phantomx-ax``, and with the
+            weight per leg for other robots; assumed.
+        contact_threshold: Normal force from which a foot counts as touching [N]; absent: 0.5 N for
+            ``phantomx-ax``, and with the weight per leg for other robots; assumed.
         depth: Depth sensor of a driven robot: ``none``; ``camera`` at the trunk's front, pitched
             down; ``lidar`` on a mast, with all directions; ``exact``: the true ground on a lattice
             of 20 mm within 0.5 m, at once. It measures whatever `measured` is.
@@ -468,8 +477,8 @@ class SensorsTable(Table):
     orientation_noise: Annotated[Angle, Ge(0), Le(1)] = math.radians(0.5)
     foot_rate: Annotated[Number, Gt(0), Le(1e6)] = 100.0
     foot_delay: Annotated[Time, Ge(0), Le(10)] = 0.005
-    foot_force_noise: Annotated[Number, Ge(0)] = 0.1
-    contact_threshold: Annotated[Number, Gt(0)] = 0.5
+    foot_force_noise: Annotated[Number, Ge(0)] | None = None
+    contact_threshold: Annotated[Number, Gt(0)] | None = None
     depth: Literal["none", "camera", "lidar", "exact"] = "none"
     depth_rate: Annotated[Number, Gt(0), Le(1e3), Of("camera", "lidar", "exact")] = 20.0
     depth_delay: Annotated[Time, Ge(0), Le(10), Of("camera", "lidar")] = 0.05
@@ -477,6 +486,16 @@ class SensorsTable(Table):
     depth_dropout: Annotated[Number, Ge(0), Le(1), Of("camera", "lidar")] = 0.05
     depth_drift: Annotated[Angle, Ge(0), Le(0.2), Of("camera", "lidar")] = math.radians(0.2)
     depth_range: Annotated[Length, Gt(0), Le(1.5), Of("camera", "lidar")] = 1.5
+
+    def force_noise(self, scale: Scale) -> float:
+        """Return the noise of the normal force of a robot of a scale [N]."""
+        given = self.foot_force_noise
+        return FORCE_NOISE * scale.force if given is None else given
+
+    def touching_force(self, scale: Scale) -> float:
+        """Return the normal force from which a foot of a robot of a scale touches [N]."""
+        given = self.contact_threshold
+        return TOUCHING_FORCE * scale.force if given is None else given
 
     def check_interval(self, interval: float, sensors: Iterable[str] = SENSORS) -> None:
         """Refuse samples so rare that a reading would fall between two of them.

@@ -47,7 +47,8 @@ MOST_EVENTS = 10_000
 """Most events of a controller that a recording keeps."""
 
 RISEN = 0.01
-"""Height of a trunk over the ground above which it no longer lies [m]."""
+"""Height over the ground above which the trunk of ``phantomx-ax`` no longer lies [m]; that of other
+robots follows their leg length."""
 
 COMMANDED = "velocity_command"
 """Channel of the commanded velocity, beside the controller's telemetry."""
@@ -339,7 +340,8 @@ class ClosedLoopRun(Run):
         if self.lies and count and not self._must_lie:
             # Once it has risen, a trunk that touches the ground has fallen.
             qpos = self.buffer["qpos"][count - 1 : count]
-            self.lies = bool(trunk_clearance(self.robot, qpos, self.ground)[0] < RISEN)
+            risen = RISEN * self.scenario.scale(self.robot).length
+            self.lies = bool(trunk_clearance(self.robot, qpos, self.ground)[0] < risen)
         return failure
 
     # Recording -----------------------------------------------------------------------------------

@@ -101,7 +101,8 @@ def check_drive(scenario: Scenario, *, rate: float, faults: Sequence[str] = ()) 
             'contact_law is "simscape"; its simulator follows plans and takes no controller.',
             hint='contact_law = "spring-damper"',
         )
-    return Faults(scenario.load_robot(), faults, scenario.sensors.contact_threshold)
+    robot = scenario.load_robot()
+    return Faults(robot, faults, scenario.sensors.touching_force(scenario.scale(robot)))
 
 
 def new_drive(

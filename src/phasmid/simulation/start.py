@@ -25,7 +25,8 @@ from phasmid.simulation.model import foot_mobility, joint_mobility
 from phasmid.simulation.servo import longest_servo_step, own_servo
 
 DEEPEST_START = 0.002
-"""Allowed depth of a foot in the terrain at the start; its contact pushes it out gently [m]."""
+"""Allowed depth of a foot of ``phantomx-ax`` in the terrain at the start [m]; that of other robots
+follows their leg length. The contact pushes a foot out gently."""
 
 SAFETY_FACTOR = 0.9
 """Allowed share of the largest stable step: feet are lighter in other poses."""
@@ -113,7 +114,7 @@ def check_start(scenario: Scenario, walk: Motion) -> None:
     offset = start_offset(scenario, start)
     depth = scenario.load_terrain().height(x, y) - z - offset
     leg = int(np.argmax(depth))
-    if depth[leg] > DEEPEST_START:
+    if depth[leg] > DEEPEST_START * scenario.scale(walk.robot).length:
         height = float(start.trunk.position[0, 2]) + offset + depth[leg]
         enough = math.ceil(1000 * height - 1e-6)
         raise InvalidInput(
