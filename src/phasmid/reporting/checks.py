@@ -16,6 +16,10 @@ NOTABLE_SLIP = 5e-3
 """Notable mean slip per step of ``phantomx-ax`` [m]; that of other robots follows their leg
 length."""
 
+NOTABLE_CREEP = 25e-6
+"""Notable creep of a standing ``phantomx-ax`` in a gait period [m]; that of other robots follows
+their leg length."""
+
 NOTABLE_SATURATION = 0.01
 """Notable share of the time at full output."""
 
@@ -75,10 +79,16 @@ def _limits(summary: dict[str, Any]) -> Iterator[str]:
 
 
 def _feet(summary: dict[str, Any], source: Source) -> Iterator[str]:
-    """Warn of feet that slip in stance or touch the ground in swing."""
+    """Warn of feet that slip or creep in stance, or touch the ground in swing."""
     slip = summary["slip"].get("mean", 0.0)
     if slip > NOTABLE_SLIP * source.scale.length:
         yield f"Feet slip {1000 * slip:.1f} mm a step on average."
+    creep = summary["standing"].get("creep", 0.0)
+    if creep * source.scenario.period > NOTABLE_CREEP * source.scale.length:
+        yield (
+            f"The standing robot creeps at {1000 * creep:.2g} mm/s: below its limit, friction is a "
+            "damper."
+        )
     force = summary["normal_force"].get("simulation") or {}
     swing = force.get("largest_in_swing", 0.0)
     if swing > NOTABLE_SWING_LOAD * summary["robot"]["weight"]:

@@ -27,6 +27,9 @@ from phasmid.robot.servo import HEAT_RANGE
 SHORTEST_DISTANCE = 1e-3
 """Shortest distance with a cost of transport [m]."""
 
+STANDING_SPEED = 0.01
+"""Speed of all joint targets below which a robot stands [rad/s]."""
+
 
 def commanded_way(source: Source, duration: float) -> dict[str, float]:
     """Return the displacement of the body by the stride's steps, at constant pace.
@@ -228,6 +231,28 @@ def slip(run: Run) -> dict[str, Any]:
         "largest": max(everything),
         "mean_by_leg": [float(np.mean(leg)) if leg else np.nan for leg in paths],
     }
+
+
+def standing(run: Run) -> dict[str, float]:
+    """Return how the robot creeps while it stands for a gait period or longer.
+
+    Returns:
+        ``creep``, the speed at which the touching feet move together over the second half of such a
+        time, when the robot has settled; the largest of all such times [m/s]. Feet that give way to
+        each other move, but not together. Empty without such a time.
+    """
+    speed, feet, contact = map(run.channel, ("joint_velocity_target", "foot_position", "contact"))
+    if speed is None or feet is None or contact is None:
+        return {}
+    speeds = []
+    for start, stop in intervals(np.abs(speed).max(axis=(1, 2)) < STANDING_SPEED):
+        middle, last = (start + stop) // 2, stop - 1
+        time = float(run.time[last] - run.time[middle])
+        touching = contact[middle:stop].all(axis=0)
+        if run.time[last] - run.time[start] >= run.scenario.period and touching.any():
+            moved = (feet[last] - feet[middle])[touching].mean(axis=0)
+            speeds.append(float(np.linalg.norm(moved)) / time)
+    return {"creep": max(speeds)} if speeds else {}
 
 
 def load(run: Run, name: str) -> dict[str, Any]:
