@@ -35,7 +35,7 @@ def main() -> None:
         begin = time.perf_counter()
         advice = advise(scenario)
         took = time.perf_counter() - begin
-        period = advice.scenario.stride.period
+        period = advice.scenario.period
         begin = time.perf_counter()
         full = simulate_load(
             *plan_cycles(advice.scenario.replace(max_steps=10**8), cycles=60 * minutes / period)[

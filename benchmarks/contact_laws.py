@@ -24,7 +24,6 @@ from phasmid.recording import Recording
 from phasmid.reporting.steps import intervals, middle_halves, rms
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.simulation import CONTACT_POINTS, build_model, new_run, simulate
-from phasmid.simulation.contact import friction_hardness
 
 LAWS = ("spring-damper", "mujoco", "simscape")
 """In the order in which they are shown; the first is the default."""
@@ -247,16 +246,17 @@ def compare(scenario: Scenario | None = None, *, announce: Announce | None = Non
         trials[law] = trial(scenario, contact_law=law)
         times[law] = step_time(trials[law].scenario)
     # Two cycles have whole stances of all legs.
-    brief = scenario.replace(duration=2 * scenario.stride.period)
+    brief = scenario.replace(duration=2 * scenario.period)
     squeezes = []
+    widths = POINT_FOOT, scenario.contact_law(scenario.load_robot()).tip_width
     for impedance in IMPEDANCES:
         tell(f"the engine with an impedance of {impedance:g}")
-        for width in (POINT_FOOT, scenario.contact.tip_width):
+        for width in widths:
             found = trial(brief, impedance=impedance, tip_width=width)
             squeezes.append(squeeze(found, f"impedance {impedance:g}"))
     for threshold in THRESHOLDS:
         tell(f"the library's law with a threshold of {threshold:g} m/s")
-        for width in (POINT_FOOT, scenario.contact.tip_width):
+        for width in widths:
             terms = {"friction_threshold": threshold, "tip_width": width}
             found = trial(brief, contact_law="simscape", **terms)
             squeezes.append(squeeze(found, f"threshold {1000 * threshold:g} mm/s"))
@@ -287,22 +287,23 @@ def squeeze(found: Trial, varied: str) -> Squeeze:
         varied: What is varied, in words.
     """
     contact, walk = found.scenario.contact, found.walk
+    law = found.scenario.contact_law(walk.robot)
     normal = found.channel("foot_normal_force")
     mass = np.zeros(len(walk.robot.legs))
     drag = found.scenario.terrain.friction * normal / contact.friction_threshold
-    if contact.contact_law != "simscape":
+    if law.kind != "simscape":
         model = build_model(walk.robot, found.scenario)
-        names, d = walk.robot.leg_names, contact.impedance
+        names, d = walk.robot.leg_names, law.impedance
         mobility = np.array([model.body(f"{name}.tibia").invweight0[0] for name in names])
-        mass = CONTACT_POINTS * friction_hardness(found.scenario) * d / ((1 - d) * mobility)
-        drag = np.full(normal.shape, CONTACT_POINTS * contact.friction_damping)
+        mass = CONTACT_POINTS * law.friction_hardness * d / ((1 - d) * mobility)
+        drag = np.full(normal.shape, CONTACT_POINTS * law.friction_damping)
     by_mass = found.internal(_level(mass[:, None] * _turning_acceleration(walk)))
     by_slip = found.internal(_level(-drag[..., None] * _turning_slip(found)))
     seen, amid = found.internal(found.channel("foot_force")), found.amid
     return Squeeze(
-        contact.contact_law,
+        law.kind,
         varied,
-        contact.tip_width,
+        law.tip_width,
         _size(seen[amid]),
         float(mass.mean()),
         _size(by_mass[amid]),

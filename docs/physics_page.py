@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from phasmid.reporting.style import FAINT, Figure, save_figure, styled
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import ContactTable
+from phasmid.simulation.closed_loop import STANDING_HARDNESS
 from phasmid.simulation.contact import SOFT_TIME
 from phasmid.simulation.simscape.run import substeps
 from phasmid.simulation.simscape.trunk import KINETIC_FROM
@@ -78,6 +77,14 @@ servos drag their feet. With 100 N·s/m both ways sliding feet chatter; with {da
 not. These parameters are chosen from walks and not measured on a foot. In MuJoCo a point also
 resists its own acceleration, with a small mass that its impedance d sets (`impedance`).
 
+A robot that a controller drives stands more firmly. On ground that is not level, friction is
+{hard:g} times as hard while all its joint targets rest. A `phantomx-ax` on a slope of 10° then
+creeps by 0.05 mm/s, which its run states as a warning. Under moving legs the same hardness would
+falsify the torques (see *Mass* below).
+
+These are the numbers of the scenario `paper`. Those of other robots
+[follow their weight and leg length](your-robot.md#size-and-weight).
+
 **The second simulator** integrates the six degrees of freedom of the trunk on level ground, with
 prescribed joints. Its state is the position and momentum of the centre of mass, the orientation,
 and the angular momentum about the centre of mass:
@@ -138,41 +145,44 @@ def document(comparison: Comparison) -> str:
         comparison: The measurements.
     """
     default, own = comparison.trials[LAWS[0]], comparison.trials["simscape"]
-    contact, library = default.scenario.contact, own.scenario.contact
+    law = default.scenario.contact_law(default.walk.robot)
     points = [each for each in comparison.squeezes if each.width == POINT_FOOT]
     wide = [each for each in comparison.squeezes if each.width != POINT_FOOT]
     usual = next(
         each
         for each in points
-        if each.law == LAWS[0] and each.varied == f"impedance {contact.impedance:g}"
+        if each.law == LAWS[0] and each.varied == f"impedance {law.impedance:g}"
     )
     return _PAGE.format(
         robot=default.walk.robot.name,
         scenario=default.scenario.name,
-        width=1000 * contact.tip_width,
+        width=1000 * law.tip_width,
         point=1000 * POINT_FOOT,
         dt=1000 * own.scenario.simulation.dt,
         substeps=substeps(own.scenario, own.walk.robot),
         gap=100 * comparison.largest_load_gap,
-        laws=_laws(default.scenario, library),
+        laws=_laws(default, own),
         same=_loads(comparison),
         rest=_rest(comparison),
         squeezes=_squeezes(points, wide),
-        creep=contact.friction_damping,
-        damping=contact.law_damping,
+        creep=law.friction_damping,
+        hard=STANDING_HARDNESS,
+        damping=law.damping,
         mass=usual.mass,
         squeeze_simscape=own.squeeze,
         torque_simscape=own.torque_gap,
     )
 
 
-def _laws(scenario: Scenario, library: ContactTable) -> str:
-    contact, least, most = scenario.contact, library.friction_threshold, KINETIC_FROM
+def _laws(default: Trial, own: Trial) -> str:
+    contact, library = (each.scenario.contact_law(each.walk.robot) for each in (default, own))
+    table, most = own.scenario.contact, KINETIC_FROM
+    least, rough = table.friction_threshold, own.scenario.terrain.friction
     spring = f"k = {contact.stiffness:g} N/m"
     rows = [
         (
             "`spring-damper` (default)",
-            f"k x + b v, {spring}, b = {contact.law_damping:g} N·s/m, both ways",
+            f"k x + b v, {spring}, b = {contact.damping:g} N·s/m, both ways",
             f"c u up to μ N, c = {contact.friction_damping:g} N·s/m",
             "MuJoCo",
         ),
@@ -184,10 +194,9 @@ def _laws(scenario: Scenario, library: ContactTable) -> str:
         ),
         (
             "`simscape`",
-            f"k x + b v while sinking, k x while leaving; {spring}, "
-            f"b = {library.law_damping:g} N·s/m",
-            f"μ(u) N; μ rises to {scenario.terrain.friction:g} at {1000 * least:g} mm/s, falls "
-            f"to {library.kinetic_friction:g} at {1000 * most * least:g} mm/s, linearly",
+            f"k x + b v while sinking, k x while leaving; {spring}, b = {library.damping:g} N·s/m",
+            f"μ(u) N; μ rises to {rough:g} at {1000 * least:g} mm/s, falls "
+            f"to {table.kinetic_friction:g} at {1000 * most * least:g} mm/s, linearly",
             "phasmid's own",
         ),
     ]
@@ -259,7 +268,7 @@ def contact_figure(comparison: Comparison) -> Figure:
     from matplotlib.lines import Line2D
 
     first = next(iter(comparison.trials.values()))
-    period = first.scenario.stride.period
+    period = first.scenario.period
     lands = _touchdown(first)
     spans = ((period, 2 * period), (lands - BEFORE, lands + TOUCHDOWN))
     rows = ("normal [N]", "outward [N]", "femur [N·m]")
@@ -324,7 +333,7 @@ def _touchdown(trial: Trial) -> float:
     """When the plan sets the shown foot down in the second cycle [s]."""
     stance, time = trial.walk.stance[:, LEG], trial.walk.time
     landed = np.flatnonzero(stance[1:] & ~stance[:-1]) + 1
-    later = landed[time[landed] >= trial.scenario.stride.period]
+    later = landed[time[landed] >= trial.scenario.period]
     return float(time[later[0]])
 
 

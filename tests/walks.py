@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -121,3 +122,45 @@ def mirrored(robot: Robot) -> Robot:
         )
 
     return replace(robot, legs=tuple(image(leg) for leg in robot.legs))
+
+
+def scaled_robot(robot: Robot, factor: float) -> Robot:
+    """The robot with all lengths times a factor, of the same density."""
+    mass, inertia = factor**3, factor**5
+
+    def scaled(link: Link) -> Link:
+        return replace(
+            link,
+            length=factor * link.length,
+            mass=mass * link.mass,
+            com=factor * link.com,
+            inertia=inertia * link.inertia,
+            lateral_offset=factor * link.lateral_offset,
+        )
+
+    legs = tuple(
+        replace(
+            leg,
+            coxa=scaled(leg.coxa),
+            femur=scaled(leg.femur),
+            tibia=scaled(leg.tibia),
+            mount_position=factor * leg.mount_position,
+            neutral_foot=factor * leg.neutral_foot,
+        )
+        for leg in robot.legs
+    )
+    trunk = robot.body
+    body = replace(
+        trunk,
+        mass=mass * trunk.mass,
+        com=factor * trunk.com,
+        inertia=inertia * trunk.inertia,
+        size=factor * trunk.size,
+    )
+    # Torques follow weight times length; joints turn with the inverse root of the length.
+    servo = replace(
+        robot.servo,
+        stall_torque=factor**4 * robot.servo.stall_torque,
+        no_load_speed=robot.servo.no_load_speed / math.sqrt(factor),
+    )
+    return replace(robot, body=body, legs=legs, servo=servo, appearance=None)

@@ -129,14 +129,14 @@ def planned_torque(scenario: Scenario, velocity: Float[np.ndarray, "3"]) -> floa
     """
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs))
-    step = velocity * gait.duty_factor * scenario.stride.period
+    step = velocity * gait.duty_factor * scenario.period
     planned = scenario.replace(
         step_length=float(step[0]),
         step_sideways=float(step[1]),
         step_turn=float(step[2]),
         stance_timing="constant-speed",
         drive="prescribed",
-        duration=scenario.stride.period,
+        duration=scenario.period,
     )
     model = phasmid.analyse(planned, phasmid.plan(planned))
     largest = [float(np.abs(model["joint_torque_model"].values).max())]

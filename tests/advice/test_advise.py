@@ -71,7 +71,7 @@ def test_the_battery_lasts_in_proportion_to_its_capacity(advice):
 
 def test_a_speed_sets_the_period():
     scenario, walk, speed = plan_cycles(ROBOT, 0.05)
-    assert scenario.stride.period == pytest.approx(0.04 / 0.5 / 0.05)
+    assert scenario.period == pytest.approx(0.04 / 0.5 / 0.05)
     way = np.ptp(walk.trunk.position[:, 0])
     assert speed == pytest.approx(0.05)
     assert way / scenario.duration == pytest.approx(0.05, rel=1e-6)

@@ -36,7 +36,9 @@ def test_each_point_is_a_spring_of_its_stiffness(preset, changes):
         force = np.zeros(6)
         mujoco.mj_contactForce(model, data, i, force)
         depth = -data.contact.dist[i]
-        assert force[0] == pytest.approx(scenario.contact.stiffness * depth, abs=2e-5)
+        assert force[0] == pytest.approx(
+            scenario.contact_law(run.robot).stiffness * depth, abs=2e-5
+        )
         total += force
     assert total[0] == pytest.approx(run.robot.mass * 9.81, rel=1e-6)
 

@@ -12,7 +12,7 @@ from phasmid.kinematics import centre_of_mass, link_frames, quaternion_rotation
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, simulate
-from phasmid.simulation.contact import POINT_RADIUS, foot_points
+from phasmid.simulation.contact import foot_points
 from phasmid.simulation.simscape.run import SimscapeRun
 from phasmid.simulation.simscape.trunk import friction_coefficient, normal_force
 from walks import tilted_robot
@@ -197,15 +197,15 @@ def contact_in_numpy(run, k):
     q = qpos[7:].reshape(legs, 3)
     speeds = np.concatenate([qvel[:3], R @ qvel[3:6], qvel[6:]])
     frames = link_frames(robot, q)
-    points = np.stack([foot_points(leg, PAPER.contact.tip_width) for leg in robot.legs])
-    general, on_feet = np.zeros(6 + 3 * legs), np.zeros((legs, 3))
+    points = np.stack([foot_points(leg, run.law) for leg in robot.legs])
+    radius, general, on_feet = run.law.point_radius, np.zeros(6 + 3 * legs), np.zeros((legs, 3))
     for leg in range(legs):
         for corner in points[leg]:
             centre = qpos[:3] + R @ (frames.position[leg, 2] + frames.rotation[leg, 2] @ corner)
-            depth = POINT_RADIUS - centre[2]
+            depth = radius - centre[2]
             if depth <= 0:
                 continue
-            at = centre - [0.0, 0.0, POINT_RADIUS - depth / 2]
+            at = centre - [0.0, 0.0, radius - depth / 2]
             J = np.zeros((3, 6 + 3 * legs))
             J[:, :3] = np.eye(3)
             J[:, 3:6] = np.cross(np.eye(3), at - qpos[:3]).T

@@ -210,7 +210,7 @@ def test_a_scenario_without_a_value_is_refused(content, tmp_path):
     ("walks", "line", "words"),
     [
         ("by itself", "[simulation]\ndt = 1e-6", "dt is 1e-06 s; in the studio it must be at lea"),
-        ("the plan", "[stride]\nsamples = 100000", "the plan has 5e\\+05 samples"),
+        ("the plan", "[stride]\nperiod = 2\nsamples = 100000", "the plan has 5e\\+05 samples"),
     ],
 )
 def test_a_scenario_that_would_freeze_the_page_is_refused_before_it_is_built(

@@ -155,7 +155,7 @@ def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = 
         robot=robot,
         servo=servo,
         speed=speed,
-        load=simulate_load(scenario, walk, skip=WARM_UP * scenario.stride.period),
+        load=simulate_load(scenario, walk, skip=WARM_UP * scenario.period),
         verdict=judge(robot, servo, table.voltage),
         choices=tuple(choices),
         capacity=capacity,
@@ -181,7 +181,7 @@ def plan_cycles(
     """
     scenario = scenario.driven()
     gait = scenario.load_gait(len(scenario.base_robot().legs), scenario.base_robot().leg_names)
-    stance = gait.duty_factor * scenario.stride.period
+    stance = gait.duty_factor * scenario.period
     own = scenario.stride.step_length / stance
     if speed is not None:
         if not (math.isfinite(speed) and speed > 0):
@@ -192,9 +192,9 @@ def plan_cycles(
             )
         # Whole time steps of a cycle spare the plan from being computed for each step.
         dt = scenario.simulation.dt
-        scenario = scenario.replace(period=round(scenario.stride.period * own / speed / dt) * dt)
-        own = scenario.stride.step_length / (gait.duty_factor * scenario.stride.period)
-    scenario = scenario.replace(duration=cycles * scenario.stride.period)
+        scenario = scenario.replace(period=round(scenario.period * own / speed / dt) * dt)
+        own = scenario.stride.step_length / (gait.duty_factor * scenario.period)
+    scenario = scenario.replace(duration=cycles * scenario.period)
     return scenario, plan(scenario), own
 
 

@@ -309,7 +309,7 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
         from phasmid.hardware.plant import SimulatedRobot
         from phasmid.scenario import load_scenario
 
-        scenario = load_scenario("paper").replace(robot=options.robot, start_posture="packed")
+        scenario = load_scenario("paper").for_robot(options.robot).replace(start_posture="packed")
         robot = scenario.load_robot()
         calibration = _calibration(options, robot)
         servos = [

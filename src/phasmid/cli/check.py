@@ -63,7 +63,7 @@ def _check_robot(imported: Imported, gait: str | None) -> int:
         first = gait or next(iter(gaits_of(len(robot.legs))), None)
         verdict = None
         if first is not None:
-            scenario = load_scenario("paper").replace(robot=robot, gait=first)
+            scenario = load_scenario("paper").for_robot(robot).replace(gait=first)
             if not imported.impossible:
                 findings += _plain_walk(scenario)
             verdict = _verdict(scenario)

@@ -75,11 +75,15 @@ def _scenario(options: argparse.Namespace, path: Path) -> Scenario | None:
     from phasmid.recording import load_recording
     from phasmid.scenario import load_scenario, recorded_scenario
 
-    if options.scenario is not None or path.suffix.lower() == ".csv":
-        scenario = load_scenario(options.scenario or "paper")
+    robot = None if options.robot is None else load_robot(options.robot)
+    if options.scenario is None and path.suffix.lower() == ".csv":
+        scenario = load_scenario("paper")
+        return scenario if robot is None else scenario.for_robot(robot)
+    if options.scenario is not None:
+        scenario = load_scenario(options.scenario)
     else:
-        scenario, _ = recorded_scenario(load_recording(path).attrs)
-    return scenario if options.robot is None else scenario.replace(robot=load_robot(options.robot))
+        scenario = recorded_scenario(load_recording(path).attrs)
+    return scenario if robot is None else scenario.replace(robot=robot)
 
 
 def _write_numbers(found: Comparison, path: Path) -> None:

@@ -39,7 +39,8 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidInput(f"{path} does not end as a C header does.", hint="--out walk.h")
     check_new_file(path, option="--out", force=options.force)
     scenario = scenario_of(options)
-    words = ["phasmid", "export-firmware", options.scenario, *field_arguments(options)]
+    own = [] if options.scenario is None else [options.scenario]
+    words = ["phasmid", "export-firmware", *own, *field_arguments(options)]
     header = firmware_header(scenario, command=shlex.join(words))
     write_files({path: header.encode()}, force=options.force)
     if not options.quiet:

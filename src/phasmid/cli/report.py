@@ -61,8 +61,8 @@ def run(options: argparse.Namespace) -> int:
     check_film(options)
     legs = leg_numbers(options.legs, read_run(recording).robot)
     kept = path if path.is_dir() else path.parent
-    scenario, robot = recorded_scenario(recording.attrs, kept)
-    look = own_appearance(robot)
+    scenario = recorded_scenario(recording.attrs, kept)
+    look = own_appearance(scenario.base_robot())
     if look is not None:
         # Read before the folder is replaced.
         look = Appearance.of(look.parts, look.name)
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
         # Lazy import: the simulation imports the whole controller.
         from phasmid.simulation import with_sensors
 
-        recording = with_sensors(scenario.replace(robot=robot), recording)
+        recording = with_sensors(scenario, recording)
     write_report(recording, folder, options, look)
     print_report(recording, folder, options, legs)
     write_film(recording, options, look)

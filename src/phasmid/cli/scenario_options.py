@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 PLACES = {"robot", "height_map"}
 """Fields that name a file."""
 
-SCENARIO = {"[SCENARIO]": ("a preset or a file; default: paper", "paper")}
+SCENARIO = {
+    "[SCENARIO]": "a preset or a file; default: paper, of another --robot with the period and the "
+    "contact that follow its size and weight"
+}
 
 OUT = {
     "--out DIR": "result folder; default: results/NAME, where NAME has the scenario and the "
@@ -97,7 +100,10 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
     """Return the scenario of the options."""
     from phasmid.scenario import load_scenario
 
-    scenario = with_fields(load_scenario(options.scenario), options, options.scenario)
+    scenario, robot = load_scenario(options.scenario or "paper"), given_fields(options).get("robot")
+    if options.scenario is None and robot is not None:
+        scenario = scenario.for_robot(robot)
+    scenario = with_fields(scenario, options, options.scenario or "")
     return _with_robot(scenario, quiet=options.quiet)
 
 

@@ -196,8 +196,7 @@ def _read(
     else:
         recording, name = source, "recording"
     if scenario is None:
-        scenario, robot = recorded_scenario(recording.attrs)
-        scenario = scenario.replace(robot=robot)
+        scenario = recorded_scenario(recording.attrs)
     robot = scenario.load_robot()
     return log_of_recording(recording, name, robot), scenario, robot
 

@@ -90,7 +90,7 @@ def planned_load(scenario: Scenario, walk: Walk) -> ModelLoad:
         still = np.zeros_like(walk.q)
         body, motion = BodyMotion.at_rest(body.position, body.rotation), (walk.q, still, still)
     window = scenario.model.load_transfer
-    share = load_share(walk.gait, walk.time, period=scenario.stride.period, window=window)
+    share = load_share(walk.gait, walk.time, period=scenario.period, window=window)
     ground = scenario.planned_terrain()
     return _load(
         scenario, walk.robot, body, motion, walk.foot_position, share, ground, time=walk.time

@@ -47,7 +47,7 @@ def firmware_header(scenario: Scenario, *, command: str = "phasmid.formats.firmw
             "are all equal.",
             hint='terrain = "flat", or planned_on = "level"',
         )
-    robot, gait, stride = walk.robot, walk.gait, scenario.stride
+    robot, gait, stride = walk.robot, walk.gait, scenario.planned_stride
     samples = stride.samples - 1
     phase = np.arange(samples * BETWEEN) / (samples * BETWEEN)
     fine = walk.sample(phase * stride.period)

@@ -105,7 +105,7 @@ def learning_model(
         scenario = scenario.replace(dt=FULL_STEP, drive="servo")
         spec = model_specification(robot, scenario)
         _add_ground_and_payload(spec, robot, terrain)
-        return compile_model(spec, scenario)
+        return compile_model(spec, scenario.contact_law(robot))
     model = fast_specification(robot, scenario, terrain).compile()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model

@@ -25,7 +25,7 @@ from phasmid.motion.swing import Swings, plan_swings
 from phasmid.motion.trunk import TrunkMotion, between_events, progress, swayed, trunk_motion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.scenario.tables import StrideTable
+from phasmid.scenario.tables import Stride
 from phasmid.terrain import Ground
 
 EARLIEST = -2
@@ -44,7 +44,7 @@ class LevelCourse:
 
     robot: Robot
     gait: Gait
-    stride: StrideTable
+    stride: Stride
 
     def motion(self, time: Float[np.ndarray, " time"]) -> tuple[TrunkMotion, Path]:
         """Return the motion of the trunk, and of the feet in the body frame.
@@ -95,7 +95,7 @@ class Course:
         Args:
             time: Times up to the end [s], shape (N,).
         """
-        gait, stride = self.gait, self.scenario.stride
+        gait, stride = self.gait, self.scenario.planned_stride
         whole, index, s = between_events(gait, stride, time / stride.period)
         seconds = np.diff(np.append(gait.events, 1.0))[index] * stride.period
         event = whole.astype(int) * len(gait.events) + index
@@ -107,7 +107,7 @@ class Course:
 
     def _feet(self, time: Float[np.ndarray, " time"]) -> Path:
         """Return the feet in world axes."""
-        stride = self.scenario.stride
+        stride = self.scenario.planned_stride
         cycle, u = swing_fraction(self.gait, stride, time)
         swings = self.swings.at((cycle - EARLIEST - 1).astype(int))
         return swings.feet(stride.curve, u, self.gait.swing_fraction * stride.period)
@@ -121,7 +121,7 @@ def _body_height(robot: Robot) -> float:
 def _level_trunk(
     robot: Robot,
     gait: Gait,
-    stride: StrideTable,
+    stride: Stride,
     height: float,
     time: Float[np.ndarray, " time"],
 ) -> TrunkMotion:
@@ -148,7 +148,7 @@ def plan_course(
         InfeasibleWalk: The feet slide by the stance law or for lack of friction, a leg finds no
             foothold, or strikes the ground in its swing.
     """
-    stride = scenario.stride
+    stride = scenario.planned_stride
     if stride.stance_law != "straight":
         raise InfeasibleWalk(
             f"{place(scenario)} feet cannot slide as the stance law {stride.stance_law} has them.",
@@ -240,7 +240,7 @@ def _postures(
     scenario: Scenario, robot: Robot, gait: Gait, footholds: Footholds, cycles: int
 ) -> Postures:
     """Return the postures over all feet, standing and swinging, at the events of some cycles."""
-    stride = scenario.stride
+    stride = scenario.planned_stride
     events = np.append((np.arange(cycles)[:, None] + gait.events).ravel(), float(cycles))
     number, u = swing_fraction(gait, stride, events * stride.period)
     rows, legs = (number - EARLIEST).astype(int), np.arange(len(robot.legs))

@@ -34,7 +34,7 @@ from phasmid.motion.feasibility import checked_times
 from phasmid.motion.walk import Walk, course_of, plan
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.scenario.tables import StrideTable
+from phasmid.scenario.tables import Stride
 
 POSTURE_SHARES = 200
 """Shares of a posture that are tried from the neutral one, before the last is refined."""
@@ -176,7 +176,7 @@ class WalkExplanation:
     walk: Walk | None
     refusal: InfeasibleWalk | None
     feet: tuple[FootExplanation, ...]
-    stride: StrideTable | None
+    stride: Stride | None
     limit: str
 
     @property
@@ -239,17 +239,17 @@ def _feet(scenario: Scenario, course: LevelCourse | Course) -> tuple[FootExplana
     return tuple(sorted(found, key=lambda foot: -round(foot.distance, 9)))
 
 
-def _longest(scenario: Scenario) -> tuple[StrideTable | None, str]:
+def _longest(scenario: Scenario) -> tuple[Stride | None, str]:
     """Return the longest possible stride of a scenario's direction, and what forbids a longer one.
 
     The stride is None where there is none.
     """
-    limit = ""
+    limit, stride = "", scenario.planned_stride
 
     def is_possible(share: float) -> bool:
         nonlocal limit
         try:
-            plan(scenario.replace(stride=scenario.stride.scaled(share)))
+            plan(scenario.replace(stride=stride.scaled(share)))
         except InfeasibleWalk as error:
             # Without the hints that may follow.
             limit = error.what.split(". ")[0].rstrip(".")
@@ -257,4 +257,4 @@ def _longest(scenario: Scenario) -> tuple[StrideTable | None, str]:
         return True
 
     share = _largest_share(is_possible, 0.0, 1.0)
-    return (scenario.stride.scaled(share) if share > 0 else None), limit
+    return (stride.scaled(share) if share > 0 else None), limit

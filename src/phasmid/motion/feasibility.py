@@ -31,7 +31,7 @@ def checked_times(
     Yields:
         Times of some cycles [s].
     """
-    phases, period = _checked_phases(course.gait), scenario.stride.period
+    phases, period = _checked_phases(course.gait), scenario.period
     if isinstance(course, LevelCourse):
         yield phases * period
         return
@@ -158,7 +158,7 @@ def check_speed(
     advice, hint = "", "a higher voltage"
     # Below some voltage friction stops the servo at any speed.
     if limit > 0:
-        shortest = math.ceil(100 * scenario.stride.period * peak / limit) / 100
+        shortest = math.ceil(100 * scenario.period * peak / limit) / 100
         advice, hint = f" Shortest period: {shortest:.2f} s.", ""
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
     raise InfeasibleWalk(
@@ -199,7 +199,7 @@ def check_support(
     (worst,) = _first_largest(-margin, axis=0)
     if margin[worst] > 0:
         return
-    when = f"at phase {times[worst] / scenario.stride.period:.2f}"
+    when = f"at phase {times[worst] / scenario.period:.2f}"
     if isinstance(course, Course):
         when = place(scenario, times[worst])
     raise InfeasibleWalk(

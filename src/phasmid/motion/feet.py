@@ -12,13 +12,13 @@ from phasmid.motion.curves import Path, cos_and_sin, join, lift, vector
 from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
-from phasmid.scenario.tables import StrideTable
+from phasmid.scenario.tables import Stride
 
 
 def straight_feet(
     robot: Robot,
     gait: Gait,
-    stride: StrideTable,
+    stride: Stride,
     time: Float[np.ndarray, " time"],
     trunk: TrunkMotion,
 ) -> Path:
@@ -51,7 +51,7 @@ def straight_feet(
 
 
 def swing_fraction(
-    gait: Gait, stride: StrideTable, time: Float[np.ndarray, " time"]
+    gait: Gait, stride: Stride, time: Float[np.ndarray, " time"]
 ) -> tuple[Float[np.ndarray, "time legs"], Float[np.ndarray, "time legs"]]:
     """Return the number of each leg's cycle and the fraction of its swing; 1 in stance."""
     cycles = np.asarray(time, dtype=float) / stride.period
@@ -106,7 +106,7 @@ def _cross(
 def coxa_only_feet(
     robot: Robot,
     gait: Gait,
-    stride: StrideTable,
+    stride: Stride,
     time: Float[np.ndarray, " time"],
     height: float,
 ) -> Path:
@@ -197,7 +197,7 @@ def _coxa_half_angle(
     return -np.arcsin(np.where(length > 0, needed / np.where(length > 0, along, 1.0), 0.0))
 
 
-def _end_speed(gait: Gait, stride: StrideTable) -> float:
+def _end_speed(gait: Gait, stride: Stride) -> float:
     """Return the progress of the body at lift-off and touchdown [steps/s]."""
     moving = stride.stance_timing == "constant-speed"
     return 1 / (gait.duty_factor * stride.period) if moving else 0.0

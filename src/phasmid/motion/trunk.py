@@ -17,10 +17,10 @@ from phasmid.kinematics import (
     step_twist,
 )
 from phasmid.motion.curves import Path, blend, composed, cos_and_sin, vector
-from phasmid.scenario.tables import StrideTable
+from phasmid.scenario.tables import Stride
 
 
-def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"]) -> Path:
+def progress(gait: Gait, stride: Stride, time: Float[np.ndarray, "*batch"]) -> Path:
     """Return the number of steps of the body; one step lasts for the stance of a foot.
 
     Args:
@@ -43,7 +43,7 @@ def progress(gait: Gait, stride: StrideTable, time: Float[np.ndarray, "*batch"])
 
 
 def between_events(
-    gait: Gait, stride: StrideTable, cycles: Float[np.ndarray, "*batch"]
+    gait: Gait, stride: Stride, cycles: Float[np.ndarray, "*batch"]
 ) -> tuple[Float[np.ndarray, "*batch"], Int[np.ndarray, "*batch"], Path]:
     """Return the progress from the gait's last event, 0, to its next one, 1.
 

@@ -106,7 +106,7 @@ class Walk:
         differs = {
             "robot": not _are_one(ours, theirs),
             "gait": ours.gait != theirs.gait,
-            "stride": ours.stride != theirs.stride,
+            "stride": ours.planned_stride != theirs.planned_stride,
             "mass_model": ours.model.mass_model != theirs.model.mass_model,
             "mounts": ours.model.mounts != theirs.model.mounts,
         }
@@ -166,7 +166,7 @@ def plan(scenario: Scenario) -> Walk:
         walk = _evaluate(scenario, course, times)
         check_speed(scenario, course, times, walk.qd)
         check_support(scenario, course, times, walk.support_margin)
-    interval = scenario.stride.period / (scenario.stride.samples - 1)
+    interval = scenario.period / (scenario.stride.samples - 1)
     count = math.floor(scenario.duration / interval + 1e-9) + 1
     return _evaluate(scenario, course, np.arange(count) * interval)
 
@@ -181,7 +181,7 @@ def course_of(scenario: Scenario) -> LevelCourse | Course:
     gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
     terrain = scenario.planned_terrain()
     if _is_plain(terrain):
-        return LevelCourse(robot, gait, scenario.stride)
+        return LevelCourse(robot, gait, scenario.planned_stride)
     return plan_course(scenario, robot, gait, terrain, scenario.duration)
 
 
@@ -206,5 +206,5 @@ def _evaluate(
     q = joint_angles(robot.arrays, hip_from_body(robot, feet.position))
     v, a = (np.einsum("lji,tlj->tli", R, x) for x in (feet.velocity, feet.acceleration))
     qd, qdd = joint_motion(robot.arrays, q, v, a)
-    stance = gait.stance(time / scenario.stride.period)
+    stance = gait.stance(time / scenario.period)
     return Walk(scenario, robot, gait, time, q, qd, qdd, stance, trunk, course)

@@ -112,7 +112,7 @@ class Evidence:
 
     def creeping(self, friction_damping: float) -> Trial:
         """Return the walk with prescribed joints and a friction damping [N·s/m]."""
-        if friction_damping == self.scenario.contact.friction_damping:
+        if friction_damping == self.scenario.contact_law(self.robot).friction_damping:
             return self.walk
         name = f"friction damping {friction_damping:g} N·s/m"
         return self.trial(name, friction_damping=friction_damping)

@@ -166,7 +166,7 @@ def verified(evidence: Evidence) -> Finding:
     alone = np.max(against)
     swing, support = (_torque_gap(wide, standing=standing) for standing in (False, True))
     point = _torque_gap(narrow, standing=True)
-    size = 1000 * evidence.scenario.contact.tip_width
+    size = 1000 * evidence.scenario.contact_law(evidence.robot).tip_width
     return judged(
         max(swing, point) < 0.001,
         f"worst joint {1000 * swing:.2f} mN·m rms in swing; in mid-stance {1000 * alone:.1f} with "

@@ -13,7 +13,12 @@ from phasmid.reporting.run import Source, short
 from phasmid.scenario import idle_fields
 
 NOTABLE_SLIP = 5e-3
-"""Notable mean slip per step [m]."""
+"""Notable mean slip per step of ``phantomx-ax`` [m]; that of other robots follows their leg
+length."""
+
+NOTABLE_CREEP = 25e-6
+"""Notable creep of a standing ``phantomx-ax`` in a gait period [m]; that of other robots follows
+their leg length."""
 
 NOTABLE_SATURATION = 0.01
 """Notable share of the time at full output."""
@@ -48,7 +53,7 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
         *_ground(summary, source),
         *_servos(summary),
         *_limits(summary),
-        *_feet(summary),
+        *_feet(summary, source),
     ]
     return [*found, *idle_fields(source.scenario, source.robot)]
 
@@ -73,11 +78,17 @@ def _limits(summary: dict[str, Any]) -> Iterator[str]:
         yield f"{sentence}: the robot tips."
 
 
-def _feet(summary: dict[str, Any]) -> Iterator[str]:
-    """Warn of feet that slip in stance or touch the ground in swing."""
+def _feet(summary: dict[str, Any], source: Source) -> Iterator[str]:
+    """Warn of feet that slip or creep in stance, or touch the ground in swing."""
     slip = summary["slip"].get("mean", 0.0)
-    if slip > NOTABLE_SLIP:
+    if slip > NOTABLE_SLIP * source.scale.length:
         yield f"Feet slip {1000 * slip:.1f} mm a step on average."
+    creep = summary["standing"].get("creep", 0.0)
+    if creep * source.scenario.period > NOTABLE_CREEP * source.scale.length:
+        yield (
+            f"The standing robot creeps at {1000 * creep:.2g} mm/s: below its limit, friction is a "
+            "damper."
+        )
     force = summary["normal_force"].get("simulation") or {}
     swing = force.get("largest_in_swing", 0.0)
     if swing > NOTABLE_SWING_LOAD * summary["robot"]["weight"]:

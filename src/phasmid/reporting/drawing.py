@@ -84,7 +84,7 @@ def mid_walk_swing_time(run: Run) -> float:
     """Return the time at which the feet are highest in sum, in the cycle mid-walk [s]."""
     time, feet = run.time, run.channel("foot_position")
     middle = (time[0] + time[-1]) / 2
-    near = np.flatnonzero(np.abs(time - middle) <= run.scenario.stride.period / 2)
+    near = np.flatnonzero(np.abs(time - middle) <= run.scenario.period / 2)
     if feet is None or len(near) == 0:
         return float(middle)
     x, y, z = np.moveaxis(feet[near], -1, 0)
@@ -190,7 +190,7 @@ def _foot_paths(run: Run, now: int) -> list[np.ndarray]:
     feet = run.channel("foot_position")
     if feet is None:
         return []
-    start = int(np.searchsorted(run.time, run.time[now] - 2 * run.scenario.stride.period))
+    start = int(np.searchsorted(run.time, run.time[now] - 2 * run.scenario.period))
     rows = np.unique(np.linspace(start, now, 120).astype(int))
     return list(np.moveaxis(feet[rows], 1, 0))
 
@@ -326,7 +326,7 @@ def draw_force_arrows(
 
 def _draw_gait(axis: Axes, run: Run, now: int) -> None:
     """Draw the gait diagram over four cycles around the moment."""
-    reach = 2 * run.scenario.stride.period
+    reach = 2 * run.scenario.period
     part = run.between(run.time[now] - reach, run.time[now] + reach)
     draw_bars(axis, part, tuple(range(1, len(run.robot.legs) + 1)))
     axis.axvline(run.time[now], color=FORCE_COLOUR, linewidth=1.6)

@@ -16,7 +16,6 @@ from phasmid.errors import InvalidInput
 from phasmid.gait import support_margin, sway
 from phasmid.reporting.run import Run, Source
 from phasmid.reporting.steps import (
-    SETTLING,
     away_from_switches,
     durations,
     intervals,
@@ -27,6 +26,9 @@ from phasmid.robot.servo import HEAT_RANGE
 
 SHORTEST_DISTANCE = 1e-3
 """Shortest distance with a cost of transport [m]."""
+
+STANDING_SPEED = 0.01
+"""Speed of all joint targets below which a robot stands [rad/s]."""
 
 
 def commanded_way(source: Source, duration: float) -> dict[str, float]:
@@ -126,7 +128,7 @@ def travel(run: Run) -> dict[str, Any]:
     if position is not None:
         # The sway of a driven robot follows its controller's clock.
         if run.gait.sway and not {"trajectory", "controller"} & set(run.recording.attrs):
-            neutral, period = kinematics.neutral_feet(run.robot), run.scenario.stride.period
+            neutral, period = kinematics.neutral_feet(run.robot), run.scenario.period
             ahead, left = sway(run.gait, neutral, period, time).way.T
             aside = _turned(ahead, left, yaw)
             position = position - np.stack([*aside, np.zeros(len(time))], axis=-1)
@@ -231,6 +233,28 @@ def slip(run: Run) -> dict[str, Any]:
     }
 
 
+def standing(run: Run) -> dict[str, float]:
+    """Return how the robot creeps while it stands for a gait period or longer.
+
+    Returns:
+        ``creep``, the speed at which the touching feet move together over the second half of such a
+        time, when the robot has settled; the largest of all such times [m/s]. Feet that give way to
+        each other move, but not together. Empty without such a time.
+    """
+    speed, feet, contact = map(run.channel, ("joint_velocity_target", "foot_position", "contact"))
+    if speed is None or feet is None or contact is None:
+        return {}
+    speeds = []
+    for start, stop in intervals(np.abs(speed).max(axis=(1, 2)) < STANDING_SPEED):
+        middle, last = (start + stop) // 2, stop - 1
+        time = float(run.time[last] - run.time[middle])
+        touching = contact[middle:stop].all(axis=0)
+        if run.time[last] - run.time[start] >= run.scenario.period and touching.any():
+            moved = (feet[last] - feet[middle])[touching].mean(axis=0)
+            speeds.append(float(np.linalg.norm(moved)) / time)
+    return {"creep": max(speeds)} if speeds else {}
+
+
 def load(run: Run, name: str) -> dict[str, Any]:
     """Return the normal forces of one channel.
 
@@ -240,15 +264,15 @@ def load(run: Run, name: str) -> dict[str, Any]:
 
     Returns:
         ``mean_in_stance`` of each leg [N]; ``mean_sum`` over whole cycles [N] and
-        ``sum_over_weight``; ``largest_in_swing`` [N] outside `SETTLING` of the leg's switches;
-        empty without the channel.
+        ``sum_over_weight``; ``largest_in_swing`` [N] outside `Source.settling` of the
+        leg's switches; empty without the channel.
     """
     normal, stance = run.channel(name), run.channel("stance")
     if normal is None:
         return {}
     time = run.time
     found: dict[str, Any] = {"largest": float(normal.max())}
-    period = run.scenario.stride.period
+    period = run.scenario.period
     cycles = int((time[-1] - time[0]) / period + 1e-9)
     if cycles > 0:
         whole = time <= time[0] + cycles * period + 1e-9
@@ -262,10 +286,11 @@ def load(run: Run, name: str) -> dict[str, Any]:
         with np.errstate(invalid="ignore", divide="ignore"):
             mean = (normal * held).sum(axis=0) / held.sum(axis=0)
         found["mean_in_stance"] = mean.tolist()
-        swinging = ~stance & away_from_switches(time, stance)
+        margin = run.settling
+        swinging = ~stance & away_from_switches(time, stance, margin)
         if swinging.any():
             found["largest_in_swing"] = float(normal[swinging].max())
-            found["swing_margin_time"] = SETTLING
+            found["swing_margin_time"] = margin
     return found
 
 
@@ -340,7 +365,7 @@ def away_from_all_switches(run: Run) -> np.ndarray:
     stance = run.channel("stance")
     if stance is None:
         return np.ones(len(run.time), dtype=bool)
-    return np.asarray(np.all(away_from_switches(run.time, stance), axis=1))
+    return np.asarray(np.all(away_from_switches(run.time, stance, run.settling), axis=1))
 
 
 def model_difference(run: Run) -> dict[str, Any]:
@@ -368,7 +393,7 @@ def model_difference(run: Run) -> dict[str, Any]:
             for key, mask in masks.items()
             if key == "rms" or section == "torque"
         }
-    left_out = {"left_out_about_switches": SETTLING} if "normal_force" in found else {}
+    left_out = {"left_out_about_switches": run.settling} if "normal_force" in found else {}
     return left_out | found
 
 

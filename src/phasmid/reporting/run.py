@@ -14,9 +14,10 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.gait import Gait
 from phasmid.recording import Recording
 from phasmid.recording.channels import LARGEST_VALUE
+from phasmid.reporting.steps import settling
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
-from phasmid.scenario import recorded_scenario, scenario_names
+from phasmid.scenario import Scale, recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
 
 LEAST = 1e-6
@@ -62,9 +63,19 @@ class Source:
         return self.robot.mass * self.scenario.model.gravity
 
     @property
+    def scale(self) -> Scale:
+        """Weight and leg length of the robot relative to ``phantomx-ax``."""
+        return self.scenario.scale(self.robot)
+
+    @property
+    def settling(self) -> float:
+        """Time around a switch of legs in which impacts dominate [s]."""
+        return settling(self.scale, self.scenario.stride.step_height)
+
+    @property
     def step_time(self) -> float:
         """Duration of a stance, in which the body makes one step [s]."""
-        return self.gait.duty_factor * self.scenario.stride.period
+        return self.gait.duty_factor * self.scenario.period
 
     @property
     def hip_span(self) -> float:
@@ -261,8 +272,8 @@ def read_run(recording: Recording, appearance: Appearance | None = None) -> Run:
 @lru_cache(maxsize=4)
 def _read(scenario: str, robot: str) -> tuple[Scenario, Robot]:
     """Return both as they were run; cached for the parts of a report."""
-    experiment, base = recorded_scenario({"scenario": scenario, "robot": robot})
-    return experiment, experiment.vary(base)
+    experiment = recorded_scenario({"scenario": scenario, "robot": robot})
+    return experiment, experiment.load_robot()
 
 
 def finite_part(recording: Recording) -> Recording:
@@ -360,7 +371,7 @@ def shown_part(runs: Sequence[Run]) -> tuple[list[Run], str]:
     last = min(float(run.time[-1]) for run in runs)
     if last < first:
         raise InvalidInput("the runs have no time in common; they cannot be compared over time.")
-    period = max(run.scenario.stride.period for run in runs)
+    period = max(run.scenario.period for run in runs)
     cycles = (last - first) / period
     note = ""
     if cycles > MOST_CYCLES + 1e-6:

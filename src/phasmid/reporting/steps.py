@@ -2,11 +2,35 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.scenario import Scale
+
 SETTLING = 0.080
-"""Time around a switch of legs in which impacts dominate [s]."""
+"""Time around a switch of legs in which impacts dominate, for ``phantomx-ax`` [s]."""
+
+SETTLING_LIFT = 0.030
+"""Lift of the feet for which it was chosen [m]."""
+
+
+def settling(scale: Scale, lift: float) -> float:
+    """Return the time around a switch of legs in which impacts dominate [s], in steps of 10 ms.
+
+    A foot touches the ground before its touchdown, by the depth to which the stance feet sink in.
+    Near its touchdown its height is the lift times the cube of the time, so that the time of a lift
+    that is low for the legs is longer by the cube root; lifts below a tenth count as one.
+
+    Args:
+        scale: Of the robot.
+        lift: Height to which the feet lift [m].
+    """
+    similar = SETTLING_LIFT * scale.length
+    low = max(similar / max(lift, similar / 10), 1.0)
+    time = SETTLING * scale.time * math.cbrt(low)
+    return max(math.floor(100 * time + 1e-9) / 100, 0.01)
 
 
 def intervals(mask: Bool[np.ndarray, " time"]) -> list[tuple[int, int]]:
@@ -17,9 +41,11 @@ def intervals(mask: Bool[np.ndarray, " time"]) -> list[tuple[int, int]]:
 
 
 def away_from_switches(
-    time: Float[np.ndarray, " time"], stance: Bool[np.ndarray, "time legs"]
+    time: Float[np.ndarray, " time"],
+    stance: Bool[np.ndarray, "time legs"],
+    margin: float = SETTLING,
 ) -> Bool[np.ndarray, "time legs"]:
-    """Return the samples of each leg at least `SETTLING` from its own lift-off and touchdown.
+    """Return the samples of each leg at least a margin from its own lift-off and touchdown.
 
     The beginning counts as a switch, since all feet stand before it. So does the end: a switch just
     after the last sample is not recorded, but its foot may touch down before it.
@@ -27,6 +53,7 @@ def away_from_switches(
     Args:
         time: Time of the samples [s].
         stance: Planned stance, shape (N, L).
+        margin: Time around each of these [s].
     """
     away = np.ones(stance.shape, dtype=bool)
     for leg in range(stance.shape[1]):
@@ -35,7 +62,7 @@ def away_from_switches(
         following = np.searchsorted(moments, time)
         nearest = np.minimum(moments[following] - time, time - moments[following - 1])
         # Half a sample's round-off must not drop the sample that lies exactly at the limit.
-        away[:, leg] = nearest >= SETTLING - 1e-9
+        away[:, leg] = nearest >= margin - 1e-9
     return away
 
 

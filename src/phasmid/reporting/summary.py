@@ -20,6 +20,7 @@ from phasmid.reporting.numbers import (
     servos,
     slip,
     speed,
+    standing,
     state_estimate,
     torque,
     travel,
@@ -38,6 +39,7 @@ NUMBERS = {
     "largest_tilt mean_speed progress sideways sideways_drift",
     "state_estimate": "position_drift position_error velocity_error",
     "slip": "largest mean steps",
+    "standing": "creep",
     **dict.fromkeys(
         ("normal_force.simulation", "normal_force.model"),
         "cycles largest largest_in_swing mean_sum sum_over_weight swing_margin_time",
@@ -58,7 +60,7 @@ NUMBERS = {
 
 ABSENT = {
     "plan": (
-        *("run.time_step", "robot.supply", "state_estimate", "servos"),
+        *("run.time_step", "robot.supply", "state_estimate", "servos", "standing"),
         *("energy.electrical_energy", "energy.electrical_power", "energy.friction_work"),
         *("normal_force.simulation", "torque.simulation", "model_against_simulation"),
     ),
@@ -100,9 +102,9 @@ def summarise(recording: Recording) -> Summary:
 
     Returns:
         A dictionary that JSON can hold, in SI: the sections ``run``, ``robot``, ``travel``,
-        ``velocity``, ``state_estimate``, ``slip``, ``normal_force``, ``torque``, ``speed``,
-        ``servo_verdict``, ``servos``, ``support``, ``energy`` and ``model_against_simulation``,
-        and ``warnings``, sentences on doubtful results.
+        ``velocity``, ``state_estimate``, ``slip``, ``standing``, ``normal_force``, ``torque``,
+        ``speed``, ``servo_verdict``, ``servos``, ``support``, ``energy`` and
+        ``model_against_simulation``, and ``warnings``, sentences on doubtful results.
         What is not recorded is absent.
 
     Raises:
@@ -148,6 +150,7 @@ def summarise(recording: Recording) -> Summary:
         "velocity": velocity(part),
         "state_estimate": state_estimate(part, way.get("distance")),
         "slip": slip(part),
+        "standing": standing(part),
         "normal_force": {
             "simulation": load(part, "foot_normal_force"),
             "model": load(part, "foot_normal_force_model"),

@@ -25,7 +25,7 @@ from phasmid.reporting.numbers import (
 )
 from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs, shade, spans, time_axis
 from phasmid.reporting.run import Run, shared_caption, shown_part
-from phasmid.reporting.steps import SETTLING, durations
+from phasmid.reporting.steps import durations
 from phasmid.reporting.style import (
     FAINT,
     INK,
@@ -464,7 +464,7 @@ def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         axis.set_title(f"{name}   (impacts are cut off)" if cut else name)
         if cut:
             axis.set_ylim(-1.6 * most if alone else 0.0, 1.6 * most)
-    shaded = f"shaded: {1000 * SETTLING:g} ms around the switches of legs"
+    shaded = f"shaded: {1000 * runs[0].settling:g} ms around the switches of legs"
     time_axis(axis, runs[0].time, shaded if alone and runs[0].has("stance") else "")
     models = {run.model_words for run in runs}
     return drawing.complete(
@@ -497,7 +497,7 @@ def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw measured over true values of leg 1 and the body in the last cycle of one run."""
     del legs
     last = float(runs[0].time[-1])
-    run = runs[0].between(last - runs[0].scenario.stride.period, last)
+    run = runs[0].between(last - runs[0].scenario.period, last)
     panels = [row for row in SENSORS if run.has(row[1])]
     drawing = Panels(layout, [1.1] * len(panels), share_y=False, left=0.95)
     for axis, (label, measured, true, index, scale) in zip(drawing.axes, panels, strict=True):

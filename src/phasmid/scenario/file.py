@@ -8,7 +8,6 @@ from typing import Any
 
 from phasmid.errors import InvalidInput, located
 from phasmid.gait import is_gait_file
-from phasmid.robot import Robot
 from phasmid.robot.file import robot_from_table
 from phasmid.scenario.scenario import Scenario
 from phasmid.scenario.terrain import beside
@@ -81,17 +80,15 @@ def _entry(key: str, name: str, value: Any) -> str:
     return f"{name} = {toml_value(value)}"
 
 
-def recorded_scenario(
-    attributes: Mapping[Any, Any], folder: Path | None = None
-) -> tuple[Scenario, Robot]:
-    """Read the scenario and the robot from a recording's attributes.
+def recorded_scenario(attributes: Mapping[Any, Any], folder: Path | None = None) -> Scenario:
+    """Read the scenario, with its robot, from a recording's attributes.
 
     Args:
         attributes: Those of the recording.
         folder: Where the robot's meshes may lie, which no text carries.
 
     Returns:
-        The scenario, whose robot is only a file's name, and the robot as its file gives it.
+        The scenario with the robot as its file gives it.
 
     Raises:
         InvalidInput: There are none, or they are not well formed.
@@ -100,7 +97,7 @@ def recorded_scenario(
     scenario_raw, scenario_text = _table(attributes, "scenario")
     robot = robot_from_table(robot_raw, Path("robot.toml"), robot_text, folder)
     locate = in_file(Path("scenario.toml"), scenario_text)
-    return validate(Scenario, scenario_raw, locate), robot
+    return validate(Scenario, scenario_raw, locate).model_copy(update={"robot": robot})
 
 
 def _table(attributes: Mapping[Any, Any], name: str) -> tuple[dict[str, Any], str]:

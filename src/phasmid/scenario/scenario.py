@@ -22,6 +22,8 @@ from phasmid.robot import (
     with_neutral_foot,
     with_payload,
 )
+from phasmid.scenario.contact_law import ContactLaw
+from phasmid.scenario.similarity import Scale, scale_of
 from phasmid.scenario.tables import (
     ContactTable,
     FootingTable,
@@ -31,6 +33,7 @@ from phasmid.scenario.tables import (
     SensorsTable,
     ServoTable,
     SimulationTable,
+    Stride,
     StrideTable,
 )
 from phasmid.scenario.terrain import TerrainTable
@@ -116,13 +119,8 @@ class Scenario(Table):
                 f"{SETTLING_TIME:g} s to settle; the limit is {float(most):g}.",
                 hint="--max-steps, or a shorter duration",
             )
-        samples = self.duration / self.stride.period * self.stride.samples
-        if samples > MOST_SAMPLES:
-            raise InvalidInput(
-                f"{self.duration:g} s at {self.stride.samples} samples a cycle is {samples:.3g} "
-                f"samples; the limit is {float(MOST_SAMPLES):g}.",
-                hint="a shorter duration, or fewer samples",
-            )
+        if self.stride.period is not None:
+            self._check_samples(self.stride.period)
         interval = self.simulation.record_interval
         count = 1.0 if interval is None else interval / dt
         if round(count) < 1 or abs(count - round(count)) > 1e-6:
@@ -141,6 +139,15 @@ class Scenario(Table):
                 hint="a longer --record-interval, or a shorter duration",
             )
         return self
+
+    def _check_samples(self, period: float) -> None:
+        samples = self.duration / period * self.stride.samples
+        if samples > MOST_SAMPLES:
+            raise InvalidInput(
+                f"{self.duration:g} s at {self.stride.samples} samples a cycle is {samples:.3g} "
+                f"samples; the limit is {float(MOST_SAMPLES):g}.",
+                hint="a shorter duration, or fewer samples",
+            )
 
     @property
     def record_steps(self) -> int:
@@ -242,6 +249,53 @@ class Scenario(Table):
         robot = with_mounts(robot, self.model.mounts)
         robot = with_payload(robot, self.model.payload)
         return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
+
+    def for_robot(self, robot: str | Robot) -> Scenario:
+        """Return this scenario for another robot, whose contact and period follow it.
+
+        `replace` keeps a period, and contact numbers of ``phantomx-ax``, that the scenario states.
+
+        Args:
+            robot: A preset, a robot file, or the robot.
+        """
+        return self.replace(robot=robot, period=None, contact_scale="robot")
+
+    def scale(self, robot: Robot) -> Scale:
+        """Return weight and leg length of a robot relative to ``phantomx-ax``.
+
+        Args:
+            robot: The robot, with this scenario's payload, which does not count.
+        """
+        return scale_of(robot, self.model.payload)
+
+    def contact_law(self, robot: Robot) -> ContactLaw:
+        """Return the contact law with the numbers of a robot.
+
+        They follow its weight without payload, at standard gravity: the ground is the same under a
+        loaded robot, and on the moon.
+
+        Args:
+            robot: The robot, with this scenario's payload.
+        """
+        return self.contact.law(self.scale(robot))
+
+    @property
+    def planned_stride(self) -> Stride:
+        """The stride with its period: this scenario's, or that of the robot.
+
+        Raises:
+            InvalidInput: The robot file is absent or not well formed; or the walk has too many
+                samples.
+            InvalidRobot: No machine could have these numbers.
+        """
+        stride = self.stride.planned(Scale() if self.stride.period else scale_of(self.base_robot()))
+        self._check_samples(stride.period)
+        return stride
+
+    @property
+    def period(self) -> float:
+        """Time of one gait cycle [s]; errors as of `planned_stride`."""
+        return self.planned_stride.period
 
     def load_terrain(self) -> Ground:
         """Return the ground of this scenario: height, normal and friction at every point.

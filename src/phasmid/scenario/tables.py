@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from annotated_types import Ge, Gt, Le, Lt
@@ -18,6 +18,8 @@ from phasmid.gait import Gait, check_gait_name, is_gait_file, read_gait
 from phasmid.robot import Servo
 from phasmid.robot.servo import both_directions
 from phasmid.robot.table import MOST_LEGS
+from phasmid.scenario.contact_law import ContactKind, ContactLaw
+from phasmid.scenario.similarity import Scale
 from phasmid.tables import (
     Angle,
     AngularVelocity,
@@ -86,6 +88,10 @@ def _fields(gait: Gait, offsets: tuple[float, ...] | dict[str, float]) -> dict[s
     return fields | ({"sway": gait.sway} if gait.sway else {})
 
 
+REFERENCE_PERIOD = 2.0
+"""Period of ``phantomx-ax`` where the scenario gives none [s]: that of the paper."""
+
+
 class StrideTable(Table):
     """``[stride]``: how the feet travel.
 
@@ -94,7 +100,8 @@ class StrideTable(Table):
         step_sideways: The body's way to the left in one step [m].
         step_turn: The body's turn to the left in one step [rad].
         step_height: Height to which a foot lifts [m].
-        period: Time of one cycle, in which every leg steps once [s].
+        period: Time of one cycle, in which every leg steps once [s]; absent: 2 s for the leg length
+            of ``phantomx-ax``, and with the root of the leg length for other robots.
         samples: Samples of one cycle, both ends included.
         stance_law: ``straight``: standing feet stay where they are; ``coxa-only``: only the coxa
             joint moves in stance, so that feet slip.
@@ -110,7 +117,7 @@ class StrideTable(Table):
     step_sideways: Length = 0.0
     step_turn: Annotated[Angle, Ge(-np.pi), Le(np.pi)] = 0.0
     step_height: Annotated[Length, Ge(0)] = 0.030
-    period: Annotated[Time, Gt(0)] = 2.0
+    period: Annotated[Time, Gt(0)] | None = None
     samples: Annotated[Count, Ge(9), Le(100_000), Hint("41, as the paper; two phases need 9")] = 41
     stance_law: Literal["straight", "coxa-only"] = "straight"
     stance_timing: Literal["rest-to-rest", "constant-speed"] = "rest-to-rest"
@@ -123,10 +130,25 @@ class StrideTable(Table):
         """Displacement of one step: forward [m], left [m], turn [rad]."""
         return np.array([self.step_length, self.step_sideways, self.step_turn])
 
-    def scaled(self, factor: float) -> StrideTable:
+    def scaled(self, factor: float) -> Self:
         """Return the stride with steps of another size."""
         steps = ("step_length", "step_sideways", "step_turn")
         return self.model_copy(update={name: factor * getattr(self, name) for name in steps})
+
+    def planned(self, scale: Scale) -> Stride:
+        """Return the stride of a robot of a scale, with its period rounded to 10 ms."""
+        period = round(REFERENCE_PERIOD * scale.time, 2) if self.period is None else self.period
+        return Stride.model_construct(**{**dict(self), "period": period})
+
+
+class Stride(StrideTable):
+    """A stride whose period is known.
+
+    Attributes:
+        period: Time of one cycle [s].
+    """
+
+    period: Annotated[Time, Gt(0)]
 
 
 class FootingTable(Table):
@@ -253,48 +275,85 @@ STIFFEST = 1e9
 MOST_DAMPING = 1e6
 """Damping of a contact point [N·s/m]: three times the critical one of 100 kg on the stiffest."""
 
-LAW_DAMPING = {"spring-damper": 30.0, "mujoco": 30.0, "simscape": 100.0}
-"""Damping of each law where the scenario gives none [N·s/m]; the engine's own law has none."""
+STIFFNESS = 1e4
+"""Stiffness of a contact point under ``phantomx-ax`` [N/m]: the default of the paper's library."""
+
+DAMPING = {"spring-damper": 30.0, "mujoco": 30.0, "simscape": 100.0}
+"""Damping of each law under ``phantomx-ax`` [N·s/m]; the engine's own law has none."""
+
+FRICTION_DAMPING = 500.0
+"""Friction damping of a contact point under ``phantomx-ax`` [N·s/m]."""
+
+TIP_WIDTH = 0.004
+"""Side of the square of a foot's contact points of ``phantomx-ax`` [m]."""
+
+POINT_RADIUS = 0.0005
+"""Radius of a contact point of ``phantomx-ax`` [m]."""
 
 
 class ContactTable(Table):
     """``[contact]``: four points on each foot, and the law by which the ground holds them.
+
+    Numbers that are absent follow the robot's weight per leg w and its leg length l, so that large
+    and small robots sink in and creep alike: stiffness as w/l, damping as w/√l, lengths as l. The
+    values below are those of ``phantomx-ax``.
 
     Attributes:
         contact_law: ``spring-damper``: a linear spring and damper per point; ``mujoco``: the
             engine's own soft contact with its own numbers; ``simscape``: the law of the paper's
             library, a one-sided damper and stick-slip friction, in a simulator of its own, of
             prescribed joints on level ground.
-        stiffness: Of each of a foot's four contact points [N/m].
-        damping: Of each of a foot's four contact points [N·s/m]; absent: the law's own, 30 for
-            ``spring-damper``, 100 for ``simscape``, whose points damp only while they sink in.
+        contact_scale: Robot whose weight and leg length absent numbers follow: the ``robot``, as
+            in its file and at standard gravity; or ``phantomx-ax``, as in the paper's walk.
+        stiffness: Of each of a foot's four contact points [N/m]; absent: 1e4, scaled.
+        damping: Of each of a foot's four contact points [N·s/m]; absent: the law's own, scaled: 30
+            for ``spring-damper``, 100 for ``simscape``, whose points damp only while they sink in.
             With 50 and more of ``spring-damper``, feet that slide for long chatter.
-        friction_damping: Of ``spring-damper``: tangential damping of each sticking point [N·s/m].
-            A loaded foot creeps with its tangential force over this damping. Larger values reduce
-            creep and preserve internal forces between the feet.
+        friction_damping: Of ``spring-damper``: tangential damping of each sticking point [N·s/m];
+            absent: 500, scaled. A loaded foot creeps with its tangential force over this damping.
+            Larger values reduce creep and preserve internal forces between the feet.
         kinetic_friction: Of ``simscape``: coefficient of a foot that slides, at most the
             ground's own, which is the static one.
         friction_threshold: Of ``simscape``: speed up to which a foot sticks, by creeping [m/s].
         impedance: Of ``spring-damper``, the engine's d: a point's force also resists its
             acceleration, with a mass of d/(1 - d) times that with which the foot resists a push.
-        tip_width: Side of the square on which the four points of a foot lie [m].
+        tip_width: Side of the square on which the four points of a foot lie [m]; absent: 4 mm,
+            scaled.
     """
 
-    contact_law: Literal["spring-damper", "mujoco", "simscape"] = "spring-damper"
-    stiffness: Annotated[Number, Ge(SOFTEST), Le(STIFFEST), Of("spring-damper", "simscape")] = 1e4
+    contact_law: ContactKind = "spring-damper"
+    contact_scale: Literal["robot", "phantomx-ax"] = "robot"
+    stiffness: Annotated[
+        Annotated[Number, Ge(SOFTEST), Le(STIFFEST)] | None, Of("spring-damper", "simscape")
+    ] = None
     damping: Annotated[
         Annotated[Number, Gt(0), Le(MOST_DAMPING)] | None, Of("spring-damper", "simscape")
     ] = None
-    friction_damping: Annotated[Number, Gt(0), Le(MOST_DAMPING), Of("spring-damper")] = 500.0
+    friction_damping: Annotated[
+        Annotated[Number, Gt(0), Le(MOST_DAMPING)] | None, Of("spring-damper")
+    ] = None
     kinetic_friction: Annotated[Number, Ge(0), Le(10), Of("simscape")] = 0.5
     friction_threshold: Annotated[Number, Gt(0), Of("simscape")] = 1e-3
     impedance: Annotated[Number, Gt(0.01), Lt(0.99), Of("spring-damper")] = 0.2
-    tip_width: Annotated[Length, Gt(0), Le(0.1)] = 0.004
+    tip_width: Annotated[Length, Gt(0), Le(0.1)] | None = None
 
-    @property
-    def law_damping(self) -> float:
-        """The damping, or the law's own where none is given [N·s/m]."""
-        return LAW_DAMPING[self.contact_law] if self.damping is None else self.damping
+    def law(self, scale: Scale) -> ContactLaw:
+        """Return the law with the numbers of a robot of a scale."""
+        if self.contact_scale == "phantomx-ax":
+            scale = Scale()
+
+        def number(given: float | None, reference: float, ratio: float) -> float:
+            return reference * ratio if given is None else given
+
+        return ContactLaw(
+            self.contact_law,
+            number(self.stiffness, STIFFNESS, scale.stiffness),
+            number(self.damping, DAMPING[self.contact_law], scale.damping),
+            number(self.friction_damping, FRICTION_DAMPING, scale.damping),
+            self.impedance,
+            number(self.tip_width, TIP_WIDTH, scale.length),
+            POINT_RADIUS * scale.length,
+        )
 
 
 Ticks = Annotated[Number, Ge(0), Le(254)]
@@ -346,6 +405,13 @@ SENSORS = ("joint", "imu", "foot")
 """Sensors, by the beginning of their options' names."""
 
 
+FORCE_NOISE = 0.1
+"""Noise of the normal force of a foot of ``phantomx-ax`` [N]."""
+
+TOUCHING_FORCE = 0.5
+"""Normal force from which a foot of ``phantomx-ax`` counts as touching [N]."""
+
+
 class SensorsTable(Table):
     """``[sensors]``: rate, delay and noise of the robot's sensors.
 
@@ -376,8 +442,10 @@ class SensorsTable(Table):
             assumed.
         foot_rate: Readings of each foot's force and contact a second [1/s].
         foot_delay: Time from a reading to its arrival [s].
-        foot_force_noise: Of the normal force [N]; assumed.
-        contact_threshold: Normal force from which a foot counts as touching [N]; assumed.
+        foot_force_noise: Of the normal force [N]; absent: 0.1 N for ``phantomx-ax``, and with the
+            weight per leg for other robots; assumed.
+        contact_threshold: Normal force from which a foot counts as touching [N]; absent: 0.5 N for
+            ``phantomx-ax``, and with the weight per leg for other robots; assumed.
         depth: Depth sensor of a driven robot: ``none``; ``camera`` at the trunk's front, pitched
             down; ``lidar`` on a mast, with all directions; ``exact``: the true ground on a lattice
             of 20 mm within 0.5 m, at once. It measures whatever `measured` is.
@@ -409,8 +477,8 @@ class SensorsTable(Table):
     orientation_noise: Annotated[Angle, Ge(0), Le(1)] = math.radians(0.5)
     foot_rate: Annotated[Number, Gt(0), Le(1e6)] = 100.0
     foot_delay: Annotated[Time, Ge(0), Le(10)] = 0.005
-    foot_force_noise: Annotated[Number, Ge(0)] = 0.1
-    contact_threshold: Annotated[Number, Gt(0)] = 0.5
+    foot_force_noise: Annotated[Number, Ge(0)] | None = None
+    contact_threshold: Annotated[Number, Gt(0)] | None = None
     depth: Literal["none", "camera", "lidar", "exact"] = "none"
     depth_rate: Annotated[Number, Gt(0), Le(1e3), Of("camera", "lidar", "exact")] = 20.0
     depth_delay: Annotated[Time, Ge(0), Le(10), Of("camera", "lidar")] = 0.05
@@ -418,6 +486,16 @@ class SensorsTable(Table):
     depth_dropout: Annotated[Number, Ge(0), Le(1), Of("camera", "lidar")] = 0.05
     depth_drift: Annotated[Angle, Ge(0), Le(0.2), Of("camera", "lidar")] = math.radians(0.2)
     depth_range: Annotated[Length, Gt(0), Le(1.5), Of("camera", "lidar")] = 1.5
+
+    def force_noise(self, scale: Scale) -> float:
+        """Return the noise of the normal force of a robot of a scale [N]."""
+        given = self.foot_force_noise
+        return FORCE_NOISE * scale.force if given is None else given
+
+    def touching_force(self, scale: Scale) -> float:
+        """Return the normal force from which a foot of a robot of a scale touches [N]."""
+        given = self.contact_threshold
+        return TOUCHING_FORCE * scale.force if given is None else given
 
     def check_interval(self, interval: float, sensors: Iterable[str] = SENSORS) -> None:
         """Refuse samples so rare that a reading would fall between two of them.

@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from phasmid.compiled import gufunc
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
+from phasmid.scenario import Scale, Scenario
 from phasmid.scenario.tables import SensorsTable
 
 GYRO, ACCELEROMETER, ORIENTATION, FOOT = 1, 2, 3, 4
@@ -144,14 +144,15 @@ class FootSensor:
 
     name, needs = "foot", ("foot_normal_force",)
 
-    def __init__(self, table: SensorsTable, legs: int) -> None:
+    def __init__(self, table: SensorsTable, legs: int, scale: Scale) -> None:
         self.sampling = Sampling(table.foot_rate, table.foot_delay)
-        self._table, self._legs = table, legs
+        self._legs = legs
+        self._noise, self._threshold = table.force_noise(scale), table.touching_force(scale)
         self._rng = random_stream(table.sensor_seed, FOOT)
 
     def noise(self, count: int) -> Float[np.ndarray, "readings legs"]:
         """Draw the noise of the next readings [N]."""
-        return self._table.foot_force_noise * self._rng.standard_normal((count, self._legs))
+        return self._noise * self._rng.standard_normal((count, self._legs))
 
     def read(
         self, true: Mapping[str, np.ndarray], noise: Float[np.ndarray, "readings legs"]
@@ -160,7 +161,7 @@ class FootSensor:
         force = true["foot_normal_force"] + noise
         return {
             "foot_normal_force_measured": force,
-            "contact_measured": force >= self._table.contact_threshold,
+            "contact_measured": force >= self._threshold,
         }
 
 
@@ -174,7 +175,7 @@ def robot_sensors(scenario: Scenario, robot: Robot) -> tuple[Sensor, ...]:
     return (
         JointSensor(table, robot.servo.stall_torque),
         InertialSensor(table, scenario.model.gravity),
-        FootSensor(table, len(robot.legs)),
+        FootSensor(table, len(robot.legs), scenario.scale(robot)),
     )
 
 

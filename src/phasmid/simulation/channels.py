@@ -84,7 +84,8 @@ def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
         return recording
     sensed = sense(scenario, recording)
     texts = json.loads(str(sensed.attrs.get("faults", "[]")))
-    faults = Faults(scenario.load_robot(), texts, scenario.sensors.contact_threshold)
+    robot = scenario.load_robot()
+    faults = Faults(robot, texts, scenario.sensors.touching_force(scenario.scale(robot)))
     added = sensed.data_vars.keys() - recording.data_vars.keys()
     channels = {str(name): sensed[name].values for name in added}
     faulty = faults.apply_to_recording(sensed["time"].values, channels)

@@ -47,7 +47,17 @@ MOST_EVENTS = 10_000
 """Most events of a controller that a recording keeps."""
 
 RISEN = 0.01
-"""Height of a trunk over the ground above which it no longer lies [m]."""
+"""Height over the ground above which the trunk of ``phantomx-ax`` no longer lies [m]; that of other
+robots follows their leg length."""
+
+STANDING_HARDNESS = 10.0
+"""Hardness of the friction under a robot that stands on ground that is not level, over that under a
+moving one. It divides the creep, and multiplies the mass with which a contact point resists its
+acceleration along the ground; a standing foot has none."""
+
+STANDING_SPEED = 0.01
+"""Speed of all joint targets below which a robot stands [rad/s]. At it a foot that turns about its
+joints accelerates by 1e-4 of the leg length per s², which the larger mass resists with some mN."""
 
 COMMANDED = "velocity_command"
 """Channel of the commanded velocity, beside the controller's telemetry."""
@@ -181,6 +191,7 @@ class ClosedLoopRun(Run):
             self._estimator = BodyStateEstimator(self.robot, noise, self.period_steps * self.dt)
         self._servo_failures = sorted(faults.servos())
         self._pushes: list[tuple[int, np.ndarray]] = []
+        self._hardness = float(self.model.opt.impratio)
         first = begin.sample(np.zeros(1))
         start = first.q[0], first.qd[0]
         kind = scenario.simulation.planned_drive
@@ -326,6 +337,7 @@ class ClosedLoopRun(Run):
             torque, count = None, 1
         rows = self._setpoints[at // self.period_steps]
         np.matmul(self._weights, ends.reshape(4, -1), out=rows.reshape(3, len(rows[0]), -1))
+        self._harden_friction()
         self._record_telemetry(decision)
         if torque is not None:
             self._torque[:] = torque
@@ -333,13 +345,20 @@ class ClosedLoopRun(Run):
         setpoints = Setpoints(q, qd, qdd, None if torque is None else self._torque)
         return self.drive.targets(setpoints)[:count]
 
+    def _harden_friction(self) -> None:
+        """Harden the friction where the robot stands on ground down which it could creep."""
+        if not self.ground.is_level:
+            stands = np.abs(self._ends[1::2]).max() < STANDING_SPEED
+            self.model.opt.impratio = self._hardness * (STANDING_HARDNESS if stands else 1.0)
+
     def _check(self, count: int) -> Failure | None:
         """Return the first failure of the block, or why the controller cannot be followed."""
         failure = super()._check(count) or self._controller_failure
         if self.lies and count and not self._must_lie:
             # Once it has risen, a trunk that touches the ground has fallen.
             qpos = self.buffer["qpos"][count - 1 : count]
-            self.lies = bool(trunk_clearance(self.robot, qpos, self.ground)[0] < RISEN)
+            risen = RISEN * self.scenario.scale(self.robot).length
+            self.lies = bool(trunk_clearance(self.robot, qpos, self.ground)[0] < risen)
         return failure
 
     # Recording -----------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import joint_angles, leg_frames
 from phasmid.robot import Leg, Robot
-from phasmid.scenario import Scenario
+from phasmid.scenario import ContactLaw, Scenario
 from phasmid.terrain import Blocky, Ground, Slope
 
 if TYPE_CHECKING:
@@ -21,9 +21,6 @@ GROUND = "world"
 
 CONTACT_POINTS = 4
 """Contact points of a foot, each a small sphere with a spring and a damper."""
-
-POINT_RADIUS = 0.0005
-"""Radius of a contact point [m]."""
 
 POINT_PRIORITY = 1
 """Priority of contact points: their own spring counts, not a mixture with the ground's."""
@@ -38,12 +35,12 @@ BLOCK_BOTTOM = 1.0
 # Feet and trunk -----------------------------------------------------------------------------------
 
 
-def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
+def foot_points(leg: Leg, law: ContactLaw) -> Float[np.ndarray, "points 3"]:
     """Return the centres of a foot's contact points, a square that is level at the neutral stance.
 
     Args:
         leg: The leg.
-        tip_width: Side of the square [m].
+        law: Its tip width and point radius are used.
 
     Returns:
         In tibia axes [m], shape (4, 3).
@@ -53,17 +50,17 @@ def foot_points(leg: Leg, tip_width: float) -> Float[np.ndarray, "points 3"]:
     forward, left, up = leg.R_level_hip @ X_hip_tibia[:3, :3]
     return np.stack(
         [
-            tip + tip_width / 2 * (a * forward + b * left) + POINT_RADIUS * up
+            tip + law.tip_width / 2 * (a * forward + b * left) + law.point_radius * up
             for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))
         ]
     )
 
 
-def trunk_points(robot: Robot) -> Float[np.ndarray, "points 3"]:
+def trunk_points(robot: Robot, law: ContactLaw) -> Float[np.ndarray, "points 3"]:
     """Return the contact points under a trunk that can lie, body axes [m], shape (4, 3)."""
     corners = np.array([[1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, -1.0], [-1.0, 1.0, -1.0]])
     points = corners * robot.body.size / 2
-    points[:, 2] += POINT_RADIUS
+    points[:, 2] += law.point_radius
     return points
 
 
@@ -73,16 +70,20 @@ def point_name(owner: str, point: int) -> str:
 
 
 def add_points(
-    body: mujoco.MjsBody, owner: str, points: Float[np.ndarray, "points 3"], friction: list[float]
+    body: mujoco.MjsBody,
+    owner: str,
+    points: Float[np.ndarray, "points 3"],
+    radius: float,
+    friction: list[float],
 ) -> None:
-    """Add contact points, which touch the ground and not each other, to a body."""
+    """Add contact points of a radius [m], which touch the ground and not each other, to a body."""
     import mujoco
 
     for i, position in enumerate(points):
         body.add_geom(
             name=point_name(owner, i),
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[POINT_RADIUS, 0.0, 0.0],
+            size=[radius, 0.0, 0.0],
             pos=position,
             mass=0.0,
             condim=3,
@@ -93,15 +94,7 @@ def add_points(
         )
 
 
-def friction_hardness(scenario: Scenario) -> float:
-    """Return MuJoCo's ``impratio``: hardness of friction against that of normal forces."""
-    contact = scenario.contact
-    if contact.contact_law == "mujoco":
-        return 1.0
-    return contact.friction_damping / contact.law_damping
-
-
-def set_contact_law(model: mujoco.MjModel, scenario: Scenario) -> None:
+def set_contact_law(model: mujoco.MjModel, law: ContactLaw) -> None:
     """Make contact points linear springs and dampers with constants in N/m and N·s/m.
 
     With a constant impedance d MuJoCo's force on a point of mobility A is
@@ -109,15 +102,15 @@ def set_contact_law(model: mujoco.MjModel, scenario: Scenario) -> None:
     -K (1 - d) A and -B (1 - d) A, which MuJoCo divides by d² and d, make this
     K depth + B speed - m acceleration with m = d / ((1 - d) A). It is exact at rest.
     """
-    contact, d = scenario.contact, scenario.contact.impedance
-    if contact.contact_law == "mujoco":
+    d = law.impedance
+    if law.kind == "mujoco":
         return
     points = np.flatnonzero(model.geom_priority == POINT_PRIORITY)
     # MuJoCo's own measure of the mobility of each point's body is known after compilation only.
     scale = (1 - d) * model.body_invweight0[model.geom_bodyid[points], 0]
     model.geom_solimp[points] = d, d, 0.001, 0.5, 2.0
-    model.geom_solref[points, 0] = -contact.stiffness * scale
-    model.geom_solref[points, 1] = -contact.law_damping * scale
+    model.geom_solref[points, 0] = -law.stiffness * scale
+    model.geom_solref[points, 1] = -law.damping * scale
 
 
 # Ground -------------------------------------------------------------------------------------------

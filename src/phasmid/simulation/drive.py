@@ -101,7 +101,8 @@ def check_drive(scenario: Scenario, *, rate: float, faults: Sequence[str] = ()) 
             'contact_law is "simscape"; its simulator follows plans and takes no controller.',
             hint='contact_law = "spring-damper"',
         )
-    return Faults(scenario.load_robot(), faults, scenario.sensors.contact_threshold)
+    robot = scenario.load_robot()
+    return Faults(robot, faults, scenario.sensors.touching_force(scenario.scale(robot)))
 
 
 def new_drive(
@@ -174,7 +175,7 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
         InvalidInput: The robot cannot walk so.
     """
     period_steps(scenario, rate)
-    robot, stride = scenario.load_robot(), scenario.stride
+    robot, stride = scenario.load_robot(), scenario.planned_stride
     own: dict[str, Any] = {
         "gait": scenario.load_gait(len(robot.legs)),
         "period": stride.period,

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from phasmid.dynamics import BodyMotion, mass_matrix
 from phasmid.kinematics import jacobian, joint_angles, neutral_feet, rpy_quaternion
 from phasmid.robot import JOINTS, Body, Leg, Link, Robot
-from phasmid.scenario import Scenario
+from phasmid.scenario import ContactLaw, Scenario
 from phasmid.simulation.contact import (
     GROUND,
     add_foot_planes,
@@ -19,7 +19,6 @@ from phasmid.simulation.contact import (
     add_points,
     check_flat,
     foot_points,
-    friction_hardness,
     set_contact_law,
     trunk_points,
 )
@@ -52,15 +51,15 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
         and the force of the ground on the foot in world axes [N] (3), then the positions of all
         feet in world axes [m] (L times 3).
     """
-    return compile_model(model_specification(robot, scenario), scenario)
+    return compile_model(model_specification(robot, scenario), scenario.contact_law(robot))
 
 
-def compile_model(spec: mujoco.MjSpec, scenario: Scenario) -> mujoco.MjModel:
+def compile_model(spec: mujoco.MjSpec, law: ContactLaw) -> mujoco.MjModel:
     """Compile a specification, and set the contact law of its feet and trunk."""
     import mujoco
 
     model = spec.compile()
-    set_contact_law(model, scenario)
+    set_contact_law(model, law)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model
 
@@ -122,6 +121,7 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     """Describe a robot on the scenario's ground, without the contact law of its feet."""
     import mujoco
 
+    law = scenario.contact_law(robot)
     spec = mujoco.MjSpec()
     spec.modelname = robot.name
     spec.compiler.degree = False
@@ -132,7 +132,7 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     # Dense: the sparse Newton Hessian of MuJoCo 4.0.0 is wrong, and 24 degrees of freedom are few.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.option.impratio = friction_hardness(scenario)
+    spec.option.impratio = law.friction_hardness
     friction = add_ground(spec, scenario)
     height = -float(neutral_feet(robot)[:, 2].mean())
     trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, height])
@@ -140,7 +140,7 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     set_inertia(trunk, robot.body)
     if scenario.simulation.can_lie:
         check_flat(scenario)
-        add_points(trunk, "trunk", trunk_points(robot), friction)
+        add_points(trunk, "trunk", trunk_points(robot, law), law.point_radius, friction)
     gains = joint_gains(robot, scenario).T.reshape(-1, 3, 2)
     for leg, leg_gains in zip(robot.legs, gains, strict=True):
         _add_leg(spec, trunk, leg, leg_gains, robot, scenario, friction)
@@ -202,7 +202,8 @@ def _add_leg(
             _prescribe(spec, name, scenario.simulation.dt)
         parent = body
     parent.add_site(name=f"{leg.name}.foot", pos=leg.tibia.end)
-    add_points(parent, leg.name, foot_points(leg, scenario.contact.tip_width), friction)
+    law = scenario.contact_law(robot)
+    add_points(parent, leg.name, foot_points(leg, law), law.point_radius, friction)
 
 
 def _prescribe(spec: mujoco.MjSpec, joint: str, dt: float) -> None:

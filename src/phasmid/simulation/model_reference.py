@@ -49,7 +49,7 @@ class ModelReference:
         self._scenario, self._walk = scenario, walk
         self._interval = scenario.simulation.dt * scenario.record_steps
         count = math.floor(until / self._interval + 1e-9) + 1
-        cycle = scenario.stride.period / self._interval
+        cycle = scenario.period / self._interval
         self._cycle: dict[str, np.ndarray] | None = None
         is_whole = abs(cycle - round(cycle)) <= 1e-9 * cycle
         if walk.keeps_heading and is_whole and 0 < round(cycle) <= LONGEST_CYCLE:

@@ -99,10 +99,10 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
             "only a simulation can be run again; this recording is of another kind.",
             hint="a recording that phasmid.simulate made",
         )
-    scenario, robot = recorded_scenario(attributes)
+    scenario = recorded_scenario(attributes)
     # The samples are the same bits, however long the run goes on.
     last = max(float(recording["time"].values[-1]), scenario.simulation.dt)
-    scenario = scenario.replace(robot=robot, duration=min(scenario.duration, last))
+    scenario = scenario.replace(duration=min(scenario.duration, last))
     repeated = _repeat(recording, scenario).simulate(progress=progress)
     then = {name: str(attributes.get(name, "")) for name in versions()}
     changed = {name: (then[name], now) for name, now in versions().items() if then[name] != now}

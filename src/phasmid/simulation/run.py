@@ -266,7 +266,7 @@ class Run:
         """Return the commands of one cycle, where it serves all and is a whole number of steps."""
         if not self.walk.is_periodic:
             return None
-        cycle = self.scenario.stride.period / self.dt
+        cycle = self.scenario.period / self.dt
         steps = round(cycle)
         if steps > LONGEST_CYCLE or abs(cycle - steps) > 1e-9 * cycle:
             return None

@@ -20,12 +20,13 @@ from phasmid.kinematics import (
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, SampledTrajectory, TrunkMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
-from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME, friction_hardness
+from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME
 from phasmid.simulation.model import foot_mobility, joint_mobility
 from phasmid.simulation.servo import longest_servo_step, own_servo
 
 DEEPEST_START = 0.002
-"""Allowed depth of a foot in the terrain at the start; its contact pushes it out gently [m]."""
+"""Allowed depth of a foot of ``phantomx-ax`` in the terrain at the start [m]; that of other robots
+follows their leg length. The contact pushes a foot out gently."""
 
 SAFETY_FACTOR = 0.9
 """Allowed share of the largest stable step: feet are lighter in other poses."""
@@ -61,16 +62,16 @@ def longest_time_step(scenario: Scenario, robot: Robot) -> float:
 
     The robot stands on three feet, with the contact points of each.
     """
-    contact = scenario.contact
-    if contact.contact_law == "mujoco":
+    law = scenario.contact_law(robot)
+    if law.kind == "mujoco":
         # MuJoCo softens its contact where the time step is longer.
         return SOFT_TIME / 2
     mass = robot.mass / (3 * CONTACT_POINTS)
-    frequency = math.sqrt(contact.stiffness / mass)
-    damping_ratio = contact.law_damping / (2 * math.sqrt(contact.stiffness * mass))
+    frequency = math.sqrt(law.stiffness / mass)
+    damping_ratio = law.damping / (2 * math.sqrt(law.stiffness * mass))
     # Half the stability limit of a spring and a damper that are evaluated at the start of a step.
     stance_limit = 1 / (frequency * (math.sqrt(damping_ratio**2 + 1) + damping_ratio))
-    if contact.contact_law != "spring-damper":
+    if law.kind != "spring-damper":
         return stance_limit
     return min(stance_limit, SAFETY_FACTOR * longest_foot_step(scenario, robot))
 
@@ -83,12 +84,12 @@ def longest_foot_step(scenario: Scenario, robot: Robot) -> float:
     along the ground. A symplectic step of a mass m on a spring k and a damper c, both evaluated at
     its start, is stable where k dt² + 2 c dt < 4 m.
     """
-    contact, mobility = scenario.contact, float(foot_mobility(robot, scenario).max())
-    own, hardness = contact.impedance / (1 - contact.impedance), friction_hardness(scenario)
+    law, mobility = scenario.contact_law(robot), float(foot_mobility(robot, scenario).max())
+    own, hardness = law.impedance / (1 - law.impedance), law.friction_hardness
     steps = []
     for k, c, hard in (
-        (contact.stiffness, contact.law_damping, 1.0),
-        (0.0, hardness * contact.law_damping, hardness),
+        (law.stiffness, law.damping, 1.0),
+        (0.0, hardness * law.damping, hardness),
     ):
         k, c = CONTACT_POINTS * k, CONTACT_POINTS * c
         m = (1 + CONTACT_POINTS * hard * own) / mobility
@@ -113,7 +114,7 @@ def check_start(scenario: Scenario, walk: Motion) -> None:
     offset = start_offset(scenario, start)
     depth = scenario.load_terrain().height(x, y) - z - offset
     leg = int(np.argmax(depth))
-    if depth[leg] > DEEPEST_START:
+    if depth[leg] > DEEPEST_START * scenario.scale(walk.robot).length:
         height = float(start.trunk.position[0, 2]) + offset + depth[leg]
         enough = math.ceil(1000 * height - 1e-6)
         raise InvalidInput(

@@ -174,7 +174,7 @@ def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
     Raises:
         KeyboardInterrupt: It was stopped by Ctrl-C.
     """
-    duration = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
+    duration = min(scenario.duration, REFINED_CYCLES * scenario.period)
     dt = scenario.simulation.dt
     changes = {"duration": duration, "record_interval": dt * scenario.record_steps}
     runs = []

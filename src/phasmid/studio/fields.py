@@ -301,7 +301,13 @@ GROUPS = {
             ],
             shown=_by_gait,
         ),
-        _scenario("stride.period", "Cycle time", span=(0.3, 6, 0.05), shown=_by_gait),
+        _scenario(
+            "stride.period",
+            "Cycle time",
+            span=(0.3, 6, 0.05),
+            read=lambda setting: setting.scenario.period,
+            shown=_by_gait,
+        ),
         _scenario("stride.step_height", "Step height", span=_of_height(0, 0.6), shown=_by_gait),
         _scenario(
             "stride.step_length",

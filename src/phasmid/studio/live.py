@@ -156,7 +156,7 @@ class LiveRobot:
             command = Command(
                 pose=setting.pose,
                 gait=setting.gait,
-                period=setting.scenario.stride.period,
+                period=setting.scenario.period,
                 step_height=setting.scenario.stride.step_height,
                 lost_legs=lost,
             )
@@ -259,7 +259,7 @@ class LiveRobot:
     @property
     def metrics(self) -> Metrics:
         """Speed, power and cost of transport of the last cycle."""
-        marks, cycle = self._marks, self.setting.scenario.stride.period
+        marks, cycle = self._marks, self.setting.scenario.period
         while len(marks) > 2 and marks[1][0] <= marks[-1][0] - cycle:
             marks.popleft()
         if len(marks) < 2 or marks[-1][0] <= marks[0][0]:

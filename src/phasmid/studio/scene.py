@@ -49,7 +49,7 @@ class Scene:
         self._limit = source.stall_torque
         self.table: dict[str, Any] = looks(robot, pieces) | {
             "weight": source.weight,
-            "trail": 2 * source.scenario.stride.period,
+            "trail": 2 * source.scenario.period,
             "names": [name.replace("_", " ") for name in robot.leg_names],
             "hips": robot.arrays.p_body_hip[:, :2].tolist(),
             "friction": source.scenario.terrain.friction,
@@ -118,7 +118,7 @@ class Scene:
         if not live.plays:
             command = np.array(live.command.velocity)
             admitted = np.array(telemetry.get("velocity_reference", admitted))
-        phase = live.time / live.setting.scenario.stride.period % 1.0
+        phase = live.time / live.setting.scenario.period % 1.0
         return {
             "scene": self.number,
             "time": live.time,

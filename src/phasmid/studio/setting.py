@@ -66,7 +66,7 @@ class Setting:
 
     def __post_init__(self) -> None:
         # Limits of what builds while someone waits for a page.
-        scenario, stride = self.scenario, self.scenario.stride
+        scenario, stride = self.scenario, self.scenario.planned_stride
         if scenario.simulation.dt < SHORTEST_STEP:
             raise InvalidInput(
                 f"dt is {scenario.simulation.dt:g} s; in the studio it must be at least "
@@ -157,7 +157,7 @@ class Setting:
         return tuple(built)
 
     def with_robot(self, robot: str | Robot) -> Setting:
-        """Return the setting with another robot, in its own stance.
+        """Return the setting with another robot, in its own stance, period and contact.
 
         A gait for another number of legs becomes the first of the robot's own.
 
@@ -165,7 +165,7 @@ class Setting:
             robot: Name of a preset, or the robot.
         """
         base = _preset(robot) if isinstance(robot, str) else robot
-        changes: dict[str, Any] = {"robot": robot, "stance_radius": None, "body_height": None}
+        changes: dict[str, Any] = {"stance_radius": None, "body_height": None}
         if self.scenario.simulation.drive == "servo" and base.servo.stall_current is None:
             # The servo's own law needs its stall current.
             changes["drive"] = "ideal-servo"
@@ -175,7 +175,7 @@ class Setting:
             changes["gait"] = name if name in gaits else next(iter(gaits))
         return replace(
             self,
-            scenario=self.scenario.replace(**changes),
+            scenario=self.scenario.for_robot(robot).replace(**changes),
             payload=min(self.payload, MOST_PAYLOAD * base.mass),
             pose=(0.0,) * 6,
         )

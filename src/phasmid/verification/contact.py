@@ -85,7 +85,7 @@ def static_depth(laboratory: Laboratory) -> Iterator[Row]:
     run = laboratory.standing()
     for _ in hold(run, 1000):
         pass
-    contact, weight = run.scenario.contact, run.robot.mass * run.scenario.model.gravity
+    law, weight = run.scenario.contact_law(run.robot), run.robot.mass * run.scenario.model.gravity
     depth = touching(run.robot, run.model, run.data).depth
     why = "Springs are exact at rest; after 2 s the residual motion is below 1e-12 m."
     yield reading(
@@ -94,7 +94,7 @@ def static_depth(laboratory: Laboratory) -> Iterator[Row]:
         1e-9,
         why,
         unit="m",
-        expected=weight / (contact_points(run.robot) * contact.stiffness),
+        expected=weight / (contact_points(run.robot) * law.stiffness),
     )
 
 
@@ -212,7 +212,8 @@ def incline(laboratory: Laboratory) -> Iterator[Row]:
 
 def creep(laboratory: Laboratory) -> Iterator[Row]:
     """Compare the creep velocity on a slope of 20° with that of the friction damping."""
-    for damping in (laboratory.scenario.contact.friction_damping, CREEPLESS):
+    scenario = laboratory.scenario
+    for damping in (scenario.contact_law(scenario.load_robot()).friction_damping, CREEPLESS):
         run = laboratory.standing(friction_damping=damping)
         speed = _speed_on_slope(run, CREEP_SLOPE)
         law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
@@ -313,7 +314,7 @@ def _weight(run: Run) -> float:
 
 def _damping(run: Run) -> float:
     """Return the friction damping of all feet's points [N·s/m]."""
-    return contact_points(run.robot) * run.scenario.contact.friction_damping
+    return contact_points(run.robot) * run.scenario.contact_law(run.robot).friction_damping
 
 
 def _speed_on_slope(run: Run, slope: float) -> float:

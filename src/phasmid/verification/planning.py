@@ -55,7 +55,7 @@ def gaits(laboratory: Laboratory) -> Iterator[Row]:
         stands = gait.stance(phases)
         missing = max(missing, float(3 - stands.sum(axis=1).min()))
         off = max(off, float(np.abs(stands.sum(axis=0) - gait.duty_factor * PHASES).max()))
-        period = laboratory.scenario.stride.period
+        period = laboratory.scenario.period
         walk = plan(laboratory.scenario.replace(gait=name)).sample(phases * period)
         margin = _margin(walk.foot_position[..., :2], walk.stance, mass_centre(walk)[:, :2])
         without += int(np.count_nonzero(~(margin > 0)))

@@ -38,7 +38,7 @@ def symmetry(laboratory: Laboratory) -> Iterator[Row]:
     """Compare a walk with its mirror image, another order of legs, and another heading."""
     # Table 2's links are turned, not mirrored, from right to left; at mid-length they are both.
     base = laboratory.scenario.replace(
-        mass_model="mid-length", duration=CYCLES * laboratory.scenario.stride.period, step_turn=0.1
+        mass_model="mid-length", duration=CYCLES * laboratory.scenario.period, step_turn=0.1
     )
     plain = _walked(base)
     robot = base.base_robot()

@@ -30,7 +30,7 @@ def mean_load(laboratory: Laboratory) -> Iterator[Row]:
         "weight; touchdowns change them by 0.1 mm and some mm/s."
     )
     yield reading(
-        f"over {scenario.duration / scenario.stride.period:g} cycles",
+        f"over {scenario.duration / scenario.period:g} cycles",
         float(total.mean()) / weight,
         0.002,
         why,
@@ -107,5 +107,5 @@ def amid_stance(recording: Recording, legs: Sequence[int]) -> Bool[np.ndarray, "
 
 def _way(scenario: Scenario) -> Float[np.ndarray, "3"]:
     """Return the planned displacement in the compared cycles [m]."""
-    end = min(scenario.duration, REFINED_CYCLES * scenario.stride.period)
+    end = min(scenario.duration, REFINED_CYCLES * scenario.period)
     return plan(scenario).sample(np.array([end])).trunk.position[0] * [1, 1, 0]

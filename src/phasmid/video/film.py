@@ -103,7 +103,7 @@ def camera_of(frames: Run, size: tuple[int, int]) -> tuple[View, Float[np.ndarra
     X_world_body, time = body_pose(position, orientation), frames.time
     rows = np.unique(np.linspace(0, len(time) - 1, LOOKS).astype(int))
     every = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    path = smoothed(position, 0.5 * frames.scenario.stride.period / every)
+    path = smoothed(position, 0.5 * frames.scenario.period / every)
     displacement, terrain = path - path[0], frames.scenario.load_terrain()
     points = np.concatenate(
         [robot_corners(frames.robot, q[k], X_world_body[k]) - displacement[k] for k in rows]

@@ -135,7 +135,7 @@ class _Strip:
         self.axis, self._normal, self._time = axis, normal, run.time
         self._begin = float(self._time[0])
         self._length = max(float(self._time[-1]) - self._begin, 1e-3)
-        cycles = CYCLES * run.scenario.stride.period
+        cycles = CYCLES * run.scenario.period
         self.window = min(self._length, float(np.clip(cycles, SHORTEST, LONGEST)))
         most = min(float(normal.max()), TALLEST * run.weight)
         least = max(min(float(normal.min()), 0.0), -0.5 * run.weight)

@@ -53,7 +53,7 @@ def replay(run: Run) -> dict[str, Any]:
         "link_position": packed(X_body_link[..., :3, 3], "i16"),
         "link_orientation": packed(quaternions(X_body_link[..., :3, :3]), "i16"),
         "weight": run.weight,
-        "trail": 2 * run.scenario.stride.period,
+        "trail": 2 * run.scenario.period,
         "start": int(np.argmin(np.abs(kept.time - mid_walk_swing_time(run)))),
     }
     scene |= looks(run.robot, pieces) | surroundings(terrain, middle, reach)

@@ -16,6 +16,7 @@ from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.dynamics.matrices import moments_about_origin
 from phasmid.kinematics import LinkFrames, link_frames
 from phasmid.robot import Robot
+from phasmid.scenario import ContactLaw
 from phasmid.simulation.contact import CONTACT_POINTS, foot_points
 from phasmid.simulation.drives import Setpoints
 
@@ -44,14 +45,14 @@ both ends of the step, tip, axis of femur and tibia, axis of the coxa."""
 
 
 def leg_rows(
-    robot: Robot, joints: Setpoints, tip_width: float, dt: float
+    robot: Robot, joints: Setpoints, law: ContactLaw, dt: float
 ) -> Shaped[np.ndarray, " samples"]:
     """Return one record per time step.
 
     Args:
         robot: The robot, L legs.
         joints: Motion of the joints at the ends of N steps, N + 1 samples.
-        tip_width: Side of a foot's square of contact points [m].
+        law: Its tip width and point radius are used.
         dt: Time step [s].
 
     Returns:
@@ -74,7 +75,7 @@ def leg_rows(
 
     turning, origin_velocity = (each[:, :, 2] for each in link_velocities(frames, joints.qd))
     R, origin = frames.rotation[:, :, 2], frames.position[:, :, 2]
-    points = np.stack([foot_points(leg, tip_width) for leg in robot.legs])
+    points = np.stack([foot_points(leg, law) for leg in robot.legs])
     arm = np.einsum("tlij,lkj->tlki", R, points)
     velocity = origin_velocity[:, :, None] + np.cross(turning[:, :, None], arm)
     ends = np.array([leg.tibia.end for leg in robot.legs])

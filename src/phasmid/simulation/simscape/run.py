@@ -31,6 +31,7 @@ class SimscapeRun(Run):
     Samples are those of MuJoCo: positions, velocities, the feet's forces and positions, torques.
 
     Attributes:
+        law: The contact law with the robot's numbers.
         constants: Of robot, contact law and integration.
         pose: Position and quaternion of the body frame (7).
         twist: Velocity in world axes and angular velocity in body axes (6).
@@ -41,6 +42,7 @@ class SimscapeRun(Run):
 
     def _set_up(self) -> None:
         scenario, robot, contact = self.scenario, self.robot, self.scenario.contact
+        self.law = scenario.contact_law(robot)
         check_simscape(scenario)
         legs = len(robot.legs)
         # Widths of a sample, under MuJoCo's names.
@@ -54,13 +56,14 @@ class SimscapeRun(Run):
             substeps=substeps(scenario, robot),
             mass=robot.mass,
             weight=(0.0, 0.0, -robot.mass * scenario.model.gravity),
-            stiffness=contact.stiffness,
-            damping=contact.law_damping,
+            stiffness=self.law.stiffness,
+            damping=self.law.damping,
             static=scenario.terrain.friction,
             kinetic=min(contact.kinetic_friction, scenario.terrain.friction),
             threshold=contact.friction_threshold,
             # No two points of a foot are farther apart than the square's diagonal.
-            size=1.5 * contact.tip_width,
+            size=1.5 * self.law.tip_width,
+            radius=self.law.point_radius,
         )
 
     def _physics(self) -> Float[np.ndarray, " physics"]:
@@ -78,7 +81,7 @@ class SimscapeRun(Run):
         return self._leg_rows(Setpoints(q, np.zeros_like(q), np.zeros_like(q)))
 
     def _leg_rows(self, joints: Setpoints) -> Shaped[np.ndarray, " samples"]:
-        return leg_rows(self.robot, joints, self.scenario.contact.tip_width, self.dt)
+        return leg_rows(self.robot, joints, self.law, self.dt)
 
     def _place(self, start: SampledMotion) -> None:
         self.pose = np.concatenate([start.trunk.position[0], start.trunk.quaternion[0]])

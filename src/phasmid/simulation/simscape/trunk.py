@@ -27,7 +27,7 @@ import numpy as np
 
 from phasmid.compiled import compiled
 from phasmid.dynamics.whole_body_kernels import Vector, add, cross, rotate, vector
-from phasmid.simulation.contact import CONTACT_POINTS, POINT_RADIUS
+from phasmid.simulation.contact import CONTACT_POINTS
 
 GAMMA = 1.0 - math.sqrt(0.5)
 """Coefficient of ROS2."""
@@ -50,6 +50,7 @@ class Constants(NamedTuple):
         kinetic: Coefficient of kinetic friction, at most the static one.
         threshold: Slip up to which a point sticks [m/s].
         size: Greatest distance of two points of a foot [m].
+        radius: Radius of a contact point [m].
     """
 
     dt: float
@@ -62,6 +63,7 @@ class Constants(NamedTuple):
     kinetic: float
     threshold: float
     size: float
+    radius: float
 
 
 @compiled
@@ -197,7 +199,7 @@ def contact(
     n = vector(R[2])
     velocity = vector(R.T @ state[7:10] / constants.mass)
     velocity = minus(velocity, slopes(trunk.com, s, dt))
-    height = state[2] - POINT_RADIUS
+    height = state[2] - constants.radius
     all_force, all_moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     feet[:] = 0.0
     dampers[:] = 0.0
@@ -215,7 +217,7 @@ def contact(
                     break
                 continue
             # The point of the tibia that touches, halfway into the ground.
-            below = times(POINT_RADIUS - depth / 2.0, n)
+            below = times(constants.radius - depth / 2.0, n)
             r = minus(r, below)
             v = add(add(velocity, cross(w, r)), slopes(points[point], s, dt))
             v = minus(v, cross(turning, below))

@@ -1,0 +1,37 @@
+"""The contact law of one robot, in numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+ContactKind = Literal["spring-damper", "mujoco", "simscape"]
+"""Name of a contact law."""
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Law by which the ground holds the contact points of a robot, in numbers.
+
+    Attributes:
+        kind: Name of the law.
+        stiffness: Of each of a foot's contact points [N/m].
+        damping: Of each of a foot's contact points [N·s/m].
+        friction_damping: Tangential damping of each sticking point [N·s/m].
+        impedance: The engine's d; see `ContactTable.impedance`.
+        tip_width: Side of the square of a foot's contact points [m].
+        point_radius: Radius of a contact point [m].
+    """
+
+    kind: ContactKind
+    stiffness: float
+    damping: float
+    friction_damping: float
+    impedance: float
+    tip_width: float
+    point_radius: float
+
+    @property
+    def friction_hardness(self) -> float:
+        """Hardness of friction against that of normal forces: MuJoCo's ``impratio``."""
+        return 1.0 if self.kind == "mujoco" else self.friction_damping / self.damping
