@@ -158,7 +158,7 @@ def document(comparison: Comparison) -> str:
         scenario=default.scenario.name,
         width=1000 * law.tip_width,
         point=1000 * POINT_FOOT,
-        dt=1000 * own.scenario.simulation.dt,
+        dt=1000 * own.scenario.simulation.time_step,
         substeps=substeps(own.scenario, own.walk.robot),
         gap=100 * comparison.largest_load_gap,
         laws=_laws(default, own),

@@ -96,7 +96,7 @@ def lost_ways(scenario: Scenario, run: Recording, observed: Observed) -> dict[st
         observed: The engine's states.
     """
     robot, terrain = scenario.load_robot(), scenario.load_terrain()
-    count, dt = len(run["time"]), scenario.record_steps * scenario.simulation.dt
+    count, dt = len(run["time"]), scenario.record_steps * scenario.simulation.time_step
     contact, force, feet, torque = (
         run[name].values for name in ("contact", "foot_force", "foot_position", "joint_torque")
     )

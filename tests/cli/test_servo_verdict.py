@@ -50,8 +50,6 @@ def test_every_command_and_the_studio_give_one_verdict(tmp_path, capsys, monkeyp
 
     fields = ["--robot", "mine.toml", "--gait", gait, "--drive", "servo", "--duration", "0.05"]
     fields += ["--step-length-mm", "20", "--step-height-mm", "15", "--no-figures"]
-    # The ground under three times the weight is as stiff, while the feet are as light as before.
-    fields += ["--dt", "0.0005"]
     for command in (["walk"], ["drive", "--velocity", "0.01,0,0"]):
         folder = tmp_path / command[0]
         status, printed = answered(capsys, *command, *fields, "--out", folder)

@@ -70,6 +70,7 @@ def test_given_numbers_are_used_as_they_are_and_the_paper_has_those_of_phantomx_
     other = paper.for_robot(robot)
     assert other.contact_law(robot) == Scenario(robot=robot).contact_law(robot)
     assert other.period == Scenario(robot=robot).period
+    assert paper.for_robot("phantomx-paper") == paper
     assert scale_of(robot) == Scale(27.0, 3.0)
 
 

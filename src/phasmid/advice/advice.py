@@ -191,7 +191,7 @@ def plan_cycles(
                 "step_length is 0; a speed needs a step ahead.", hint="step_length=0.04"
             )
         # Whole time steps of a cycle spare the plan from being computed for each step.
-        dt = scenario.simulation.dt
+        dt = scenario.simulation.time_step
         scenario = scenario.replace(period=round(scenario.period * own / speed / dt) * dt)
         own = scenario.stride.step_length / (gait.duty_factor * scenario.period)
     scenario = scenario.replace(duration=cycles * scenario.period)

@@ -77,7 +77,7 @@ def simulate_load(scenario: Scenario, walk: Walk, *, skip: float = 0.0) -> Servo
         supply_current=None if heat is None else sums.drawn / count + standby,
         peak_supply_current=None if heat is None else sums.peak_drawn + standby,
         temperature=sums.temperature,
-        duration=count * scenario.simulation.dt * scenario.record_steps,
+        duration=count * run.dt * run.every,
         failure=failure.sentence if failure else "",
     )
 

@@ -121,10 +121,10 @@ def _plain_walk(scenario: Scenario) -> list[Finding]:
     from phasmid.errors import PhasmidError
     from phasmid.formats import Finding, Severity
     from phasmid.motion import plan
-    from phasmid.simulation import check_time_step
+    from phasmid.simulation import with_time_step
 
     try:
-        check_time_step(scenario, plan(scenario))
+        with_time_step(scenario, plan(scenario))
     except PhasmidError as error:
         # Only an option can follow the command.
         hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
@@ -224,10 +224,10 @@ def _check_scenario(scenario: Scenario) -> int:
     from phasmid.forces import scenario_verdict
     from phasmid.motion import fastest, plan
     from phasmid.scenario import idle_fields
-    from phasmid.simulation import check_load, check_time_step
+    from phasmid.simulation import check_load, with_time_step
 
     walk = plan(scenario)
-    check_time_step(scenario, walk)
+    with_time_step(scenario, walk)
     check_load(scenario, walk)
     speed = float(np.abs(walk.qd).max())
     limit, supply = fastest(scenario, walk.robot.servo)

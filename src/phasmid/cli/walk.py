@@ -52,14 +52,14 @@ def run(options: argparse.Namespace) -> int:
     scenario = scenario_of(options)
     from phasmid.motion import Motion, load_trajectory, plan
     from phasmid.scenario import idle_fields
-    from phasmid.simulation import check_time_step, new_run
+    from phasmid.simulation import new_run, with_time_step
 
     walk: Motion = (
         load_trajectory(options.trajectory, scenario.load_robot(), unit=options.trajectory_unit)
         if options.trajectory
         else plan(scenario)
     )
-    check_time_step(scenario, walk)
+    with_time_step(scenario, walk)
     words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
     if not options.quiet:
         for sentence in idle_fields(scenario):

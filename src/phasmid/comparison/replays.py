@@ -63,7 +63,7 @@ class Replayer:
         self._log, self._robot, self._progress = log, robot, progress
         self._done = 0
         self._knots, self._targets = command_knots(log)
-        dt = scenario.simulation.dt
+        dt = scenario.simulation.time_step
         self._scenario = scenario.replace(
             drive="servo", record_interval=dt, duration=float(self._knots[-1])
         )

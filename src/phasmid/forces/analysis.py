@@ -17,7 +17,7 @@ from phasmid.forces.servo_verdict import verdict_text
 from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
 from phasmid.kinematics import jacobian
-from phasmid.motion import Motion, Walk
+from phasmid.motion import Motion, Walk, progress
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import Robot, robot_to_toml
 from phasmid.scenario import Scenario, scenario_to_toml
@@ -210,8 +210,15 @@ def recording_attributes(scenario: Scenario, walk: Motion) -> dict[str, str | in
     The robot is that of its file: the scenario's variants apply when it is read. Trajectories have
     no servo verdict, since their stance is unknown.
     """
+    planned: dict[str, str | int | float] = {}
+    if isinstance(walk, Walk):
+        steps = progress(walk.gait, walk.scenario.planned_stride, np.array(scenario.duration))
+        planned = {
+            "servo_verdict": verdict_text(scenario),
+            "planned_steps": float(steps.position),
+        }
     return {
-        **({"servo_verdict": verdict_text(scenario)} if isinstance(walk, Walk) else {}),
+        **planned,
         "scenario": scenario_to_toml(scenario, "robot.toml"),
         "robot": robot_to_toml(scenario.base_robot()),
         "force_model": force_model_words(scenario),

@@ -25,7 +25,7 @@ from phasmid.simulation.servo import (
     servo_parameters,
     servo_step,
 )
-from phasmid.simulation.start import standing
+from phasmid.simulation.start import standing, with_time_step
 
 STEP = 1e-3
 """Time step of a bench [s]."""
@@ -219,7 +219,7 @@ class SimulatedRobot:
         robot = scenario.load_robot()
         is_packed = scenario.simulation.start_posture == "packed"
         start = standing(scenario, robot, packing(robot).folded if is_packed else None)
-        self.run = Run(scenario, start, endless=True)
+        self.run = Run(with_time_step(scenario, start), start, endless=True)
         self.dt, data = self.run.dt, self.run.data
         self.run.model.jnt_limited[1:] = 1
         self.run.model.jnt_range[1:] = robot.arrays.joint_limits.reshape(-1, 2)

@@ -9,7 +9,7 @@ import mujoco
 
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.learning.episodes import task_constants
-from phasmid.learning.model import fast_specification, robot_motor
+from phasmid.learning.model import FAST_STEP, fast_specification, robot_motor
 from phasmid.learning.observation import joint_names, observation_names
 from phasmid.learning.task import TERMS, Task
 from phasmid.scenario import Scenario
@@ -25,7 +25,7 @@ def exported_specification(task: Task) -> mujoco.MjSpec:
     scenario = Scenario().replace(robot=task.robot)
     robot = scenario.load_robot()
     constants = task_constants(task, robot)
-    spec = fast_specification(robot, scenario, constants.terrain)
+    spec = fast_specification(robot, scenario.replace(dt=FAST_STEP), constants.terrain)
     motor = robot_motor(scenario, robot)
     for name in joint_names(robot):
         actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)

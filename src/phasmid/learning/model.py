@@ -7,12 +7,14 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from phasmid.kinematics import joint_angles
 from phasmid.learning.terrain import Terrain
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, point_name
 from phasmid.simulation.model import compile_model, model_specification
 from phasmid.simulation.servo import own_servo, servo_parameters
+from phasmid.simulation.start import step_limit
 
 FAST_STEP, FULL_STEP = 0.004, 0.001
 """Time step of each fidelity [s]."""
@@ -85,8 +87,15 @@ def robot_motor(scenario: Scenario, robot: Robot) -> Motor:
     )
 
 
+def longest_full_step(scenario: Scenario, robot: Robot) -> float:
+    """Return the longest time step at full fidelity [s], at most `FULL_STEP`."""
+    scenario = scenario.replace(drive="servo")
+    neutral = joint_angles(robot.arrays, robot.arrays.neutral_foot)
+    return min(FULL_STEP, step_limit(scenario, robot, neutral)[0])
+
+
 def learning_model(
-    robot: Robot, scenario: Scenario, terrain: Terrain, *, full: bool
+    robot: Robot, scenario: Scenario, terrain: Terrain, *, full: bool, dt: float
 ) -> mujoco.MjModel:
     """Build the model of a robot with L legs.
 
@@ -94,19 +103,20 @@ def learning_model(
         robot: The robot.
         scenario: Its contact and gravity are used.
         terrain: The ground, one height field.
-        full: Whether feet, contact law and time step are those of `phasmid.simulation.build_model`;
-            else they are those of `fast_specification`.
+        full: Whether feet and contact law are those of `phasmid.simulation.build_model`; else they
+            are those of `fast_specification`.
+        dt: Time step [s].
 
     Returns:
         The model, with the sensors of `phasmid.simulation.build_model`, and a cube ``payload`` on
         the trunk.
     """
     if full:
-        scenario = scenario.replace(dt=FULL_STEP, drive="servo")
+        scenario = scenario.replace(dt=dt, drive="servo")
         spec = model_specification(robot, scenario)
         _add_ground_and_payload(spec, robot, terrain)
         return compile_model(spec, scenario.contact_law(robot))
-    model = fast_specification(robot, scenario, terrain).compile()
+    model = fast_specification(robot, scenario.replace(dt=dt), terrain).compile()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model
 
@@ -117,7 +127,7 @@ def fast_specification(robot: Robot, scenario: Scenario, terrain: Terrain) -> mu
     Each foot is one sphere with MuJoCo's own contact, the friction cone is a pyramid, and the
     joints carry rotor and damping of the motor; arguments as of `learning_model`.
     """
-    scenario = scenario.replace(dt=FAST_STEP, drive="servo", contact_law="mujoco")
+    scenario = scenario.replace(drive="servo", contact_law="mujoco")
     spec = model_specification(robot, scenario)
     _add_ground_and_payload(spec, robot, terrain)
     spec.option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL

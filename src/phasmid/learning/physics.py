@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import mujoco
@@ -14,11 +15,11 @@ from phasmid.kinematics import yaw_quaternion
 from phasmid.learning.episodes import Episodes, States, empty_episodes, task_constants
 from phasmid.learning.model import (
     FAST_STEP,
-    FULL_STEP,
     LEAST_PAYLOAD,
     PAYLOAD_SIDE,
     Motor,
     learning_model,
+    longest_full_step,
     robot_motor,
 )
 from phasmid.learning.observation import action_names
@@ -70,10 +71,12 @@ class Physics:
         self.constants = task_constants(task, robot)
         self.episodes = empty_episodes(count, len(robot.legs), len(action_names(task, robot)))
         self.is_full = task.fidelity == "full"
-        dt = FULL_STEP if self.is_full else FAST_STEP
-        self.steps = max(1, round(self.constants.dt / dt))
+        dt = self.constants.dt
+        longest = longest_full_step(scenario, robot) if self.is_full else FAST_STEP
+        self.steps = math.ceil(dt / longest - 1e-9)
+        dt /= self.steps
         self.model = model = learning_model(
-            robot, scenario, self.constants.terrain, full=self.is_full
+            robot, scenario, self.constants.terrain, full=self.is_full, dt=dt
         )
         self.batch = batch = Batch(model, count, threads)
         self.states = States(*map(batch.bind, ("qpos", "qvel", "sensordata", "qfrc_applied")))

@@ -155,7 +155,7 @@ def plan_course(
             hint='stance_law = "straight", or planned_on = "level"',
         )
     # A run may end half a time step later.
-    last = math.floor((end + scenario.simulation.dt) / stride.period + 1e-9) + 1
+    last = math.floor((end + scenario.simulation.time_step) / stride.period + 1e-9) + 1
     cycle = np.arange(EARLIEST, last + 1.0)[:, None]
     lift = (np.asarray(gait.offsets) + cycle) * stride.period
     land = lift + gait.swing_fraction * stride.period

@@ -71,7 +71,7 @@ class Walk:
         time, course = np.asarray(time, dtype=float), self.course
         latest = float(time.max(initial=0.0))
         # A whole number of time steps may exceed the walk by half a step.
-        if isinstance(course, Course) and latest > course.end + self.scenario.simulation.dt:
+        if isinstance(course, Course) and latest > course.end + self.scenario.simulation.time_step:
             terrain = self.scenario.planned_terrain()
             course = plan_course(self.scenario, self.robot, self.gait, terrain, latest)
         return _evaluate(self.scenario, course, time)

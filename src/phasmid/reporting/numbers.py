@@ -31,23 +31,26 @@ STANDING_SPEED = 0.01
 """Speed of all joint targets below which a robot stands [rad/s]."""
 
 
-def commanded_way(source: Source, duration: float) -> dict[str, float]:
-    """Return the displacement of the body by the stride's steps, at constant pace.
+def commanded_way(
+    source: Source, duration: float, planned_steps: float | None = None
+) -> dict[str, float]:
+    """Return the displacement of the body by the stride's steps.
 
     Each step takes the body by the stride's step, forward, left and around, from where the last
-    one left it; in between the body follows the arc through these places. A rest-to-rest walk is
-    on the pace after every whole step, and a little before or behind it within a step.
+    one left it; in between the body follows the arc through these places.
 
     Args:
         source: Robot and experiment.
         duration: Time from the start [s].
+        planned_steps: Number of steps of the plan in that time; None: at constant pace. A
+            rest-to-rest walk is on that pace after every whole step.
 
     Returns:
         ``steps`` made; ``forward`` and ``sideways`` (left) from the start, in its axes [m];
         ``turn`` to the left [rad]; ``distance`` along the way [m].
     """
     stride = source.scenario.stride
-    steps = duration / source.step_time
+    steps = duration / source.step_time if planned_steps is None else planned_steps
     step = np.array([stride.step_length, stride.step_sideways, stride.step_turn])
     forward, sideways, turn = kinematics.step_pose(step, np.array([steps]))[0].tolist()
     return {
@@ -119,7 +122,9 @@ def travel(run: Run) -> dict[str, Any]:
     # Between waypoints the velocity follows from where the robot is: it commands no path.
     way = {}
     if "waypoints" not in run.recording.attrs:
-        way = driven_way(run) or commanded_way(run, duration)
+        ended = duration < run.scenario.duration - run.scenario.simulation.time_step
+        steps = None if ended else run.recording.attrs.get("planned_steps")
+        way = driven_way(run) or commanded_way(run, duration, steps)
     found: dict[str, Any] = {f"commanded_{name}": value for name, value in way.items()}
     position, orientation = run.channel("body_position"), run.channel("body_orientation")
     yaw = np.zeros(len(time))

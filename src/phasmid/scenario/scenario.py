@@ -25,6 +25,7 @@ from phasmid.robot import (
 from phasmid.scenario.contact_law import ContactLaw
 from phasmid.scenario.similarity import Scale, scale_of
 from phasmid.scenario.tables import (
+    USUAL_STEP,
     ContactTable,
     FootingTable,
     GaitTable,
@@ -111,7 +112,7 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _check_size(self) -> Scenario:
-        dt, most = self.simulation.dt, self.simulation.max_steps
+        dt, most = self.simulation.time_step, self.simulation.max_steps
         steps = (self.duration + SETTLING_TIME) / dt
         if steps > most:
             raise InvalidInput(
@@ -123,7 +124,8 @@ class Scenario(Table):
             self._check_samples(self.stride.period)
         interval = self.simulation.record_interval
         count = 1.0 if interval is None else interval / dt
-        if round(count) < 1 or abs(count - round(count)) > 1e-6:
+        is_whole = round(count) >= 1 and abs(count - round(count)) <= 1e-6
+        if not is_whole and self.simulation.dt is not None:
             raise InvalidInput(
                 f"record_interval is {interval:g} s; "
                 f"it must be a whole number of steps of {dt:g} s."
@@ -152,8 +154,8 @@ class Scenario(Table):
     @property
     def record_steps(self) -> int:
         """Number of time steps from one recorded sample to the next."""
-        interval = self.simulation.record_interval or 0.001
-        return max(1, round(interval / self.simulation.dt))
+        interval = self.simulation.record_interval or USUAL_STEP
+        return max(1, round(interval / self.simulation.time_step))
 
     def replace(self, **changes: Any) -> Scenario:
         """Return this scenario with other values.
@@ -254,10 +256,13 @@ class Scenario(Table):
         """Return this scenario for another robot, whose contact and period follow it.
 
         `replace` keeps a period, and contact numbers of ``phantomx-ax``, that the scenario states.
+        The scenario's own robot changes nothing.
 
         Args:
             robot: A preset, a robot file, or the robot.
         """
+        if robot == self.robot:
+            return self
         return self.replace(robot=robot, period=None, contact_scale="robot")
 
     def scale(self, robot: Robot) -> Scale:

@@ -218,6 +218,10 @@ class ModelTable(Table):
     payload: Annotated[Mass, Ge(0), Le(100)] = 0.0
 
 
+USUAL_STEP = 0.001
+"""Time step where no part of an experiment needs a shorter one [s]."""
+
+
 class SimulationTable(Table):
     """``[simulation]``: how the engine runs.
 
@@ -232,7 +236,7 @@ class SimulationTable(Table):
             [1/s²]; the joint's inertia is that of the robot standing on half of its legs.
         speed_gain: Of ``torque``: the same against an error of its speed [1/s]; absent: damped
             critically, twice the root of the position's.
-        dt: Time step [s].
+        dt: Time step [s]; absent: 1 ms, or less where robot, servos or contact need it.
         record_interval: Time between recorded samples [s], a whole number of steps; absent: every
             step, or every millisecond where steps are shorter.
         max_steps: Largest number of steps; longer runs are refused.
@@ -247,7 +251,7 @@ class SimulationTable(Table):
     drive: Literal["prescribed", "ideal-servo", "servo", "torque"] | None = None
     position_gain: Annotated[Number, Gt(0), Le(1e5)] = 900.0
     speed_gain: Annotated[Number, Ge(0), Le(1e3)] | None = None
-    dt: Annotated[Time, Gt(0)] = 0.001
+    dt: Annotated[Time, Gt(0)] | None = None
     record_interval: Annotated[Time, Gt(0)] | None = None
     max_steps: Annotated[Count, Gt(0)] = 100_000_000
     start_height: Annotated[Length, Gt(0), Le(10)] | None = None
@@ -258,6 +262,11 @@ class SimulationTable(Table):
     def planned_drive(self) -> str:
         """The drive of a planned walk: ``prescribed`` where none is named."""
         return self.drive or "prescribed"
+
+    @property
+    def time_step(self) -> float:
+        """The time step [s]; until a run has chosen it, the usual one."""
+        return USUAL_STEP if self.dt is None else self.dt
 
     @property
     def can_lie(self) -> bool:

@@ -7,7 +7,7 @@ from phasmid.simulation.model import build_model
 from phasmid.simulation.model_reference import check_load
 from phasmid.simulation.rerun import Difference, Replay, replay
 from phasmid.simulation.run import Run
-from phasmid.simulation.start import check_time_step, longest_time_step
+from phasmid.simulation.start import longest_time_step, with_time_step
 from phasmid.simulation.termination import Ending
 from phasmid.simulation.walks import (
     Refinement,
@@ -27,7 +27,6 @@ __all__ = [
     "build_model",
     "check_drive",
     "check_load",
-    "check_time_step",
     "drive",
     "longest_time_step",
     "new_drive",
@@ -37,4 +36,5 @@ __all__ = [
     "simulate_many",
     "time_step_refinement",
     "with_sensors",
+    "with_time_step",
 ]

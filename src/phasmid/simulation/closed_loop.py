@@ -35,6 +35,7 @@ from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run, Watcher
+from phasmid.simulation.start import SHORTEST_PRACTICAL
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
 if TYPE_CHECKING:
@@ -73,7 +74,10 @@ def period_steps(scenario: Scenario, rate: float) -> int:
     """
     if not (math.isfinite(rate) and rate > 0):
         raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
-    dt = scenario.simulation.dt
+    dt = scenario.simulation.time_step
+    if scenario.simulation.dt is None and rate * SHORTEST_PRACTICAL <= 1:
+        # The chosen step will divide the period.
+        dt = 1 / (rate * math.ceil(1 / (rate * dt) - 1e-9))
     exact = 1 / (rate * dt)
     steps = max(1, round(exact))
     if abs(exact - steps) > 1e-6 * exact:

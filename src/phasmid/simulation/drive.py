@@ -33,7 +33,7 @@ from phasmid.scenario.tables import SENSORS
 from phasmid.simulation.closed_loop import ClosedLoopRun, Commanded, period_steps
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.run import Progress
-from phasmid.simulation.start import check_start, check_time_step, standing
+from phasmid.simulation.start import check_start, standing, with_time_step
 
 MISSED_PERIODS = 2.5
 """Periods without an observation that the safety monitor tolerates at least."""
@@ -126,7 +126,7 @@ def new_drive(
         controller = scenario_controller(scenario, rate)
     _check_prescribed(scenario, controller)
     begin = _begin(scenario, controller)
-    check_time_step(scenario, begin)
+    scenario = with_time_step(scenario, begin, 1 / rate)
     check_start(scenario, begin)
     attributes: dict[str, str | int | float] = {
         **_controller_attributes(controller, rate),
@@ -139,7 +139,7 @@ def new_drive(
     if table.measured == "everything":
         # A reading of a step arrives after it.
         delays = {name: getattr(table, name) for name in (f"{s}_delay" for s in SENSORS)}
-        least = scenario.simulation.dt
+        least = scenario.simulation.time_step
         scenario = scenario.replace(**{name: max(each, least) for name, each in delays.items()})
     return ClosedLoopRun(
         scenario,

@@ -125,7 +125,7 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = robot.name
     spec.compiler.degree = False
-    spec.option.timestep = scenario.simulation.dt
+    spec.option.timestep = scenario.simulation.time_step
     spec.option.gravity = [0.0, 0.0, -scenario.model.gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
@@ -199,7 +199,7 @@ def _add_leg(
             actuator.forcelimited = True
             actuator.forcerange = [-servo.stall_torque, servo.stall_torque]
         elif drive == "prescribed":
-            _prescribe(spec, name, scenario.simulation.dt)
+            _prescribe(spec, name, scenario.simulation.time_step)
         parent = body
     parent.add_site(name=f"{leg.name}.foot", pos=leg.tibia.end)
     law = scenario.contact_law(robot)

@@ -47,7 +47,7 @@ class ModelReference:
 
     def __init__(self, scenario: Scenario, walk: Walk, until: float) -> None:
         self._scenario, self._walk = scenario, walk
-        self._interval = scenario.simulation.dt * scenario.record_steps
+        self._interval = scenario.simulation.time_step * scenario.record_steps
         count = math.floor(until / self._interval + 1e-9) + 1
         cycle = scenario.period / self._interval
         self._cycle: dict[str, np.ndarray] | None = None

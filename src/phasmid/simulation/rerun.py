@@ -101,7 +101,7 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
         )
     scenario = recorded_scenario(attributes)
     # The samples are the same bits, however long the run goes on.
-    last = max(float(recording["time"].values[-1]), scenario.simulation.dt)
+    last = max(float(recording["time"].values[-1]), scenario.simulation.time_step)
     scenario = scenario.replace(duration=min(scenario.duration, last))
     repeated = _repeat(recording, scenario).simulate(progress=progress)
     then = {name: str(attributes.get(name, "")) for name in versions()}

@@ -110,7 +110,7 @@ class Run:
         endless: bool = False,
     ) -> None:
         self.scenario, self.walk, self.robot = scenario, walk, walk.robot
-        self.dt = scenario.simulation.dt
+        self.dt = scenario.simulation.time_step
         self.steps = ENDLESS if endless else max(1, round(scenario.duration / self.dt))
         self.every = scenario.record_steps
         self.ground = scenario.load_terrain()
@@ -496,7 +496,7 @@ class Run:
             "drive": scenario.simulation.planned_drive,
             "contact_law": scenario.contact.contact_law,
             "simulator": self.simulator,
-            "time_step": scenario.simulation.dt,
+            "time_step": scenario.simulation.time_step,
             **versions(),
         }
         if isinstance(walk, JointTrajectory):

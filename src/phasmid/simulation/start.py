@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from jaxtyping import Float
@@ -20,6 +21,7 @@ from phasmid.kinematics import (
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, SampledTrajectory, TrunkMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
+from phasmid.scenario.tables import USUAL_STEP
 from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME
 from phasmid.simulation.model import foot_mobility, joint_mobility
 from phasmid.simulation.servo import longest_servo_step, own_servo
@@ -35,26 +37,73 @@ SHORTEST_PRACTICAL = 1e-5
 """Time steps below this are not advised: a simulated second takes minutes [s]."""
 
 
-def check_time_step(scenario: Scenario, walk: Motion) -> None:
-    """Refuse a time step that cannot resolve the contact, or the gears of the robot's own servos.
+def with_time_step(scenario: Scenario, walk: Motion, period: float = USUAL_STEP) -> Scenario:
+    """Choose the time step where the scenario gives none, else check the one that it gives.
+
+    The chosen one is the longest, up to `USUAL_STEP`, that resolves the contact and the gears of
+    the robot's own servos, and that divides the period and the interval of the recording.
+
+    Args:
+        scenario: The scenario.
+        walk: A motion; its robot and first angles are used.
+        period: Time between two updates of a controller [s]; of a planned walk, the usual step.
+
+    Returns:
+        The scenario with a time step.
 
     Raises:
-        InvalidInput: With the longest one that resolves both; or the servos cannot be run.
+        InvalidInput: The given step is too long, with the longest that would do; or the servos
+            cannot be run.
     """
-    longest, what = longest_time_step(scenario, walk.robot), "this contact"
-    cause = "--stiffness or --damping"
-    if scenario.simulation.drive == "servo":
-        servo, start = own_servo(scenario, walk.robot), walk.sample(np.zeros(1)).q[0]
-        gears = longest_servo_step(servo, joint_mobility(walk.robot, scenario, start))
-        if gears < longest:
-            longest, what = gears, f"the gears of the servo {servo.name}"
-            cause = "gear_stiffness or gear_damping_time in [servo]"
-    if scenario.simulation.dt > longest:
-        practical = longest > SHORTEST_PRACTICAL
+    longest, what, cause = step_limit(scenario, walk.robot, walk.sample(np.zeros(1)).q[0])
+    given = scenario.simulation.dt
+    if given is not None and given <= longest:
+        return scenario
+    common = _common_divisor(period, scenario.simulation.record_interval or period)
+    chosen = common / math.ceil(common / min(longest, USUAL_STEP) - 1e-9)
+    if given is not None or chosen < SHORTEST_PRACTICAL:
+        named = f"--dt {given:g} s" if given is not None else "a time step"
+        practical = chosen >= SHORTEST_PRACTICAL
         raise InvalidInput(
-            f"--dt {scenario.simulation.dt:g} s cannot resolve {what} (needs <= {longest:.3g} s).",
-            hint=f"--dt {longest / 2:.1g}" if practical else f"a smaller {cause}",
+            f"{named} cannot resolve {what} (needs <= {longest:.3g} s).",
+            hint=f"--dt {chosen:.9g}" if practical else f"a smaller {cause}",
         )
+    return scenario.replace(dt=chosen)
+
+
+def step_limit(
+    scenario: Scenario, robot: Robot, q: Float[np.ndarray, "legs 3"]
+) -> tuple[float, str, str]:
+    """Return the longest time step that resolves contact and gears, and what limits it.
+
+    Args:
+        scenario: Its contact, drive and servo settings are used.
+        robot: The robot, L legs.
+        q: Joint angles [rad], shape (L, 3).
+
+    Returns:
+        The step [s], what limits it, and the numbers on which that depends, in words.
+
+    Raises:
+        InvalidInput: The servos cannot be run.
+    """
+    contact = longest_time_step(scenario, robot)
+    if scenario.simulation.drive == "servo":
+        servo = own_servo(scenario, robot)
+        gears = longest_servo_step(servo, joint_mobility(robot, scenario, q))
+        if gears < contact:
+            cause = "gear_stiffness or gear_damping_time in [servo]"
+            return gears, f"the gears of the servo {servo.name}", cause
+    return contact, "this contact", "--stiffness or --damping"
+
+
+def _common_divisor(a: float, b: float) -> float:
+    """Return the largest time of which both are whole multiples, to a microsecond [s]."""
+    x, y = (Fraction(each).limit_denominator(10**6) for each in (a, b))
+    if not x or not y:
+        return min(a, b)
+    denominator = x.denominator * y.denominator
+    return math.gcd(x.numerator * y.denominator, y.numerator * x.denominator) / denominator
 
 
 def longest_time_step(scenario: Scenario, robot: Robot) -> float:

@@ -17,7 +17,7 @@ from phasmid.recording import Recording
 from phasmid.scenario import Scenario
 from phasmid.simulation.drives import check_feed_forward
 from phasmid.simulation.run import Progress, Run
-from phasmid.simulation.start import check_start, check_time_step
+from phasmid.simulation.start import check_start, with_time_step
 from phasmid.simulation.termination import Ending
 
 
@@ -72,7 +72,7 @@ def new_run(
     if isinstance(walk, JointTrajectory) and walk.duration < scenario.duration:
         scenario = scenario.replace(duration=walk.duration)
     walk.check_planned_for(scenario)
-    check_time_step(scenario, walk)
+    scenario = with_time_step(scenario, walk)
     check_feed_forward(scenario, walk)
     if start is None:
         check_start(scenario, walk)
@@ -175,7 +175,8 @@ def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
         KeyboardInterrupt: It was stopped by Ctrl-C.
     """
     duration = min(scenario.duration, REFINED_CYCLES * scenario.period)
-    dt = scenario.simulation.dt
+    scenario = with_time_step(scenario, walk)
+    dt = scenario.simulation.time_step
     changes = {"duration": duration, "record_interval": dt * scenario.record_steps}
     runs = []
     for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2)):

@@ -88,7 +88,7 @@ class LiveRobot:
 
     def __init__(self, setting: Setting) -> None:
         scenario = setting.machine
-        dt = scenario.simulation.dt
+        dt = scenario.simulation.time_step
         rate = 1 / (max(1, round(UPDATE / dt)) * dt)
         self._controller = self._controller_of(setting, rate)
         self.setting = setting

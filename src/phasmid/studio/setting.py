@@ -67,9 +67,9 @@ class Setting:
     def __post_init__(self) -> None:
         # Limits of what builds while someone waits for a page.
         scenario, stride = self.scenario, self.scenario.planned_stride
-        if scenario.simulation.dt < SHORTEST_STEP:
+        if scenario.simulation.time_step < SHORTEST_STEP:
             raise InvalidInput(
-                f"dt is {scenario.simulation.dt:g} s; in the studio it must be at least "
+                f"dt is {scenario.simulation.time_step:g} s; in the studio it must be at least "
                 f"{SHORTEST_STEP:g} s, so that it keeps up with real time.",
                 hint="--dt 0.001",
             )

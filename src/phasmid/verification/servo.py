@@ -53,7 +53,7 @@ def servo_limits(laboratory: Laboratory) -> Iterator[Row]:
             continue
         changes = {**OVERLOADED, "robot": robot, "drive": drive}
         # The rotor's motion is followed from one step to the next.
-        changes["record_interval"] = laboratory.scenario.simulation.dt
+        changes["record_interval"] = laboratory.scenario.simulation.time_step
         scenario = laboratory.scenario.replace(**changes)
         recording = laboratory.walk(to_the_end=False, **changes)
         if drive == "servo":
@@ -106,7 +106,7 @@ def _motor(scenario: Scenario, recording: Recording) -> Limits:
     duty, current = (recording[f"servo_{name}"].values[1:] for name in ("duty", "current"))
     torque, speed = recording["joint_torque"].values[1:], recording["servo_speed"].values
     running = ~recording["servo_shutdown"].values[:-1]
-    before, change = speed[:-1], np.diff(speed, axis=0) / scenario.simulation.dt
+    before, change = speed[:-1], np.diff(speed, axis=0) / scenario.simulation.time_step
     law = running * (duty * table.supply(servo) - motor.constant * before) / motor.resistance
     push = motor.constant * current
     friction = push - motor.viscous * before - servo.armature * change - torque
@@ -136,7 +136,7 @@ def _goal_range(laboratory: Laboratory) -> Limits:
     """Measure the angles of coxas whose goals leave the range; the servo's sensor has steps."""
     robot = laboratory.scenario.load_robot()
     upper, step = robot.arrays.joint_limits[:, 0, 1], robot.servo.resolution
-    goals = np.arange(0.0, 1.5 * upper.max(), RAMP * laboratory.scenario.simulation.dt)
+    goals = np.arange(0.0, 1.5 * upper.max(), RAMP * laboratory.scenario.simulation.time_step)
     _, angle = _sweep(laboratory, "servo", goals)
     reached = angle > upper - step
     return {"range and a step of the sensor": (float((angle - upper - step).max()), "rad", reached)}

@@ -166,4 +166,4 @@ def check_simscape(scenario: Scenario) -> None:
 
 def substeps(scenario: Scenario, robot: Robot) -> int:
     """Return the number of substeps of a time step."""
-    return math.ceil(scenario.simulation.dt / (SUBSTEP * longest_time_step(scenario, robot)))
+    return math.ceil(scenario.simulation.time_step / (SUBSTEP * longest_time_step(scenario, robot)))

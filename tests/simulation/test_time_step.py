@@ -1,0 +1,83 @@
+"""The time step that is chosen from contact, gears, rate and recording."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid import Scenario, load_robot, plan
+from phasmid.control import Command
+from phasmid.errors import InvalidInput
+from phasmid.kinematics import joint_angles
+from phasmid.robot import load_servo
+from phasmid.simulation import with_time_step
+from phasmid.simulation.drive import new_drive
+from phasmid.simulation.start import step_limit
+from walks import scaled_robot
+
+AX = load_robot("phantomx-ax")
+SMALL = replace(scaled_robot(AX, 0.4), servo=AX.servo)
+"""Light legs of 100 mm on servos of the usual size."""
+
+
+def own_law(robot=AX, **changes):
+    return Scenario(robot=robot).replace(
+        drive="servo", step_length=0.01, step_height=0.01, **changes
+    )
+
+
+def limit(scenario, robot):
+    return step_limit(scenario, robot, joint_angles(robot.arrays, robot.arrays.neutral_foot))[0]
+
+
+def test_the_usual_step_is_taken_where_it_resolves_all():
+    for name in ("AX-12A", "STS3215", "DS3218"):
+        scenario = own_law(replace(AX, servo=load_servo(name)))
+        assert with_time_step(scenario, plan(scenario)).simulation.dt == 0.001
+
+
+@pytest.mark.parametrize("rate", [200.0, 150.0, 1000.0, 2000.0])
+@pytest.mark.parametrize("interval", [None, 0.002, 0.01])
+def test_the_step_of_light_legs_divides_period_and_interval(rate, interval):
+    robot = SMALL
+    scenario = own_law(robot, record_interval=interval)
+    chosen = with_time_step(scenario, plan(scenario), 1 / rate).simulation.dt
+    longest = limit(scenario, robot)
+    assert longest < 0.001
+    assert chosen <= longest
+    for time in (1 / rate, interval or 1 / rate):
+        assert time / chosen == pytest.approx(round(time / chosen), abs=1e-6)
+    # Twice the step would not do, or divides nothing.
+    assert chosen > longest / 2 or 1 / rate / chosen < 2
+
+
+def test_a_given_step_that_is_too_long_is_refused_with_one_that_works():
+    robot = SMALL
+    scenario = own_law(robot, dt=0.001)
+    with pytest.raises(InvalidInput, match="cannot resolve the gears of the servo") as caught:
+        with_time_step(scenario, plan(scenario), 1 / 150)
+    step = float(caught.value.hint.removeprefix("--dt "))
+    assert step <= limit(scenario, robot)
+    scenario = scenario.replace(dt=step, duration=0.05)
+    run = new_drive(scenario, None, Command(), rate=150.0)
+    assert run.period_steps * step == pytest.approx(1 / 150)
+
+
+def test_a_given_step_that_resolves_all_stays():
+    scenario = own_law(dt=0.0005)
+    assert with_time_step(scenario, plan(scenario)) is scenario
+
+
+def test_a_contact_that_no_practical_step_resolves_is_refused():
+    scenario = Scenario(robot=AX).replace(stiffness=1e9, damping=1e6)
+    with pytest.raises(InvalidInput, match="a time step cannot resolve this contact") as caught:
+        with_time_step(scenario, plan(scenario))
+    assert caught.value.hint == "a smaller --stiffness or --damping"
+
+
+def test_a_robot_of_its_own_servos_walks_at_the_chosen_step():
+    # The run has the chosen step, and its samples are a step apart.
+    robot = SMALL
+    run = new_drive(own_law(robot, duration=0.05), None, Command())
+    assert run.dt == run.scenario.simulation.dt < 0.001
+    assert np.allclose(np.diff(run.time), run.every * run.dt)
