@@ -161,8 +161,9 @@ class Episodes(NamedTuple):
         contact: Contact of each foot, shape (N, L).
         force: Normal force of each foot [N], shape (N, L).
         duty: Duty factor of each leg, averaged over about two cycles, shape (N, L).
-        torque: Joint torques of the last time step [N·m], shape (N, 3 L).
-        work: Positive work of the joints in the period [J], shape (N,).
+        torque: Joint torques of the last time step, behind friction [N·m], shape (N, 3 L). At fast
+            fidelity they include the torque that turns the rotors.
+        work: Positive work of those torques in the period [J], shape (N,).
         saturated: Part of the period in which each joint is at its torque limit, shape (N, 3 L).
         strength: Factor on the servos' supply voltage, shape (N,).
         gain: Factor on the servos' gains, shape (N,).
