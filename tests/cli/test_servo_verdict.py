@@ -8,11 +8,21 @@ import pytest
 
 from phasmid.cli import main
 from phasmid.gait import gaits_of
-from phasmid.robot import Servo, load_robot, load_servo, robot_to_toml, with_payload
+from phasmid.robot import complete_servo, load_robot, load_servo, robot_to_toml, with_payload
 from phasmid.scenario import load_scenario
 from phasmid.studio.setting import setting_of
 
-STRONG = Servo("strong", 6.0, 6.6, 30.0, 0.01, 0.012, 0.09, stall_current=4.1)
+STRONG = complete_servo(
+    {
+        "name": "strong",
+        "stall_torque": 6.0,
+        "no_load_speed": 6.6,
+        "armature": 0.012,
+        "friction": 0.09,
+        "viscous_friction": 0.01,
+        "stall_current": 4.1,
+    }
+)
 """Four times as strong as an AX-12A, and heavier in armature and friction."""
 
 LOAD = 5.0

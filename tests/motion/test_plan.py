@@ -186,7 +186,7 @@ def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, ga
         # 4.605 rad/s, and 0.5 s * 6.03 / 4.605 rounds up to 0.66 s.
         (
             {"period": 0.5, "drive": "servo", "voltage": 9},
-            "joint right_front.femur would turn at 6.03 rad/s; the servo AX-12A allows 4.61 rad/s "
+            "joint right_front.femur would turn at 6.03 rad/s; the servo AX-12A allows 4.59 rad/s "
             "at 9 V. Shortest period: 0.66 s.",
         ),
         # Below R c0/(k (1 - c1)) friction holds the rotor.

@@ -47,7 +47,7 @@ def test_shares_heat_and_shutdown_are_as_computed_by_hand(loaded):
     assert servos["saturated"][0] == [0.0, 0.0, 0.0]
     steady = 25 + 10.2 * 1.44 * 8
     assert servos["steady_temperature"][1][1] == pytest.approx(steady, rel=1e-12)
-    rest = 10.2 * 49 * math.log((steady - 31) / (steady - 70))
+    rest = 10.2 * 900 * 0.0546 * math.log((steady - 31) / (steady - 70))
     assert servos["time_to_limit"][1][1] == pytest.approx(rest, rel=1e-12)
     assert servos["time_to_limit"][0] is None
     assert servos["peak_temperature"][1][1] == 31.0
@@ -57,7 +57,7 @@ def test_shares_heat_and_shutdown_are_as_computed_by_hand(loaded):
 def test_what_makes_the_servos_doubtful_is_said(loaded):
     warnings = summarise(loaded)["warnings"]
     said = [sentence for sentence in warnings if "servo of the" in sentence]
-    rest = 10.2 * 49 * math.log((142.504 - 31) / (142.504 - 70)) / 60
+    rest = 10.2 * 900 * 0.0546 * math.log((142.504 - 31) / (142.504 - 70)) / 60
     assert said == [
         "The servo of the left middle tibia shut down at 3.00 s.",
         "The servo of the right middle femur gives all it has 25 % of the time and cannot follow.",

@@ -1,5 +1,7 @@
 """A controller drives the simulated robot in closed loop, recorded."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -159,9 +161,8 @@ class Impostor(Still):
         ),
         (
             Still(),
-            {"rate": 300},
-            "rate is 300 updates a second, 3.333 time steps of 1 ms; it must be a whole number of "
-            "them.",
+            {"rate": math.nan},
+            "rate is nan; it must be a finite number greater than 0.",
         ),
         (Still(), {"rate": -1}, "rate is -1; it must be a finite number greater than 0."),
     ],

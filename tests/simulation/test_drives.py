@@ -88,7 +88,7 @@ def test_motors_work_becomes_joint_work_friction_and_the_energy_of_rotors(runs, 
     rows = slice(1, None) if is_servo else slice(None, -1)
     motor, friction, joint = (run[name].values[rows] for name in names)
     dt = float(run.attrs["time_step"])
-    change = servo.rotor_inertia / 2 * float(np.sum(speed[-1] ** 2 - speed[0] ** 2))
+    change = servo.armature / 2 * float(np.sum(speed[-1] ** 2 - speed[0] ** 2))
     gained = dt * float(np.sum((motor + friction - joint) * mean))
     given = dt * float(np.maximum(motor * mean, 0.0).sum())
     assert given > 1.0

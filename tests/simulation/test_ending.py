@@ -88,7 +88,7 @@ def test_errors_and_warnings_of_the_engine_end_the_run():
 
 def test_engines_warn_the_thread_whose_run_it_is_and_nobody_else(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    wild = with_servo(stiffness=1e7, damping=0.0, armature=0.0, stall_torque=1e7)
+    wild = with_servo(stiffness=1e7, damping=0.0, armature=1e-9, stall_torque=1e7)
     scenario = PAPER.replace(robot=wild, drive="ideal-servo", dt=0.0022)
     good, bad = simulate_many([PAPER.replace(duration=1.0), scenario], workers=2)
     assert (good.attrs["ending"], bad.attrs["ending"]) == ("COMPLETED", "DIVERGED")

@@ -25,6 +25,9 @@ from phasmid.units import plain_number
 LIKE = "AX-12A"
 """Servo whose speed stands in where a format has none, such as MJCF."""
 
+NAMES = {"damping": "viscous_friction"}
+"""Numbers of joints that have another name in a servo."""
+
 DATA_SHEET = "--servo-model AX-12A, to take all from a data sheet"
 """Hint where numbers of a servo are assumed or unlikely."""
 
@@ -68,7 +71,8 @@ def servo_of(
             "name": "as in the file",
             "stall_torque": torque,
             "no_load_speed": speed,
-            **{name: value for name, value in given.items() if value},
+            # A file's damping is the friction of its joints.
+            **{NAMES.get(name, name): value for name, value in given.items() if value},
         },
         {"stall_current": UNKNOWN, "no_load_speed": OWN_FILE if speeds else ASSUMED},
     )

@@ -13,6 +13,7 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import Summary
+from phasmid.scenario.tables import USUAL_STEP
 
 WIDTH = 80
 """Largest width of the tables [columns]."""
@@ -165,6 +166,14 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     if "samples_not_finite" in run:
         line += f", the last {run['samples_not_finite']} not finite"
     yield "Duration", line
+    step = run.get("time_step")
+    if step is not None and step < USUAL_STEP - 1e-9:
+        times = USUAL_STEP / step
+        yield (
+            "Time step",
+            f"{1000 * step:.3g} ms, for contact or gears of the servos; {times:.3g} times the "
+            "computing time of 1 ms",
+        )
     if "sideways_drift" in way:
         yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
     yield from _story(summary)

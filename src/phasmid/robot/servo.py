@@ -85,7 +85,8 @@ class Servo:
         stall_torque: Largest torque, at standstill [N·m].
         no_load_speed: Largest speed, without load [rad/s].
         stiffness: Of the ideal servo: torque per position error, below the limit [N·m/rad].
-        damping: Of the ideal servo: torque per speed error [N·m·s/rad].
+        damping: Of the ideal servo: loss of torque per speed, by the motor's counter voltage and
+            friction [N·m·s/rad].
         armature: Rotor inertia seen at the output [kg·m²].
         friction: Coulomb friction of motor and gears, at the output [N·m].
         stall_current: Current at standstill under `rated_voltage` [A]; None: not known, and the

@@ -124,10 +124,11 @@ RULES: dict[str, Callable[[Values], Any]] = {
     "continuous_torque": lambda servo: CONTINUOUS_SHARE * servo["stall_torque"],
     "armature": lambda servo: ROTOR_TIME * servo["stall_torque"] / servo["no_load_speed"],
     "friction": lambda servo: FRICTION_SHARE * servo["stall_torque"],
-    "viscous_friction": lambda servo: servo.get(
-        "damping", VISCOUS_SHARE * servo["stall_torque"] / servo["no_load_speed"]
+    "viscous_friction": lambda servo: (
+        VISCOUS_SHARE * servo["stall_torque"] / servo["no_load_speed"]
     ),
-    "damping": lambda servo: servo["viscous_friction"],
+    # The slope of the torque-speed line: what counter voltage and friction take from a motor.
+    "damping": lambda servo: servo["stall_torque"] / servo["no_load_speed"],
     "backlash": lambda _: BACKLASH,
     "gear_stiffness": lambda servo: servo["stall_torque"] / TWIST_AT_STALL,
     "gear_damping_time": lambda _: GEAR_DAMPING_TIME,
@@ -201,10 +202,10 @@ def contradictions(servo: Servo) -> list[str]:
             f'stiffness {servo.stiffness:.3g} N·m/rad acts with drive "ideal-servo" alone; the law '
             f"{servo.law} of the table gives {law:.3g} N·m/rad."
         )
-    apart = abs(servo.damping - servo.viscous_friction)
-    if {"damping", "viscous_friction"} <= set(given) and apart > ALIKE * servo.damping:
+    brake = servo.stall_torque / servo.no_load_speed
+    if "damping" in given and abs(servo.damping / brake - 1) > ALIKE:
         idle.append(
-            f'damping {servo.damping:.3g} N·m·s/rad acts with drive "ideal-servo" alone, '
-            f'viscous_friction {servo.viscous_friction:.3g} N·m·s/rad with drive "servo".'
+            f'damping {servo.damping:.3g} N·m·s/rad acts with drive "ideal-servo" alone; stall '
+            f"torque and no-load speed give {brake:.3g} N·m·s/rad."
         )
     return idle

@@ -1,0 +1,62 @@
+"""Print the tables of the servo catalogue that stand in docs/servos.md."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import fields
+
+from phasmid.robot import Servo, load_servo, servo_names
+
+RPM, DEGREE = math.pi / 30, math.pi / 180
+
+COLUMNS: dict[str, tuple[str, Callable[[Servo], str]]] = {
+    "supply [V]": ("rated_voltage", lambda servo: f"{servo.rated_voltage:g}"),
+    "stall torque [N·m]": ("stall_torque", lambda servo: f"{servo.stall_torque:.3g}"),
+    "no-load speed [rpm]": ("no_load_speed", lambda servo: f"{servo.no_load_speed / RPM:.3g}"),
+    "stall current [A]": ("stall_current", lambda servo: f"{servo.stall_current:.3g}"),
+    "armature [g·m²]": ("armature", lambda servo: f"{1000 * servo.armature:.3g}"),
+    "friction [N·m]": ("friction", lambda servo: f"{servo.friction:.2g}"),
+    "viscous [mN·m·s]": ("viscous_friction", lambda servo: f"{1000 * servo.viscous_friction:.2g}"),
+    "stiffness [N·m/rad]": ("stiffness", lambda servo: f"{servo.stiffness:.3g}"),
+    "delay [ms]": ("delay", lambda servo: f"{1000 * servo.delay:.2g}"),
+    "backlash [°]": ("backlash", lambda servo: f"{servo.backlash / DEGREE:.2g}"),
+}
+"""Columns of numbers: field, and its text."""
+
+MARKS = {"data sheet": "", "identified": " **i**", "assumed": " *a*"}
+"""Marks of a number by the kind of its source."""
+
+
+def numbers() -> str:
+    """Return the table of numbers, each marked as identified or assumed, or of a data sheet."""
+    rows = ["| servo | " + " | ".join(COLUMNS) + " |", "|---|" + "---|" * len(COLUMNS)]
+    for servo in map(load_servo, servo_names()):
+        cells = [
+            text(servo) + MARKS[servo.sources[field].partition(" (")[0]]
+            for field, text in COLUMNS.values()
+        ]
+        rows.append("| " + " | ".join([servo.name, *cells]) + " |")
+    return "\n".join(rows)
+
+
+def sources() -> str:
+    """Return the table of sources: data sheet, who identified what, and assumed numbers."""
+    rows = ["| servo | data sheet | identified | assumed |", "|---|---|---|---|"]
+    for servo in map(load_servo, servo_names()):
+        found: dict[str, list[str]] = {"data sheet": [], "identified": [], "assumed": []}
+        publication = dict.fromkeys(found, "")
+        for name in (field.name for field in fields(servo) if field.name in servo.sources):
+            kind, _, rest = servo.sources[name].partition(" (")
+            found[kind].append(name.replace("_", " "))
+            publication[kind] = rest.removesuffix(")")
+        identified = ", ".join(found["identified"])
+        if identified:
+            identified += f": {publication['identified']}"
+        cells = [publication["data sheet"], identified, ", ".join(found["assumed"])]
+        rows.append("| " + " | ".join([servo.name, *cells]) + " |")
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    print(numbers(), sources(), sep="\n\n")
