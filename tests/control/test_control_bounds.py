@@ -63,7 +63,7 @@ def test_bounds_are_not_below_what_is_walked(obstacle, walked):
 
 def test_a_foot_that_meets_risers_again_and_again_is_classified():
     """Without ground sensing each swing of 30 mm ends at a riser of 80 mm."""
-    assert causes.measure("stairs", 80, "without", 0)["cause"] == "obstacle hits"
+    assert causes.measure("stairs", 80, "without", 3)["cause"] == "obstacle hits"
 
 
 def test_feet_that_slip_back_are_classified():

@@ -22,6 +22,7 @@ from formats.trees import (
     with_link,
 )
 from general_robot import general_robot
+from phasmid.forces import servo_verdict
 from phasmid.formats import (
     Imported,
     ImportOptions,
@@ -33,11 +34,17 @@ from phasmid.formats import (
     robot_from_tree,
     tree_of,
 )
+from phasmid.gait import load_gait
 from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot, load_servo
+from phasmid.scenario import Scenario
+from phasmid.simulation import build_model
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
 FEMUR = "right_rear_femur"
+
+
+TRIPOD = load_gait("tripod")
 
 
 def robot_of(tree: Tree, **options: object) -> Robot:
@@ -380,3 +387,43 @@ def test_servos_come_from_a_name_or_from_the_file() -> None:
     assert own.stiffness == pytest.approx(30.0)
     slow = robot_of(with_joints(TREE, lambda j: replace(j, effort=3.0, velocity=None))).servo
     assert slow.no_load_speed == load_servo("AX-12A").no_load_speed
+
+
+def test_each_joint_is_judged_by_its_own_effort() -> None:
+    # Knees of twice the torque, as geared knees of quadrupeds: one finding with both efforts. All
+    # joints of the preset need at most 1.1 N m; hips of 0.6 N m are too weak, knees of 1.2 are not.
+    def efforts(joint: TreeJoint) -> TreeJoint:
+        return replace(joint, effort=1.2 if "tibia" in joint.name else 0.6)
+
+    imported = robot_from_tree(with_joints(TREE, efforts), ImportOptions())
+    differ = [text for text in said(imported, Severity.NOTE) if "the joints differ" in text]
+    assert differ == ["servo: the joints differ: effort 0.6 to 1.2 N·m (each joint keeps its own)."]
+    robot = imported.robot
+    assert robot is not None
+    np.testing.assert_array_equal(robot.arrays.strength, [[1.0, 1.0, 2.0]] * 6)
+    model = build_model(robot, Scenario(robot=robot).replace(drive="ideal-servo"))
+    largest = model.actuator_forcerange[:, 1].reshape(6, 3)
+    np.testing.assert_allclose(largest, [[0.6, 0.6, 1.2]] * 6)
+
+
+def test_a_joint_whose_own_effort_suffices_makes_no_robot_impossible() -> None:
+    # The joint that needs most is given as much; the others have half as much as that, and need
+    # less. Merged to the least effort, it would need twice its stall torque.
+    need = servo_verdict(MK4, TRIPOD)
+    strongest = need.joint.split(".")[1]
+
+    def efforts(joint: TreeJoint) -> TreeJoint:
+        return replace(joint, effort=need.torque * (1.25 if strongest in joint.name else 0.625))
+
+    imported = robot_from_tree(with_joints(TREE, efforts), ImportOptions())
+    assert imported.robot is not None
+    robot = replace(
+        imported.robot,
+        legs=tuple(
+            replace(own, neutral_foot=leg.neutral_foot)
+            for own, leg in zip(imported.robot.legs, MK4.legs, strict=True)
+        ),
+    )
+    verdict = servo_verdict(robot, TRIPOD)
+    assert verdict.is_possible
+    assert verdict.torque / verdict.stall_torque == pytest.approx(0.8, rel=1e-6)

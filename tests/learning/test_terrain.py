@@ -96,5 +96,6 @@ def test_dead_servos_give_no_torque(fidelity):
     assert (np.abs(e.torque[dead]) < limit).all()
     leg = dead.reshape(6, 6, 3).all(axis=2)
     assert (leg.sum(axis=1) == 1).all()
-    assert (e.force[leg] < 0.3 * env.physics.robot.mass * 9.81 / 6).all()
+    # What is left is the weight of the leg, and friction of 0.045 N·m at an arm of 30 mm or more.
+    assert (e.force[leg] < 0.4 * env.physics.robot.mass * 9.81 / 6).all()
     np.testing.assert_array_equal(information["privileged_observation"][:, -18:] > 0, dead)

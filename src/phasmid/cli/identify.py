@@ -97,10 +97,8 @@ BENCH_FLAGS = "mass_g", "length_mm", "joint"
 
 def _robot(options: argparse.Namespace) -> Robot | None:
     """Return the robot of the options, with their servo; None: the logs are of a bench."""
-    from dataclasses import replace
-
     from phasmid.formats import load_robot
-    from phasmid.robot import load_servo
+    from phasmid.robot import load_servo, with_servo
 
     if options.robot is None:
         if options.leg:
@@ -115,7 +113,7 @@ def _robot(options: argparse.Namespace) -> Robot | None:
     robot = load_robot(options.robot)
     if options.servo is None:
         return robot
-    return replace(robot, servo=load_servo(options.servo))
+    return with_servo(robot, load_servo(options.servo))
 
 
 def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list[LegLog]:

@@ -220,7 +220,7 @@ def servo_verdict(
     The robot rests on level ground at three instants between any two events of the gait, with a
     step of `STEP` forward. Ground reaction forces are vertical: neither internal forces between
     feet nor friction in the gears reduce a torque. Three feet share the weight by statics, more by
-    least squares. Links have their weight.
+    least squares. Links have their weight. A joint of its own strength is judged by that.
 
     The servos hold where the rms torque of the cycle and the torque on all feet are within the
     continuous torque, and the largest torque is within the stall torque. They hold for a limited
@@ -243,6 +243,8 @@ def servo_verdict(
     continuous = min(servo.continuous_torque, stall)
     stance, feet = _instants(robot, gait)
     load, margin = _static_torque(robot, stance, feet, gravity)
+    # In torques of the servo: a stronger joint counts with less.
+    load = load / robot.arrays.strength
     stable = margin > LEAST_MARGIN
     holding, worst = Holding.NOT_STABLE, int(np.argmin(margin))
     joint, torque, rms, heat, until = "", math.nan, math.nan, None, None
@@ -254,7 +256,9 @@ def servo_verdict(
         joint = f"{robot.legs[leg].name}.{JOINTS[which]}"
         if torque > stall or stable.all():
             worst = int(np.argmax(load[:, leg, which] >= joints[leg, which] * (1 - TIE)))
-    motor = servo.known_motor
+    motor, strength = servo.known_motor, 1.0
+    if stable.any():
+        strength = float(robot.arrays.strength[leg, which])
     if stable.all():
         rms = math.sqrt(_lasting(gait, load**2))
         holding = Holding.HOLDS if rms <= continuous else Holding.LIMITED
@@ -272,10 +276,10 @@ def servo_verdict(
         gait=gait.name,
         joint=joint,
         feet=tuple(int(leg) + 1 for leg in np.flatnonzero(stance[worst])),
-        torque=torque,
-        rms_torque=rms,
-        stall_torque=stall,
-        continuous_torque=continuous,
+        torque=strength * torque,
+        rms_torque=strength * rms,
+        stall_torque=strength * stall,
+        continuous_torque=strength * continuous,
         is_continuous_assumed=servo.is_assumed("continuous_torque"),
         voltage=voltage,
         highest_voltage=servo.maximum_voltage,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,9 @@ from phasmid.units import plain_number
 
 LIKE = "AX-12A"
 """Servo whose speed stands in where a format has none, such as MJCF."""
+
+UNITS = {"friction": "N·m", "damping": "N·m·s/rad", "armature": "kg·m²"}
+"""Numbers of joints of which a servo has the largest, and their units."""
 
 NAMES = {"damping": "viscous_friction"}
 """Numbers of joints that have another name in a servo."""
@@ -54,18 +57,10 @@ def servo_of(
             hint="--servo-model AX-12A",
         )
     like = load_servo(LIKE)
-    for what, unit, values in (("efforts", "N·m", efforts), ("speeds", "rad/s", speeds)):
-        if values and max(values) > min(values):
-            findings.note(
-                "servo",
-                f"{what} differ, {plain_number(min(values))} to {plain_number(max(values))} "
-                f"{unit}; every joint was given the least.",
-            )
     torque, speed = min(efforts), min(speeds, default=like.no_load_speed)
-    given = {
-        name: max(getattr(joint, name) for joint in joints)
-        for name in ("friction", "damping", "armature")
-    }
+    merged = {name: [getattr(joint, name) for joint in joints] for name in UNITS}
+    given = {name: max(values) for name, values in merged.items()}
+    _note_merged({"effort": efforts, "speed": speeds} | merged, findings)
     servo = complete_servo(
         {
             "name": "as in the file",
@@ -88,6 +83,27 @@ def servo_of(
         hint=DATA_SHEET,
     )
     return servo
+
+
+def _note_merged(numbers: Mapping[str, Sequence[float]], findings: Findings) -> None:
+    """Note which numbers differ from joint to joint, and which one the servo has."""
+    units = {"effort": "N·m", "speed": "rad/s"} | UNITS
+    taken = {"effort": "each joint keeps its own", "speed": "every joint has the least"}
+    differ = [
+        f"{name} {plain_number(min(values), 3)} to {plain_number(max(values), 3)} {units[name]} "
+        f"({taken.get(name, 'every joint has the largest')})"
+        for name, values in numbers.items()
+        if values and max(values) > min(values)
+    ]
+    if differ:
+        findings.note("servo", f"the joints differ: {', '.join(differ)}.")
+
+
+def strength_of(leg: FoundLeg, servo: Servo) -> Float[np.ndarray, "3"]:
+    """Return the efforts of a leg's joints over the servo's stall torque, shape (3,)."""
+    efforts = [joint.effort or servo.stall_torque for joint in leg.chain.joints]
+    finite = [each if math.isfinite(each) else servo.stall_torque for each in efforts]
+    return np.array(finite) / servo.stall_torque
 
 
 SLENDER = 0.25

@@ -16,6 +16,7 @@ from phasmid.formats.assumptions import (
     possible_inertia,
     servo_of,
     standing_feet,
+    strength_of,
     weighed,
 )
 from phasmid.formats.chains import Chain, Skeleton, skeleton
@@ -163,6 +164,8 @@ def _robot(
     findings += judge_links([leg.chain for leg in legs], possible)
     joints = [joint for leg in legs for joint in leg.chain.joints]
     servo = servo_of(joints, options.servo_model, tree.servo, findings)
+    is_own = not (options.servo_model or tree.servo)
+    strengths = [strength_of(leg, servo) if is_own else np.ones(3) for leg in legs]
     feet = standing_feet(legs)
     level = legs[0].R_level_hip @ feet[0]
     findings.note(
@@ -180,7 +183,7 @@ def _robot(
         plain(tree.name).strip()[:LONGEST_NAME] or "robot",
         cast("Body", made[0]),
         tuple(
-            _leg(leg, foot, links[3 * i : 3 * i + 3])
+            _leg(leg, foot, links[3 * i : 3 * i + 3], strengths[i])
             for i, (leg, foot) in enumerate(zip(legs, feet, strict=True))
         ),
         servo,
@@ -207,7 +210,12 @@ def _link(piece: Piece, findings: Findings) -> Link | Body | None:
         return None
 
 
-def _leg(leg: FoundLeg, foot: Float[np.ndarray, "3"], links: Sequence[Link]) -> Leg:
+def _leg(
+    leg: FoundLeg,
+    foot: Float[np.ndarray, "3"],
+    links: Sequence[Link],
+    strength: Float[np.ndarray, "3"],
+) -> Leg:
     coxa, femur, tibia = links
     yaw, pitch, roll = map(float, leg.angles)
     _, e2, e3 = map(float, leg.offsets)
@@ -224,6 +232,7 @@ def _leg(leg: FoundLeg, foot: Float[np.ndarray, "3"], links: Sequence[Link]) -> 
         joint_limits=leg.limits,
         femur_bend=e2,
         tibia_bend=e2 + e3,
+        strength=strength,
     )
 
 

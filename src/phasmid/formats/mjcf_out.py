@@ -189,11 +189,13 @@ def _hinge(joint: TreeJoint) -> dict[str, str]:
 
 
 def _drive(joint: TreeJoint, servo: Servo) -> dict[str, str]:
+    assert joint.effort is not None
+    ratio = joint.effort / servo.stall_torque
     return {
         "name": joint.name,
         "joint": joint.name,
-        "kp": written([servo.stiffness]),
-        "kv": written([servo.damping]),
+        "kp": written([ratio * servo.stiffness]),
+        "kv": written([ratio * servo.damping]),
         "ctrlrange": written([joint.lower, joint.upper]),
-        "forcerange": written([-servo.stall_torque, servo.stall_torque]),
+        "forcerange": written([-joint.effort, joint.effort]),
     }

@@ -273,7 +273,9 @@ def tree_of(robot: Robot) -> Tree:
             _end(leg.femur),
         )
         parent = "base_link"
-        for joint, link, X, limits in zip(JOINTS, leg.links, poses, leg.joint_limits, strict=True):
+        for joint, link, X, limits, ratio in zip(
+            JOINTS, leg.links, poses, leg.joint_limits, leg.strength.tolist(), strict=True
+        ):
             name = f"{leg.name}_{joint}"
             child = f"{name}_link"
             parts = look.link(leg.name, joint) if look else ()
@@ -287,7 +289,7 @@ def tree_of(robot: Robot) -> Tree:
                     X,
                     lower=float(limits[0]),
                     upper=float(limits[1]),
-                    effort=robot.servo.stall_torque,
+                    effort=ratio * robot.servo.stall_torque,
                     velocity=robot.servo.no_load_speed,
                     friction=robot.servo.friction,
                     damping=robot.servo.viscous_friction,

@@ -353,15 +353,16 @@ def torque(run: Run, name: str) -> dict[str, Any]:
     tau = run.channel(name)
     if tau is None:
         return {}
-    size, stall = np.abs(tau), run.stall_torque
+    size, strength = np.abs(tau), run.robot.arrays.strength
+    stall, continuous = strength * run.stall_torque, strength * run.continuous_torque
     peak = size.max(axis=0)
     return {
         "peak": peak.tolist(),
         "rms": rms(tau, np.ones(tau.shape, dtype=bool)).tolist(),
         "peak_over_stall": (peak / stall).tolist(),
         "largest": float(peak.max()),
-        "largest_over_stall": float(peak.max() / stall),
-        "share_above_continuous": float((size > run.continuous_torque).mean()),
+        "largest_over_stall": float((peak / stall).max()),
+        "share_above_continuous": float((size > continuous).mean()),
     }
 
 

@@ -14,6 +14,7 @@ from phasmid.robot.variants import (
     with_mounts,
     with_neutral_foot,
     with_payload,
+    with_servo,
 )
 
 __all__ = [
@@ -39,4 +40,5 @@ __all__ = [
     "with_mounts",
     "with_neutral_foot",
     "with_payload",
+    "with_servo",
 ]

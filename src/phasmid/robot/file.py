@@ -227,6 +227,7 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
         tibia_bend=table.tibia_bend,
         mount_pitch=table.pitch,
         mount_roll=table.roll,
+        strength=np.array(table.strength),
     )
 
 
@@ -294,6 +295,8 @@ def robot_to_toml(robot: Robot) -> str:
             "femur_bend": leg.femur_bend,
             "tibia_bend": leg.tibia_bend,
         }
+        if (leg.strength != 1).any():
+            values["strength"] = leg.strength
         for joint, limits in zip(JOINTS, leg.joint_limits, strict=True):
             values[f"joint_limits.{joint}"] = limits
         for link in leg.links:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -51,6 +51,8 @@ class Leg:
         tibia_bend: Angle of the tibia's straight line above the zero line of its servo [rad].
         mount_pitch: Angle by which the hip frame's x points below the horizontal [rad].
         mount_roll: Turn of the hip about its own x, its left side upwards [rad].
+        strength: Torque of each joint over that of the robot's servo, of robots whose joints
+            differ; also its stiffness and damping, shape (3,).
 
     Raises:
         InvalidRobot: A measure is impossible, or the neutral foot cannot be reached.
@@ -68,28 +70,33 @@ class Leg:
     tibia_bend: float = 0.0
     mount_pitch: float = 0.0
     mount_roll: float = 0.0
+    strength: Float[np.ndarray, "3"] = field(default_factory=lambda: np.ones(3))
 
     def __post_init__(self) -> None:
         what = f"leg {self.name}"
-        for field, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
-            array = frozen_array(getattr(self, field), shape, f"{what}: {field}")
+        for place, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
+            array = frozen_array(getattr(self, place), shape, f"{what}: {place}")
             if np.abs(array).max() > 2.0:
                 raise InvalidRobot(
-                    f"{what}: {field} reaches {np.abs(array).max():.4g} m; "
+                    f"{what}: {place} reaches {np.abs(array).max():.4g} m; "
                     "lengths above 2 m are refused.",
-                    hint=f"{field}_mm",
+                    hint=f"{place}_mm",
                 )
-            object.__setattr__(self, field, array)
+            object.__setattr__(self, place, array)
+        strength = frozen_array(self.strength, (3,), f"{what}: strength")
+        if not (strength > 0).all():
+            raise InvalidRobot(f"{what}: strength is {strength.min():.4g}; it must be above 0.")
+        object.__setattr__(self, "strength", strength)
         object.__setattr__(
             self, "joint_limits", frozen_array(self.joint_limits, (3, 2), f"{what}: joint_limits")
         )
-        for field in ("mount_yaw", "femur_bend", "tibia_bend", "mount_pitch", "mount_roll"):
-            value = getattr(self, field)
+        for angle in ("mount_yaw", "femur_bend", "tibia_bend", "mount_pitch", "mount_roll"):
+            value = getattr(self, angle)
             if not math.isfinite(value) or abs(value) > 2 * math.pi:
                 raise InvalidRobot(
-                    f"{what}: {field} is {value:.4g} rad; it must be a finite angle "
+                    f"{what}: {angle} is {value:.4g} rad; it must be a finite angle "
                     "of at most one turn.",
-                    hint=f"{field}_deg",
+                    hint=f"{angle}_deg",
                 )
         for joint, (lower, upper) in zip(JOINTS, self.joint_limits, strict=True):
             if lower >= upper:

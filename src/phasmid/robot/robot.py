@@ -81,6 +81,7 @@ class LegArrays:
         p_body_hip: Hips in the body frame [m], shape (L, 3).
         neutral_foot: Neutral feet in the hip frames [m], shape (L, 3).
         joint_limits: Lowest and highest angles [rad], shape (L, 3, 2).
+        strength: Torques of the joints over that of the servo, shape (L, 3).
     """
 
     lengths: Float[np.ndarray, "legs 3"]
@@ -92,6 +93,7 @@ class LegArrays:
     p_body_hip: Float[np.ndarray, "legs 3"]
     neutral_foot: Float[np.ndarray, "legs 3"]
     joint_limits: Float[np.ndarray, "legs 3 2"]
+    strength: Float[np.ndarray, "legs 3"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +175,7 @@ class Robot:
             "p_body_hip": [leg.mount_position for leg in legs],
             "neutral_foot": [leg.neutral_foot for leg in legs],
             "joint_limits": [leg.joint_limits for leg in legs],
+            "strength": [leg.strength for leg in legs],
         }
         arrays = {name: np.array(row, dtype=float) for name, row in rows.items()}
         for array in arrays.values():

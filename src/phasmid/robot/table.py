@@ -12,7 +12,7 @@ from annotated_types import Ge, Gt, Len
 from pydantic import BeforeValidator, ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.robot.servo import KnownNumbers, Servo
+from phasmid.robot.servo import KnownNumbers, Positive, Servo
 from phasmid.robot.servo_rules import complete_servo
 from phasmid.tables import (
     Angle,
@@ -121,6 +121,7 @@ class LegTable(RobotPart):
     pitch: Angle = 0.0
     roll: Angle = 0.0
     joint_limits: LimitsTable = LimitsTable()
+    strength: Annotated[list[Positive], Len(3, 3)] = [1.0, 1.0, 1.0]
     links: LinksTable
 
 

@@ -13,6 +13,7 @@ from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.leg import Leg
 from phasmid.robot.link import Link
 from phasmid.robot.robot import Body, Robot
+from phasmid.robot.servo import Servo
 
 MassModel = Literal["as-given", "mid-length"]
 MountLayout = Literal["as-given", "perpendicular"]
@@ -87,6 +88,12 @@ def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) 
         return replace(leg, neutral_foot=leg.R_level_hip.T @ foot)
 
     return replace(robot, legs=tuple(place(leg) for leg in robot.legs))
+
+
+def with_servo(robot: Robot, servo: Servo) -> Robot:
+    """Return the robot with the same servo at every joint."""
+    legs = tuple(replace(leg, strength=np.ones(3)) for leg in robot.legs)
+    return replace(robot, servo=servo, legs=legs)
 
 
 def with_payload(robot: Robot, mass: float) -> Robot:

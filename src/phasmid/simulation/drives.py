@@ -146,15 +146,17 @@ class IdealServoDrive(Drive):
         self._added_inertia = -model.dof_armature[6:]
         # MuJoCo has no row for a joint without friction.
         self._rows = joints if servo.friction > 0 else 0
-        self._largest = servo.stall_torque
+        strength = walk.robot.arrays.strength.ravel()
+        self._largest = strength * servo.stall_torque
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
-        self._stall = max(servo.stall_torque - servo.friction, 0.0)
+        self._stall = np.maximum(self._largest - servo.friction, 0.0)
         self._drop = self._stall / servo.no_load_speed
         self._goal, self._speed, self._force = data.ctrl, data.qvel[6:], data.actuator_force
         self._limits = model.actuator_forcerange
         self._friction = servo.friction
-        self._stiffness: float | np.ndarray = servo.stiffness
-        self._damping: float | np.ndarray = servo.damping
+        by_leg = walk.robot.arrays.strength
+        self._stiffness = by_leg * servo.stiffness
+        self._damping = by_leg * servo.damping
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:

@@ -174,9 +174,10 @@ def _add_leg(
         (leg.femur.end, (1.0, 0.0, 0.0, 0.0)),
     )
     servo, drive = robot.servo, scenario.simulation.planned_drive
+    strength = leg.strength.tolist()
     is_motor = drive in {"ideal-servo", "torque"}
-    for joint, link, (position, quaternion), (stiffness, damping) in zip(
-        JOINTS, leg.links, poses, gains.tolist(), strict=True
+    for joint, link, (position, quaternion), (stiffness, damping), ratio in zip(
+        JOINTS, leg.links, poses, gains.tolist(), strength, strict=True
     ):
         name = f"{leg.name}.{joint}"
         body = parent.add_body(name=name, pos=position, quat=quaternion)
@@ -195,9 +196,10 @@ def _add_leg(
                 actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
                 actuator.biasprm[1], actuator.biasprm[2] = -stiffness, -damping
             else:
-                actuator.set_to_position(kp=servo.stiffness, kv=servo.damping)
+                actuator.set_to_position(kp=ratio * servo.stiffness, kv=ratio * servo.damping)
             actuator.forcelimited = True
-            actuator.forcerange = [-servo.stall_torque, servo.stall_torque]
+            largest = ratio * servo.stall_torque
+            actuator.forcerange = [-largest, largest]
         elif drive == "prescribed":
             _prescribe(spec, name, scenario.simulation.time_step)
         parent = body

@@ -12,7 +12,7 @@ from phasmid.forces import scenario_verdict
 from phasmid.formats import load_robot, with_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import neutral_feet
-from phasmid.robot import Robot, load_servo, preset_names, with_payload
+from phasmid.robot import Robot, load_servo, preset_names, with_payload, with_servo
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import ImportOptions
 
@@ -101,7 +101,7 @@ class Setting:
         """Scenario with the simulated robot: chosen servo, and payload."""
         robot = self.base
         if self.servo != OWN_SERVO:
-            robot = replace(robot, servo=load_servo(self.servo))
+            robot = with_servo(robot, load_servo(self.servo))
         return self.scenario.replace(robot=with_payload(robot, self.payload))
 
     @cached_property
