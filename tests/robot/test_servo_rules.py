@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 
 import pytest
 
-from phasmid.robot import Servo, load_robot, load_servo, servo_names
+from phasmid.robot import load_robot, load_servo, robot_to_toml, servo_names
 from phasmid.robot.servo import LAW_FIELDS
 from phasmid.robot.servo_rules import contradictions
 from phasmid.robot.table import ServoTable
@@ -113,7 +113,24 @@ def test_the_sts3215_of_7_4_volts_is_a_servo_of_its_own():
     assert large.motor.no_load_speed(7.4) < 0.6 * small.no_load_speed
 
 
-def test_an_unknown_stall_current_stays_unknown_in_a_robots_file():
-    servo = own(sources={"unknown": ["stall_current"]})
-    assert servo.stall_current is None
-    assert isinstance(replace(servo, stall_current=1.0), Servo)
+@pytest.mark.parametrize(
+    "servo",
+    [
+        own(sources={"unknown": ["stall_current"]}),
+        replace(load_servo("AX-12A"), stall_current=None, sources={}),
+        replace(load_servo("AX-12A"), law="pid"),
+        replace(load_servo("XL430-W250"), law="compliance"),
+    ],
+    ids=["unknown current", "no sources", "a law changed to pid", "a law changed to compliance"],
+)
+def test_no_rule_changes_a_servo_that_is_read_again(servo, tmp_path):
+    # Numbers of its law that no source names are written, too, and an unknown one stays so.
+    robot = replace(load_robot("phantomx-ax"), servo=servo)
+    (tmp_path / "own.toml").write_text(robot_to_toml(robot), encoding="utf-8")
+    assert load_robot(tmp_path / "own.toml").servo == servo
+
+
+def test_a_slope_that_the_servo_rounds_is_found():
+    # 261 ticks for 2.5 N m/rad; the servo takes 128 at the most, which makes it twice as stiff.
+    (found,) = contradictions(own(stiffness=2.5, compliance_margin=1))
+    assert found.startswith('stiffness 2.5 N·m/rad acts with drive "ideal-servo" alone')

@@ -2,9 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from phasmid.control import Command
+from phasmid.control import Command, JointTargets
 from phasmid.reporting import summarise
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive, new_drive
@@ -52,3 +53,22 @@ def test_friction_is_hard_under_a_standing_robot_alone(terrain, speed, factor):
     run.advance()
     hardness = scenario.contact_law(run.robot).friction_hardness
     assert run.model.opt.impratio == pytest.approx(factor * hardness)
+
+
+class Treading:
+    """Lifts and lowers one foot by positions alone; their velocities stay 0."""
+
+    def reset(self, observation):
+        self.start = observation.joint_position.copy()
+
+    def update(self, observation, command):
+        q = self.start.copy()
+        q[0, 1] += 0.2 * math.sin(6.0 * observation.time)
+        return JointTargets(q, np.zeros_like(q))
+
+
+def test_friction_is_not_hard_under_a_controller_that_moves_positions_alone():
+    run = new_drive(SCENARIO.replace(duration=0.3), Treading(), STAND)
+    run.advance()
+    hardness = SCENARIO.contact_law(run.robot).friction_hardness
+    assert run.model.opt.impratio == pytest.approx(hardness)

@@ -81,3 +81,17 @@ def test_a_robot_of_its_own_servos_walks_at_the_chosen_step():
     run = new_drive(own_law(robot, duration=0.05), None, Command())
     assert run.dt == run.scenario.simulation.dt < 0.001
     assert np.allclose(np.diff(run.time), run.every * run.dt)
+
+
+def test_a_rate_that_shares_no_step_with_the_recording_is_refused_by_both():
+    scenario = own_law(record_interval=0.001)
+    with pytest.raises(InvalidInput, match="no practical time step divides the period"):
+        with_time_step(scenario, plan(scenario), 1 / 333)
+
+
+def test_joints_of_different_strength_have_no_servo_of_one_law():
+    legs = tuple(replace(leg, strength=np.array([1.0, 1.0, 2.0])) for leg in AX.legs)
+    scenario = own_law(replace(AX, legs=legs))
+    with pytest.raises(InvalidInput, match="joints of different strength have no servo"):
+        with_time_step(scenario, plan(scenario))
+    assert Scenario(robot=replace(AX, legs=legs)).driven().simulation.drive == "ideal-servo"

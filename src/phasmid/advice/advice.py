@@ -13,7 +13,7 @@ from phasmid.advice.load import ServoLoad, simulate_load
 from phasmid.errors import InvalidInput
 from phasmid.forces.servo_verdict import Holding, ServoVerdict, duration_words, servo_verdict
 from phasmid.motion import Walk, plan
-from phasmid.robot import JOINTS, Robot, Servo, load_servo, with_payload
+from phasmid.robot import JOINTS, Robot, Servo, load_servo, with_payload, with_servo
 from phasmid.robot.file import servo_names
 from phasmid.robot.servo import HEAT_RANGE
 from phasmid.scenario import Scenario
@@ -147,7 +147,7 @@ def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = 
     fastest = float(np.abs(walk.qd).max())
     choices = []
     for other in map(load_servo, servo_names()):
-        verdict = judge(_with_servo_mass(robot, other), other, None)
+        verdict = judge(with_servo(_with_servo_mass(robot, other), other), other, None)
         price = None if other.price is None else 3 * len(robot.legs) * other.price
         choices.append(ServoChoice(other, verdict, _lack(verdict, other, fastest), price))
     return Advice(

@@ -266,7 +266,8 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
     kept = {
         field.name: getattr(servo, field.name)
         for field in fields(servo)
-        if field.name != "sources" and not (field.name in follow and servo.is_assumed(field.name))
+        if field.name in {"name", *servo.sources}
+        and not (field.name in follow and servo.is_assumed(field.name))
     }
     name = f"{servo.name} identified"
     return complete_servo(

@@ -246,9 +246,10 @@ def standing(run: Run) -> dict[str, float]:
         time, when the robot has settled; the largest of all such times [m/s]. Feet that give way to
         each other move, but not together. Empty without such a time.
     """
-    speed, feet, contact = map(run.channel, ("joint_velocity_target", "foot_position", "contact"))
-    if speed is None or feet is None or contact is None:
+    target, feet, contact = map(run.channel, ("joint_position_target", "foot_position", "contact"))
+    if target is None or feet is None or contact is None or len(run.time) < 2:
         return {}
+    speed = np.gradient(target, run.time, axis=0)
     speeds = []
     for start, stop in intervals(np.abs(speed).max(axis=(1, 2)) < STANDING_SPEED):
         middle, last = (start + stop) // 2, stop - 1

@@ -171,8 +171,7 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
         times = USUAL_STEP / step
         yield (
             "Time step",
-            f"{1000 * step:.3g} ms, for contact or gears of the servos; {times:.3g} times the "
-            "computing time of 1 ms",
+            f"{1000 * step:.3g} ms; {times:.3g} times the computing time of 1 ms",
         )
     if "sideways_drift" in way:
         yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"

@@ -17,7 +17,8 @@ from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length, solid_box
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
-from phasmid.robot.servo import Servo
+from phasmid.robot.servo import LAW_FIELDS, Servo
+from phasmid.robot.servo_rules import RULES, UNKNOWN
 from phasmid.robot.table import MOST_LEGS, LegTable, RobotTable, ServoTable, known_servos
 from phasmid.tables import Locator, dotted, validate
 from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_value
@@ -310,14 +311,20 @@ def robot_to_toml(robot: Robot) -> str:
 
 def servo_table(servo: Servo) -> list[str]:
     """Return a servo as the lines of a table ``[servo]``, with exact numbers and their sources."""
+    other_laws = {n for law, names in LAW_FIELDS.items() if law != servo.law for n in names}
+    written = set(RULES) - other_laws | set(servo.sources)
     values = {
         field.name: getattr(servo, field.name)
         for field in fields(servo)
-        if field.name in servo.sources or getattr(servo, field.name) != field.default
+        if field.name in written or getattr(servo, field.name) != field.default
     }
     del values["sources"]
+    sources = dict(servo.sources)
+    if servo.stall_current is None:
+        # Else a rule would give one.
+        sources["stall_current"] = UNKNOWN
     by_source: dict[str, list[str]] = {}
-    for name, source in sorted(servo.sources.items()):
+    for name, source in sorted(sources.items()):
         by_source.setdefault(source, []).append(name)
     return [
         "[servo]",

@@ -18,8 +18,8 @@ OWN_FILE = "robot file"
 """Source of a number in a table ``[servo]`` without sources."""
 
 ROTOR_TIME = 0.02
-"""Armature times no-load speed over stall torque [s]. Identified servos have 7 to 62 ms: coreless
-motors 7 (MX-28) to 17 (XC430), iron rotors 33 (XL-320) to 62 (STS3215 of 7.4 V). This is their
+"""Armature times no-load speed over stall torque [s]. Identified servos have 7 to 63 ms: coreless
+motors 7 (MX-28) to 17 (XC430), iron rotors 33 (XL-320) to 63 (STS3215 of 7.4 V). This is their
 geometric mean, a factor of three from either end."""
 
 FRICTION_SHARE = 0.03
@@ -196,7 +196,7 @@ def contradictions(servo: Servo) -> list[str]:
         for name in names
         if law != servo.law and name in given
     ]
-    law = _stiffness(vars(servo))
+    law = _stiffness(vars(servo) | {"compliance_slope": servo.effective_slope})
     if "stiffness" in given and abs(servo.stiffness / law - 1) > ALIKE:
         idle.append(
             f'stiffness {servo.stiffness:.3g} N·m/rad acts with drive "ideal-servo" alone; the law '

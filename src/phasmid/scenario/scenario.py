@@ -217,7 +217,7 @@ class Scenario(Table):
         """Return this scenario with the drive of a driven robot.
 
         Where no drive is named, the robot's own servos move the joints: ``servo``, or
-        ``ideal-servo`` where the servo's stall current is unknown.
+        ``ideal-servo`` where the servo's stall current is unknown, or joints differ in strength.
 
         Raises:
             InvalidInput: The robot file is absent or not well formed.
@@ -225,7 +225,8 @@ class Scenario(Table):
         """
         if self.simulation.drive is not None:
             return self
-        known = self.base_robot().servo.stall_current is not None
+        robot = self.base_robot()
+        known = robot.servo.stall_current is not None and (robot.arrays.strength == 1).all()
         return self.replace(drive="servo" if known else "ideal-servo")
 
     def base_robot(self) -> Robot:

@@ -351,8 +351,10 @@ class ClosedLoopRun(Run):
 
     def _harden_friction(self) -> None:
         """Harden the friction where the robot stands on ground down which it could creep."""
-        if not self.ground.is_level:
-            stands = np.abs(self._ends[1::2]).max() < STANDING_SPEED
+        if not self.ground.is_level and self.scenario.contact.contact_law == "spring-damper":
+            # A controller may move the positions and leave the velocities 0.
+            moved = np.abs(self._ends[2] - self._ends[0]).max() / (self.period_steps * self.dt)
+            stands = max(moved, np.abs(self._ends[1::2]).max()) < STANDING_SPEED
             self.model.opt.impratio = self._hardness * (STANDING_HARDNESS if stands else 1.0)
 
     def _check(self, count: int) -> Failure | None:

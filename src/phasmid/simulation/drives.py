@@ -147,9 +147,9 @@ class IdealServoDrive(Drive):
         # MuJoCo has no row for a joint without friction.
         self._rows = joints if servo.friction > 0 else 0
         strength = walk.robot.arrays.strength.ravel()
-        self._largest = strength * servo.stall_torque
+        self._rated = servo.stall_torque
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
-        self._stall = np.maximum(self._largest - servo.friction, 0.0)
+        self._stall = np.maximum(strength * servo.stall_torque - servo.friction, 0.0)
         self._drop = self._stall / servo.no_load_speed
         self._goal, self._speed, self._force = data.ctrl, data.qvel[6:], data.actuator_force
         self._limits = model.actuator_forcerange
@@ -181,7 +181,7 @@ class IdealServoDrive(Drive):
     def output(self) -> Float[np.ndarray, " joints"]:
         """Return the motors' torques over the servo's stall torque."""
         force: np.ndarray = self._force
-        return force / self._largest
+        return force / self._rated
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return the torques of motor and friction of every servo."""

@@ -60,6 +60,12 @@ def with_time_step(scenario: Scenario, walk: Motion, period: float = USUAL_STEP)
     if given is not None and given <= longest:
         return scenario
     common = _common_divisor(period, scenario.simulation.record_interval or period)
+    if common < SHORTEST_PRACTICAL:
+        raise InvalidInput(
+            f"no practical time step divides the period of {1000 * period:g} ms and the "
+            f"record_interval of {1000 * (scenario.simulation.record_interval or period):g} ms.",
+            hint="a record_interval that is a whole number of periods",
+        )
     chosen = common / math.ceil(common / min(longest, USUAL_STEP) - 1e-9)
     if given is not None or chosen < SHORTEST_PRACTICAL:
         named = f"--dt {given:g} s" if given is not None else "a time step"
@@ -89,6 +95,11 @@ def step_limit(
     """
     contact = longest_time_step(scenario, robot)
     if scenario.simulation.drive == "servo":
+        if (robot.arrays.strength != 1).any():
+            raise InvalidInput(
+                'joints of different strength have no servo of one law; drive is "servo".',
+                hint='drive = "ideal-servo"',
+            )
         servo = own_servo(scenario, robot)
         gears = longest_servo_step(servo, joint_mobility(robot, scenario, q))
         if gears < contact:
@@ -98,7 +109,7 @@ def step_limit(
 
 
 def _common_divisor(a: float, b: float) -> float:
-    """Return the largest time of which both are whole multiples, to a microsecond [s]."""
+    """Return the largest time of which both are whole multiples [s]."""
     x, y = (Fraction(each).limit_denominator(10**6) for each in (a, b))
     if not x or not y:
         return min(a, b)
