@@ -9,7 +9,6 @@ from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, simulate
-from phasmid.simulation.servo import own_servo
 from phasmid.verification.laboratory import joint_state, trunk_motion
 
 DRIVES = "prescribed", "torque", "ideal-servo", "servo"
@@ -57,7 +56,7 @@ def test_friction_of_a_turning_rotor_is_that_of_its_motor_and_gears(runs):
     # under the motor's and the gears' torque. The balance J w' = k i + friction - torque holds by
     # construction; that it has the right friction shows here, within the rounding of J w'/dt.
     scenario, run = WALK.replace(drive="servo"), runs["servo"]
-    servo = own_servo(scenario, scenario.load_robot())
+    servo = scenario.servo.set_up(scenario.load_robot().servo)
     law, speed = servo.motor.friction, run.servo_speed.values
     before, after = speed[:-1], speed[1:]
     motor = run.servo_motor_torque.values[1:]
@@ -80,7 +79,7 @@ def test_motors_work_becomes_joint_work_friction_and_the_energy_of_rotors(runs, 
     # 1 % of the motors' positive work.
     run = runs[drive]
     is_servo = drive == "servo"
-    servo = own_servo(WALK, WALK.load_robot()) if is_servo else WALK.load_robot().servo
+    servo = WALK.servo.set_up(WALK.load_robot().servo) if is_servo else WALK.load_robot().servo
     speed = run["servo_speed" if is_servo else "joint_velocity"].values
     mean = (speed[1:] + speed[:-1]) / 2
     # A recorded servo's speed is that after the step.

@@ -13,7 +13,7 @@ from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import CONTACT_POINTS, point_name
 from phasmid.simulation.model import compile_model, model_specification
-from phasmid.simulation.servo import own_servo, servo_parameters
+from phasmid.simulation.servo import servo_parameters
 from phasmid.simulation.start import step_limit
 
 FAST_STEP, FULL_STEP = 0.004, 0.001
@@ -72,7 +72,7 @@ def robot_motor(scenario: Scenario, robot: Robot) -> Motor:
             servo.armature,
             0.0,
         )
-    servo = own_servo(scenario, robot)
+    servo = scenario.servo.set_up(robot.servo)
     p = servo_parameters(servo, FAST_STEP, scenario.servo.supply(servo), 0.0)[0]
     stall = float(p["constant"] * p["voltage"] / p["resistance"])
     per_tick = p["gain"] if p["is_pid"] else 1 / p["slope"].mean()

@@ -26,7 +26,7 @@ from phasmid.learning.observation import action_names
 from phasmid.learning.task import Task
 from phasmid.scenario import Scenario
 from phasmid.simulation.loop import collect_engine_warnings
-from phasmid.simulation.servo import FAILED, SERVO_STATE, own_servo, servo_parameters, servo_step
+from phasmid.simulation.servo import FAILED, SERVO_STATE, servo_parameters, servo_step
 
 SLOW = 1.0
 """Speed from which on a motor's whole friction acts [rad/s]; below it, a part of it, so that time
@@ -87,7 +87,7 @@ class Physics:
         self.motor = robot_motor(scenario, robot)
         self._servos: Servos | None = None
         if self.is_full:
-            servo, joints = own_servo(scenario, robot), 3 * len(robot.legs)
+            servo, joints = scenario.servo.set_up(robot.servo), 3 * len(robot.legs)
             supply = scenario.servo.supply(servo)
             self._supply, self._ambient = supply, scenario.servo.ambient_temperature
             parameters = servo_parameters(servo, dt, supply, self._ambient)

@@ -23,12 +23,10 @@ from phasmid.reporting.steps import (
     rms,
 )
 from phasmid.robot.servo import HEAT_RANGE
+from phasmid.scenario.contact_law import STANDING_SPEED
 
 SHORTEST_DISTANCE = 1e-3
 """Shortest distance with a cost of transport [m]."""
-
-STANDING_SPEED = 0.01
-"""Speed of all joint targets below which a robot stands [rad/s]."""
 
 
 def commanded_way(

@@ -9,6 +9,11 @@ ContactKind = Literal["spring-damper", "mujoco", "simscape"]
 """Name of a contact law."""
 
 
+STANDING_SPEED = 0.01
+"""Speed of all joint targets below which a robot stands [rad/s]. At it a foot that turns about its
+joints accelerates by 1e-4 of the leg length per s², which the larger mass resists with some mN."""
+
+
 @dataclass(frozen=True)
 class ContactLaw:
     """Law by which the ground holds the contact points of a robot, in numbers.

@@ -29,6 +29,7 @@ from phasmid.recording.channels import CHANNELS
 from phasmid.recording.recording import Attributes
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
+from phasmid.scenario.contact_law import STANDING_SPEED
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
@@ -55,10 +56,6 @@ STANDING_HARDNESS = 10.0
 """Hardness of the friction under a robot that stands on ground that is not level, over that under a
 moving one. It divides the creep, and multiplies the mass with which a contact point resists its
 acceleration along the ground; a standing foot has none."""
-
-STANDING_SPEED = 0.01
-"""Speed of all joint targets below which a robot stands [rad/s]. At it a foot that turns about its
-joints accelerates by 1e-4 of the leg length per s², which the larger mass resists with some mN."""
 
 COMMANDED = "velocity_command"
 """Channel of the commanded velocity, beside the controller's telemetry."""

@@ -143,7 +143,7 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
         add_points(trunk, "trunk", trunk_points(robot, law), law.point_radius, friction)
     gains = joint_gains(robot, scenario).T.reshape(-1, 3, 2)
     for leg, leg_gains in zip(robot.legs, gains, strict=True):
-        _add_leg(spec, trunk, leg, leg_gains, robot, scenario, friction)
+        _add_leg(spec, trunk, leg, leg_gains, robot, scenario, law, friction)
     add_foot_planes(spec, robot, scenario)
     _add_sensors(spec, robot)
     return spec
@@ -163,6 +163,7 @@ def _add_leg(
     gains: Float[np.ndarray, "3 2"],
     robot: Robot,
     scenario: Scenario,
+    law: ContactLaw,
     friction: list[float],
 ) -> None:
     import mujoco
@@ -204,7 +205,6 @@ def _add_leg(
             _prescribe(spec, name, scenario.simulation.time_step)
         parent = body
     parent.add_site(name=f"{leg.name}.foot", pos=leg.tibia.end)
-    law = scenario.contact_law(robot)
     add_points(parent, leg.name, foot_points(leg, law), law.point_radius, friction)
 
 

@@ -15,7 +15,7 @@ from phasmid.control.feed_forward.servo_goal import (
     inverse_law,
 )
 from phasmid.motion import Motion
-from phasmid.robot import JOINTS, Robot, Servo
+from phasmid.robot import JOINTS, Servo
 from phasmid.robot.friction_kernels import dry_friction
 from phasmid.robot.servo import D_GAIN_UNIT, FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
 from phasmid.scenario import Scenario
@@ -225,11 +225,6 @@ def longest_servo_step(servo: Servo, mobility: float) -> float:
     return limit / (math.sqrt(c * c + limit * k) + c)
 
 
-def own_servo(scenario: Scenario, robot: Robot) -> Servo:
-    """Return a robot's servo with a scenario's settings."""
-    return scenario.servo.set_up(robot.servo)
-
-
 class ServoDrive(Drive):
     """The robot's own servos, each with its law, motor, gears, backlash, friction and temperature.
 
@@ -244,7 +239,7 @@ class ServoDrive(Drive):
         self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
     ) -> None:
         robot, table = walk.robot, scenario.servo
-        servo, dt = own_servo(scenario, robot), model.opt.timestep
+        servo, dt = scenario.servo.set_up(robot.servo), model.opt.timestep
         self._dt = dt
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
         self._goal_law = inverse_law(servo, voltage)

@@ -24,7 +24,7 @@ from phasmid.scenario import Scenario
 from phasmid.scenario.tables import USUAL_STEP
 from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME
 from phasmid.simulation.model import foot_mobility, joint_mobility
-from phasmid.simulation.servo import longest_servo_step, own_servo
+from phasmid.simulation.servo import longest_servo_step
 
 DEEPEST_START = 0.002
 """Allowed depth of a foot of ``phantomx-ax`` in the terrain at the start [m]; that of other robots
@@ -100,7 +100,7 @@ def step_limit(
                 'joints of different strength have no servo of one law; drive is "servo".',
                 hint='drive = "ideal-servo"',
             )
-        servo = own_servo(scenario, robot)
+        servo = scenario.servo.set_up(robot.servo)
         gears = longest_servo_step(servo, joint_mobility(robot, scenario, q))
         if gears < contact:
             cause = "gear_stiffness or gear_damping_time in [servo]"
