@@ -43,6 +43,25 @@ def test_white_of_an_image_is_as_high_as_it_is_told(tmp_path, kind, white):
     assert heights == pytest.approx(grey / white * 0.06, rel=6e-8)
 
 
+@pytest.mark.parametrize("name", ["map.png", "map.npy", "map.csv"])
+@pytest.mark.parametrize(("edge", "start"), [(0, 0.3), (1, 0.4)])
+def test_a_map_of_any_file_lies_where_the_scenario_puts_it(tmp_path, name, edge, start):
+    # The first row lies to the left, the first column at the start. By default that is 300 mm, and
+    # 400 mm where the ramp to the first column's heights lies before it. Greys of 8 bits are
+    # multiples of 1/255 of white.
+    grey = np.array([[0, 20, 40], [edge, 0, 60], [0, 80, 90]], dtype=np.uint8)
+    if name == "map.png":
+        Image.fromarray(grey).save(tmp_path / name)
+    else:
+        saved(tmp_path, name, grey / 255 * 0.025)
+    map_of_file = {"height_map": str(tmp_path / name), "map_cell_mm": 20, "map_height_mm": 25}
+    for options, place in (({}, start), ({"terrain_start_mm": 200}, 0.2)):
+        ground = PAPER.replace(terrain="height-map", **map_of_file, **options).load_terrain()
+        x, y = np.meshgrid(place + 0.02 * np.arange(3), [0.02, 0.0, -0.02])
+        assert ground.height(x, y) == pytest.approx(grey / 255 * 0.025, abs=1e-9)
+        assert ground.height(np.array(place - 0.1), np.array(0.0)) == 0
+
+
 def test_a_scenario_carries_its_map_when_the_file_is_gone(tmp_path):
     # The file lies beside the scenario; what is written of the scenario loads without it.
     saved(tmp_path, "hills.npy", SMALL)

@@ -29,7 +29,7 @@ CURVED = [
     Slope(-0.3, start=0.4),
     Waves(0.03, 0.4, 0.3),
     Rough(0.006, 0.15, 0.3),
-    HeightMap(HILLS, 0.05, 0.3),
+    HeightMap(HILLS, 0.05, 0.4),
 ]
 STONES = Blocks.stones(0.3, size=0.1, distance=0.16, height_range=0.02, depth=0.1)
 LEVEL = [
@@ -191,12 +191,35 @@ def test_waves_run_from_trough_to_crest():
 
 
 def test_a_height_map_is_met_at_its_samples_and_halfway_between_them():
-    # Beyond the ramp of 0.1 m the height at a sample is the sample, and where samples rise evenly
-    # it is linear between; beyond the edges they go on. The first row is the left one (largest y).
+    # The height at a sample is the sample, and where samples rise evenly it is linear between,
+    # also in the first cell; beyond the edges they go on. The first row is the left one (largest
+    # y).
     heights = np.array([[0.0, 0.01, 0.02, 0.03], [0.0, 0.0, 0.04, 0.04]])
     ground = Ground(HeightMap(heights, 0.1, 0.0), 0.7)
-    x, y = np.array([0.2, 0.3, 0.2, 0.15, 9.0]), np.array([0.05, 0.05, -0.05, 0.05, 9.0])
-    assert ground.height(x, y) == pytest.approx([0.02, 0.03, 0.04, 0.015, 0.03], abs=1e-15)
+    x = np.array([0.2, 0.3, 0.2, 0.05, 0.15, 9.0])
+    y = np.array([0.05, 0.05, -0.05, 0.05, 0.05, 9.0])
+    assert ground.height(x, y) == pytest.approx([0.02, 0.03, 0.04, 0.005, 0.015, 0.03], abs=1e-15)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.5, -2.0])
+def test_each_sample_of_a_height_map_lies_at_its_row_and_column(yaw):
+    # Row r and column c lie at u = start + c cell, v = (middle row - r) cell, turned by the yaw. No
+    # two of the samples are equal, so that no other place has them.
+    heights = 0.02 * np.random.default_rng(1).permutation(35).reshape(5, 7) / 35
+    ground = Ground(HeightMap(heights, 0.03, 0.4), 0.7, yaw=yaw)
+    row, column = np.indices(heights.shape)
+    place = (0.4 + 0.03 * column + 1j * 0.03 * (2 - row)) * np.exp(1j * yaw)
+    assert ground.height(place.real, place.imag) == pytest.approx(heights, abs=1e-14)
+
+
+def test_the_edge_of_a_height_map_grows_out_of_the_ground_before_it():
+    # A smooth ramp from 0 to the heights of the edge, halfway after 50 of 100 mm; level before it.
+    # An edge at height 0 has no ramp, whatever follows.
+    ground = Ground(HeightMap(np.full((3, 4), 0.02), 0.01, 0.5), 0.7)
+    x = np.array([0.0, 0.4, 0.45, 0.5, 0.51, 9.0])
+    assert ground.height(x, 0 * x) == pytest.approx([0, 0, 0.01, 0.02, 0.02, 0.02], abs=1e-15)
+    rising = Ground(HeightMap(np.tile([0.0, 0.01, 0.02, 0.03], (3, 1)), 0.02, 0.5), 0.7)
+    assert (rising.height(np.linspace(0.0, 0.5, 99), np.zeros(99)) == 0).all()
 
 
 @given(st.floats(-3, 3), st.floats(-0.7, 0.7), st.floats(-3, 3), st.floats(-3, 3))

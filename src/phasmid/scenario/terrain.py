@@ -29,6 +29,7 @@ from phasmid.terrain import (
     read_heights,
 )
 from phasmid.terrain.ground import HIGHEST_FRICTION
+from phasmid.terrain.height_map import RAMP
 from phasmid.terrain.height_text import BEGINNING, LONGEST
 from phasmid.toml import is_file
 
@@ -42,7 +43,8 @@ FIELD_LENGTH, ICE_WIDTH = 2.4, 1.2
 class TerrainTable(Table):
     """``[terrain]``, or ``terrain = "stairs"``: the ground.
 
-    Before its start every terrain is level; only a slope has none unless it is given one.
+    Before its start every terrain is level; only a slope has none unless it is given one, and a
+    height map grows out of level ground in the 0.1 m before.
 
     Attributes:
         kind: ``flat``; ``slope``; ``stairs``; one ``step``; ``gap``, a ditch; ``steps`` at places
@@ -55,7 +57,7 @@ class TerrainTable(Table):
             [m], friction.
         planned_on: Ground of the plan: this ``terrain``, or ``level`` ground.
         terrain_start: Where the terrain begins, ahead of the robot's start [m]; absent: 300 mm,
-            and for a slope nowhere.
+            400 mm for a height map whose left edge is not at height 0, and for a slope nowhere.
         terrain_yaw: Direction in which the terrain is laid, from the walk's, to the left [rad].
         terrain_seed: Of the heights of blocks, stones, courses and rough ground.
         slope: Of the slope, uphill [rad].
@@ -225,7 +227,8 @@ class TerrainTable(Table):
                     hint='height_map = "hills.png"',
                 )
             source = self.height_map
-            return _height_map(source, _stamp(source), self.map_height, self.map_cell, start)
+            white, cell = self.map_height, self.map_cell
+            return _height_map(source, _stamp(source), white, cell, self.terrain_start)
         return Flat()
 
     def _tiles(self) -> list[Patch]:
@@ -242,7 +245,7 @@ class TerrainTable(Table):
 
 @lru_cache(2)
 def _height_map(
-    source: str, stamp: tuple[int, int], white: float, cell: float, start: float
+    source: str, stamp: tuple[int, int], white: float, cell: float, start: float | None
 ) -> HeightMap:
     """Read and check a height map once: a run has ten tables of the same.
 
@@ -251,7 +254,7 @@ def _height_map(
         stamp: Time and size of the file: one that changed is read again.
         white: Height of white in an image [m].
         cell: Distance of two samples [m].
-        start: Where the map begins to grow out of level ground [m].
+        start: Place of the map's left edge [m]; None: such that `START` is on level ground.
     """
     del stamp
     if source.startswith(BEGINNING):
@@ -259,6 +262,8 @@ def _height_map(
     else:
         heights = read_heights(Path(source), white=white)
     heights.flags.writeable = False
+    if start is None:
+        start = START + RAMP if heights[:, 0].any() else START
     return HeightMap(heights, cell, start)
 
 

@@ -24,7 +24,7 @@ TALLEST = 2.0
 """Height of hills above which a map that is too steep is likely in other units than metres [m]."""
 
 RAMP = 0.1
-"""Way over which the map grows out of the level ground before it [m]."""
+"""Distance before the map over which its left edge grows out of level ground [m]."""
 
 
 _WEIGHTS = np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2
@@ -45,14 +45,16 @@ MOST_CELLS = 10_000
 class HeightMap:
     """Heights on a grid, as a picture from above with u to the right and v up.
 
-    Between samples a cubic runs through them whose slope is continuous, so that feet do not stand
-    on edges that only the sampling made. The map's left edge lies across the start and its middle
-    row on the u axis. Beyond its edges the heights there go on.
+    A cubic with continuous slope interpolates the samples, so that feet do not stand on edges that
+    only the sampling made. The first column lies at the start and the middle row on the u axis.
+    From the first column on, the ground has the heights of the map; in the 0.1 m before, the
+    heights of the first column grow out of level ground. Beyond the other edges the heights there
+    go on.
 
     Attributes:
         heights: Row by row from the left of the way to its right, along u in each row [m], (R, C).
         cell: Distance of two samples [m].
-        start: Where the map begins to grow out of level ground, within 0.1 m [m].
+        start: Place of the first column along u [m].
     """
 
     heights: Float[np.ndarray, "rows columns"]
@@ -72,7 +74,7 @@ class HeightMap:
         self._check_between()
 
     def _check_between(self) -> None:
-        """Refuse slopes above 45° between samples, and on the ramp at the start."""
+        """Refuse slopes above 45° between samples, and on the ramp before the first column."""
         rows, columns = self.heights.shape
 
         def sample_at(u: np.ndarray, v: np.ndarray, where: str) -> None:
@@ -82,7 +84,8 @@ class HeightMap:
             steep = np.linalg.norm(self.surface(u, v)[1], axis=1)
             self._check_slope(steep, where, lambda at: (row[at], column[at]))
 
-        # Largest differences of neighbours that affect each cell, from the one before the first.
+        # Largest differences of neighbours that affect each cell, from the first one along u and
+        # the one before the first along v.
         steps = (np.abs(np.diff(self._grid, axis=axis)) for axis in (0, 1))
         windows = ((3, 4), (4, 3))
         along, across = map(_window_maximum, steps, windows)
@@ -90,13 +93,13 @@ class HeightMap:
         cells = np.flatnonzero(bound > 1)
         if len(cells) > MOST_CELLS:
             cells = cells[np.argpartition(-bound.flat[cells], MOST_CELLS)[:MOST_CELLS]]
-        i, j = np.array(np.unravel_index(cells, bound.shape)) - 1
+        i, j = np.unravel_index(cells, bound.shape)
         inside = np.linspace(0.0, 1.0, 5)
         u = self.start + self.cell * (i[:, None, None] + inside[:, None])
-        v = self.cell * (j[:, None, None] + inside - (rows - 1) / 2)
+        v = self.cell * (j[:, None, None] - 1 + inside - (rows - 1) / 2)
         sample_at(u, v, " between its samples")
-        if self.heights.any():
-            u = self.start + np.linspace(0.0, RAMP, 21)[:, None]
+        if self.heights[:, 0].any():
+            u = self.start - np.linspace(0.0, RAMP, 21)[:, None]
             v = self.cell * (np.arange(-2.0, 2 * rows + 1) - (rows - 1)) / 2
             sample_at(u, v, " where it grows out of the level ground before it")
 
@@ -119,18 +122,23 @@ class HeightMap:
 
     @cached_property
     def _grid(self) -> Float[np.ndarray, "along across"]:
-        """Heights by u and v, both increasing, with two more beyond each edge."""
-        return np.pad(self.heights[::-1].T, 2, mode="edge")
+        """Heights by u and v, both increasing, with one before the first u and two beyond others.
+
+        The one before the first is extrapolated: the first column keeps the slope of the file.
+        """
+        grid = np.pad(self.heights[::-1].T, ((1, 2), (2, 2)), mode="edge")
+        grid[0] = 2 * grid[1] - grid[2]
+        return grid
 
     def surface(self, u: Places, v: Places) -> Surface:
         """Return height [m], and slope along u and v."""
-        share, growth = ramp(u, self.start, RAMP)
+        share, growth = ramp(u, self.start - RAMP, RAMP)
         height, slope_u, slope_v = self._between(u, v)
         slope = np.stack([share * slope_u + growth * height, share * slope_v], axis=-1)
         return share * height, slope
 
     def _between(self, u: Places, v: Places) -> tuple[Places, Places, Places]:
-        """Height without the ramp, and its slopes.
+        """Height without the ramp, and its slopes; before the first column its heights go on.
 
         Source: R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE
         Transactions on Acoustics, Speech, and Signal Processing 29(6), 1981, a = -1/2.
@@ -139,14 +147,15 @@ class HeightMap:
         last = np.array([[columns - 1.0], [rows - 1.0]])
         place = np.stack([(u - self.start) / self.cell, v / self.cell + (rows - 1) / 2])
         # These two leave NaN at the far edge.
-        place = np.fmax(np.fmin(place, last + 1), -1.0)
+        place = np.fmax(np.fmin(place, last + 1), [[0.0], [-1.0]])
         corner = np.minimum(np.floor(place), last)
         t = (place - corner)[..., None]
         weights = (((CUBIC[3] * t + CUBIC[2]) * t + CUBIC[1]) * t + CUBIC[0]).reshape(2, -1, 2, 4)
-        i, j = corner.astype(int)[..., None] + np.arange(1, 5)
+        i, j = corner.astype(int)[..., None] + [[np.arange(4)], [np.arange(1, 5)]]
         near = self._grid[i[:, :, None], j[:, None, :]]
         found = weights[0] @ near @ np.swapaxes(weights[1], 1, 2)
-        return found[:, 0, 0], found[:, 1, 0] / self.cell, found[:, 0, 1] / self.cell
+        slope_u = np.where(u < self.start, 0.0, found[:, 1, 0] / self.cell)
+        return found[:, 0, 0], slope_u, found[:, 0, 1] / self.cell
 
 
 def _window_maximum(
