@@ -38,6 +38,10 @@ _DOTTED_KEY = re.compile(
 """A dotted key of too many parts, or a text that looks like one; the search takes linear time."""
 
 
+_OTHER = {"{": "JSON", "<": "XML"}
+"""Formats whose files no TOML file begins like."""
+
+
 def preset_names(package: str) -> tuple[str, ...]:
     """Return the names of a package's preset files, in its folder ``presets``."""
     folder = resources.files(package) / "presets"
@@ -59,7 +63,7 @@ def find_file(source: str | Path, package: str, noun: str) -> Path:
     if text in known:
         return Path(str(resources.files(package) / "presets" / f"{text}.toml"))
     path = Path(text)
-    if path.suffix != ".toml" and not is_file(path):
+    if path.suffix != ".toml" and not _exists(path):
         guess = nearest(text, known)
         choice = f"one of {', '.join(known)}, or a .toml file"
         raise InvalidInput(f'no {noun} called "{text}".', hint=f'"{guess}"' if guess else choice)
@@ -68,8 +72,12 @@ def find_file(source: str | Path, package: str, noun: str) -> Path:
 
 def is_file(path: Path) -> bool:
     """Return whether a path is a file; False for a name that no file system accepts."""
+    return _exists(path) and path.is_file()
+
+
+def _exists(path: Path) -> bool:
     try:
-        return path.is_file()
+        return path.exists()
     except (OSError, ValueError):
         # A name that no file system takes: too long, or with a zero in it.
         return False
@@ -79,10 +87,14 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
     """Return the table in a TOML file, and its text.
 
     Raises:
-        InvalidInput: The file is absent, no regular file, too large, or not TOML.
+        InvalidInput: The file is absent, no regular file, too large, not TOML, or has no keys.
     """
     content = read_text(path, LARGEST_FILE)
-    return parse_toml(content, path.name), content
+    table = parse_toml(content, path.name)
+    if not table:
+        # A file of comments is likely of another kind, such as USD.
+        raise InvalidInput(f"{path.name} {'has only comments' if content.strip() else 'is empty'}.")
+    return table, content
 
 
 def read_text(path: Path, largest: int) -> str:
@@ -110,6 +122,8 @@ def read_bytes(path: Path, largest: int) -> bytes:
     """
     try:
         if not path.is_file():
+            if path.is_dir():
+                raise InvalidInput(f"{path} is a folder.", hint="a file in it")
             exists = path.exists()
             raise InvalidInput(f"{path} is not a file." if exists else f"{path} does not exist.")
         with path.open("rb") as file:
@@ -159,7 +173,11 @@ def _toml_error(content: str, name: str, message: str) -> InvalidInput:
     if "overwrite" in message or "twice" in message:
         key = lines[line - 1].partition("=")[0].strip().strip("[]")
         return InvalidInput(f'{name} line {line}: key "{key}" is given twice.')
-    return InvalidInput(f"{name} line {line}: {reason}.", hint="see the TOML syntax")
+    other = next((kind for start, kind in _OTHER.items() if content.lstrip().startswith(start)), "")
+    if other or Path(name).suffix not in ("", ".toml"):
+        kind = f"is {other}, not TOML" if other else "is not TOML"
+        return InvalidInput(f"{name} {kind}; reading stops in line {line}: {reason}.")
+    return InvalidInput(f"{name} line {line}: {reason}.", hint="key = value in each line")
 
 
 def line_of(content: str, loc: Sequence[str | int]) -> tuple[int, int]:

@@ -1,6 +1,8 @@
 """Calibration files: written, read, and refused."""
 
+import json
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -72,6 +74,21 @@ def test_a_wrong_file_is_refused_with_its_line(tmp_path, old, new, words, line):
     assert words in str(caught.value)
     assert caught.value.where == f"robot.toml, line {line}"
     assert caught.value.what.count("\n") == 0
+
+
+@pytest.mark.parametrize("space", ["", "\n  "])
+def test_a_calibration_of_lerobot_is_told_from_ours(tmp_path, space):
+    """LeRobot's names are ours, its numbers are not: no number is the position at angle 0."""
+    motor = {"id": 1, "drive_mode": 0, "homing_offset": -20, "range_min": 900, "range_max": 3100}
+    path, robot = tmp_path / "arm.json", load_robot("phantomx-mk4")
+    path.write_text(space + json.dumps({"right_front_coxa": motor}, indent=4))
+    with pytest.raises(InvalidInput) as caught:
+        load_calibration(path, robot)
+    assert caught.value.what.startswith("arm.json is a calibration of LeRobot, whose homing_offset")
+    assert caught.value.hint == "phasmid bus calibrate /dev/ttyUSB0 --robot phantomx-mk4"
+    path.write_text(space + '{"joints": []}')
+    with pytest.raises(InvalidInput, match=r"arm\.json is JSON; a calibration is a TOML file\."):
+        load_calibration(path, replace(robot, name="mine"))
 
 
 def test_a_missing_joint_is_named(tmp_path):

@@ -10,6 +10,7 @@ from phasmid.advice.advice import MINUTES, Advice
 from phasmid.reporting.panels import Entry, Panels
 from phasmid.reporting.style import INK, JOINT_COLOURS, LIMIT_COLOUR, Figure, Layout, styled
 from phasmid.robot import JOINTS
+from phasmid.robot.servo_words import servo_label
 
 WIDTH = 0.26
 """Width of a joint's bar [distances between legs]."""
@@ -30,7 +31,7 @@ def advice_figure(advice: Advice) -> Figure:
     warmth = [advice.temperature(minutes) for minutes in MINUTES]
     known = all(rows is not None for rows in warmth)
     notes = [
-        f"{verdict.servo} at {advice.voltage:g} V, {verdict.gait} gait, "
+        f"{servo_label(verdict.servo)} at {advice.voltage:g} V, {verdict.gait} gait, "
         f"{1000 * advice.speed:.3g} mm/s, payload {advice.scenario.model.payload:g} kg",
         "simulated with the servos' own law" if known else "simulated with ideal servos",
     ]

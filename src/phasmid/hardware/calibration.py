@@ -16,10 +16,10 @@ from annotated_types import Ge, Le
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.hardware.control_table import Model, model
 from phasmid.recording.file import check_new_file, write_whole
-from phasmid.robot import JOINTS, Robot
+from phasmid.robot import JOINTS, Robot, preset_names
 from phasmid.robot.table import Name
 from phasmid.tables import Count, Table, in_file, validate
-from phasmid.toml import read_toml, toml_key, toml_value
+from phasmid.toml import LARGEST_FILE, parse_toml, read_text, toml_key, toml_value
 
 POSITIONS = "max_position_limit"
 """Register whose limits are those of a position, in all models."""
@@ -135,6 +135,25 @@ class CalibrationFile(Table):
     joint: dict[str, dict[str, JointTable]]
 
 
+def _json(path: Path, content: str, robot: Robot) -> InvalidInput:
+    """Return the error of a calibration in JSON, which is likely LeRobot's.
+
+    LeRobot writes its homing_offset into the servo's register of that name, so that the servo
+    reports half a turn in a pose of the user's choice. No number in its file is an angle of a
+    joint. Source: LeRobot, motors/feetech/feetech.py and motors/dynamixel/dynamixel.py,
+    `_get_half_turn_homings`.
+    """
+    name = robot.name if robot.name in preset_names() else "FILE"
+    hint = f"phasmid bus calibrate /dev/ttyUSB0 --robot {name}"
+    if '"homing_offset"' not in content:
+        return InvalidInput(f"{path.name} is JSON; a calibration is a TOML file.", hint=hint)
+    return InvalidInput(
+        f"{path.name} is a calibration of LeRobot, whose homing_offset shifts what the servo "
+        "reports; phasmid needs the position at joint angle 0, which the file does not have.",
+        hint=hint,
+    )
+
+
 def load_calibration(path: str | Path, robot: Robot) -> list[ServoCalibration]:
     """Read the calibration of a robot.
 
@@ -151,7 +170,10 @@ def load_calibration(path: str | Path, robot: Robot) -> list[ServoCalibration]:
             joint cannot take.
     """
     path = Path(path)
-    raw, content = read_toml(path)
+    content = read_text(path, LARGEST_FILE)
+    if content.lstrip().startswith("{"):
+        raise _json(path, content, robot)
+    raw = parse_toml(content, path.name)
     locate = in_file(path, content)
     table = validate(CalibrationFile, raw, locate)
     if table.robot != robot.name:

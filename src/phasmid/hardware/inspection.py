@@ -14,6 +14,7 @@ from phasmid.hardware.robot_bus import servo_range
 from phasmid.hardware.status import StatusError, shutdown_errors
 from phasmid.motion.trajectory import joint_names
 from phasmid.robot import Robot
+from phasmid.robot.servo_words import servo_words
 
 LIMIT_TOLERANCE = math.radians(5)
 """Excess of a measured angle over its joint's limit that is accepted [rad]: limp legs sag."""
@@ -159,8 +160,8 @@ def _inspect_robot(
         result.refusals.append(f"the servos are of several models ({names}); one is possible.")
     if robot.servo.name not in (model.name, model.moves_as):
         result.notes.append(
-            f"{robot.name} is modelled with the servo {robot.servo.name}; these are {model.name}: "
-            "predicted temperatures and torques are those of the other servo."
+            f"{robot.name} is modelled with the {servo_words(robot.servo.name)}; these are "
+            f"{model.name}: predicted temperatures and torques are those of the other servo."
         )
     latency, delay = bus.measure_latency(first), bus.read(first, "return_delay_time")
     if latency >= MOST_LATENCY:

@@ -19,6 +19,7 @@ from phasmid.robot.servo import (
     P_GAIN_UNIT,
     STEEPEST_SLOPE,
 )
+from phasmid.robot.servo_words import servo_label
 from phasmid.simulation.servo import servo_parameters
 
 Model: TypeAlias = Literal["own", "m1", "m2", "m3", "m4", "m5", "m6"]
@@ -269,7 +270,7 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
         if field.name in {"name", *servo.sources}
         and not (field.name in follow and servo.is_assumed(field.name))
     }
-    name = f"{servo.name} identified"
+    name = f"{servo_label(servo.name)} identified"
     return complete_servo(
         kept | identified | {"name": name, "gain_scale": 1.0},
         dict(servo.sources) | dict.fromkeys(identified, "identified"),
