@@ -13,6 +13,7 @@ pytest.importorskip("build123d")
 
 from general_robot import general_robot
 from phasmid.cad import Assembly, build, mass_properties, meshes
+from phasmid.cad.assembly import MM
 from phasmid.robot import JOINTS, load_robot
 
 
@@ -40,6 +41,20 @@ def test_a_short_femur_leaves_the_knee_s_servo_to_the_tibia() -> None:
     links = build(load_robot("phantomx-ax")).links
     assert [p.name for p in links["right_front.femur"]].count("knee_servo") == 0
     assert [p.name for p in links["right_front.tibia"]].count("knee_servo") == 1
+
+
+def test_plates_are_at_the_bottom_and_the_top_of_the_trunks_box() -> None:
+    """A box off the origin, whose sides are where plates hold the servos: 24 to 31 mm away."""
+    robot = load_robot("phantomx-ax")
+    body = replace(
+        robot.body, size=np.array([0.2, 0.12, 0.055]), box_centre=np.array([0, 0, 2.5e-3])
+    )
+    placed = {p.name: p for p in build(replace(robot, body=body)).links["body"]}
+    for name, side, height in (("lower_plate", "min", -0.025), ("upper_plate", "max", 0.030)):
+        box = placed[name].solid.shape.bounding_box()
+        found = placed[name].X_link_part[2, 3] + getattr(box, side).Z / MM
+        # The kernel's tolerance is 1e-7 mm.
+        assert found == pytest.approx(height, abs=1e-9)
 
 
 def test_a_solid_s_inertia_is_that_of_its_closed_form() -> None:

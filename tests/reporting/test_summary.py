@@ -292,7 +292,8 @@ def test_what_the_robot_cannot_do_is_said_at_the_end(walk):
     margin = summary["support"]["least_margin"]
     # A slip of 12 mm, but for the hundredth that the last sample of a stance takes.
     assert summary["warnings"] == [
-        "The largest torque is 113 % of the AX-12A's stall: these servos cannot make this walk.",
+        "The largest torque is 113 % of the AX-12A's stall torque: "
+        "these servos cannot make this walk.",
         "The fastest joint turns at 150 % of the AX-12A's no-load speed: "
         "these servos cannot make this walk.",
         f"The centre of mass leaves the support polygon by {-1000 * margin:.1f} mm: "

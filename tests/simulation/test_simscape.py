@@ -197,7 +197,7 @@ def contact_in_numpy(run, k):
     q = qpos[7:].reshape(legs, 3)
     speeds = np.concatenate([qvel[:3], R @ qvel[3:6], qvel[6:]])
     frames = link_frames(robot, q)
-    points = np.stack([foot_points(leg, run.law) for leg in robot.legs])
+    points = np.stack([foot_points(robot, leg, run.law) for leg in robot.legs])
     radius, general, on_feet = run.law.point_radius, np.zeros(6 + 3 * legs), np.zeros((legs, 3))
     for leg in range(legs):
         for corner in points[leg]:

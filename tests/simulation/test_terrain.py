@@ -166,7 +166,7 @@ def test_a_recording_carries_its_height_map_to_its_replay_and_its_folder(tmp_pat
     np.save(tmp_path / "hills.npy", heights_from_text(HILLS))
     (tmp_path / "mine.toml").write_text(
         '[terrain]\nkind = "height-map"\nheight_map = "hills.npy"\nmap_cell_mm = 40\n'
-        'terrain_start_mm = 260\nplanned_on = "level"\n[stride]\nstep_length_mm = 80\nperiod = 1\n'
+        'terrain_start_mm = 360\nplanned_on = "level"\n[stride]\nstep_length_mm = 80\nperiod = 1\n'
     )
     scenario = load_scenario(tmp_path / "mine.toml").replace(duration=1.0)
     recording = simulate(scenario, plan(scenario))

@@ -22,7 +22,8 @@ def trunk_parts(robot: Robot, case: ServoCase) -> tuple[Placed, ...]:
     """Parts of the body in its frame: a servo for each hip, two plates, a deck, a battery."""
     w, sheet = case.w, case.sheet
     hips = MM * robot.arrays.p_body_hip
-    length, breadth, height = (MM * float(c) for c in robot.body.size)
+    length, breadth, _ = (MM * float(c) for c in robot.body.size)
+    (_, _, bottom), (_, _, top) = MM * robot.body.box
     found = []
     corners = []
     for leg in robot.legs:
@@ -35,7 +36,8 @@ def trunk_parts(robot: Robot, case: ServoCase) -> tuple[Placed, ...]:
     # Between plate and case there is room for the coxa's bracket.
     thick = 0.075 * w
     least = float(np.abs(places[:, 2] - middle).max()) + sheet + 0.04 * w + thick
-    half = min(max(least, height / 2), 1.3 * least)
+    floor = middle - min(max(least, middle - float(bottom)), 1.3 * least)
+    roof = middle + min(max(least, float(top) - middle), 1.3 * least)
     outline = _hull(hips[:, :2])
     margin = 0.42 * w
     inner = 0.5 * min(length, float(np.ptp(hips[:, 0])) or length)
@@ -49,15 +51,15 @@ def trunk_parts(robot: Robot, case: ServoCase) -> tuple[Placed, ...]:
         ACRYLIC,
     )
     found += [
-        Placed("lower_plate", plate, pose(z=middle - half)),
-        Placed("upper_plate", plate, pose(z=middle + half - thick)),
+        Placed("lower_plate", plate, pose(z=floor)),
+        Placed("upper_plate", plate, pose(z=roof - thick)),
     ]
-    gap = 2 * (half - thick)
-    found += _posts(robot, case, middle - half + thick, gap)
+    gap = roof - floor - 2 * thick
+    found += _posts(robot, case, floor + thick, gap)
     battery = (0.95 * inner, 0.42 * across, 0.55 * gap)
     cell = Solid("battery", parts.box(battery, 0.06 * min(battery)), BATTERY)
-    found.append(Placed("battery", cell, pose(z=middle - half + thick)))
-    found += _deck(case, outline, middle + half, thick, (inner, across))
+    found.append(Placed("battery", cell, pose(z=floor + thick)))
+    found += _deck(case, outline, roof, thick, (inner, across))
     return tuple(found)
 
 

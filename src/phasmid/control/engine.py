@@ -172,7 +172,9 @@ class LocomotionEngine:
         points = observation.ground_points if self.settings.terrain_map == "points" else None
         # A covered sensor has no points to send.
         if points is not None and np.isfinite(points).all(axis=1).any():
-            points = np.ascontiguousarray(points, dtype=float)
+            # The map has the surface of the feet, which balls raise over the ground.
+            up = self.reference.ground_normal @ state.R_odom_body
+            points = np.ascontiguousarray(points + self.robot.foot_radius * up, dtype=float)
             memory, age = self.memory[0], self.settings.estimator.depth_delay
             state_record, terrain_map = memory["states"][0], memory["terrain_map"]
             self._map_points(state_record, terrain_map, memory["body_poses"], points, age)

@@ -197,17 +197,21 @@ def swing_height(state: State, terrain_map: TerrainMap, leg: int) -> float:
 
 @internal
 def least_rise(state: State, model: Model, reference: Reference, terrain_map: TerrainMap) -> float:
-    """Return the least height over the neutral one at which the trunk clears the map [m]."""
-    most, trunk, v = -math.inf, model.trunk, reference.velocity
+    """Return the least height over the neutral one at which the trunk clears the map [m].
+
+    Heights of the map are those of the feet, which balls raise over the ground.
+    """
+    most, v = -math.inf, reference.velocity
+    low, high = model.trunk[0], model.trunk[1]
     look = LOOK_AHEAD * state.clock.velocity_share
     ahead, aside = look * v[0], look * v[1]
-    for x in np.arange(-trunk[0] + min(ahead, 0.0), trunk[0] + max(ahead, 0.0), TRUNK_SPACING):
-        for y in np.arange(-trunk[1] + min(aside, 0.0), trunk[1] + max(aside, 0.0), TRUNK_SPACING):
+    for x in np.arange(low[0] + min(ahead, 0.0), high[0] + max(ahead, 0.0), TRUNK_SPACING):
+        for y in np.arange(low[1] + min(aside, 0.0), high[1] + max(aside, 0.0), TRUNK_SPACING):
             px, py = in_odom(state.path, x, y)
             top = map_height(terrain_map, px, py) - ground_height(state, px, py)
             if not math.isnan(top):
                 most = max(most, top)
-    return most + trunk[2] + TRUNK_CLEARANCE - model.height
+    return most - model.foot_radius - low[2] + TRUNK_CLEARANCE - model.height
 
 
 def forget_plan(state: State, reference: Reference) -> None:

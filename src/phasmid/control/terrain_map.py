@@ -1,6 +1,7 @@
 """Height map around the robot, from points that a depth sensor measured and from footholds.
 
-`LocomotionEngine` writes ground points at arrival and footholds at touchdown. Compiled functions
+`LocomotionEngine` writes ground points at arrival and footholds at touchdown. Heights are those of
+feet that stand: where feet are balls, ground points are raised by their radius. Compiled functions
 read heights by `map_height`, users by `TerrainMapView`.
 """
 
@@ -314,7 +315,7 @@ class TerrainMapView:
 
     @property
     def height(self) -> Float[np.ndarray, "cells cells"]:
-        """Heights in odom [m]; NaN: unknown."""
+        """Heights of standing feet in odom [m]; NaN: unknown."""
         level, slope_x, slope_y = self._map.plane
         plane = level + slope_x * self.x[:, None] + slope_y * self.y
         return self._in_order(self._map.height) + plane

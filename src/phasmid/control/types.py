@@ -95,11 +95,12 @@ class Model:
     body_moment: Float[np.ndarray, "3"]  # Mass of the trunk times the place of its centre [kg·m]
     mass: float  # Mass of the robot [kg]
     height: float  # Height of the body's origin over the neutral feet [m]
+    foot_radius: float  # Of the ball of each foot, whose centre is the foot; 0: a point [m]
     radius: float  # Mean distance of the neutral feet from the body's vertical axis [m]
     joint_speed: float  # Largest speed of a joint's target [rad/s]
     acceleration: float  # Largest acceleration of the body [m/s²]
     landing_depth: float  # Depth to which a foot without contact goes on down on even ground [m]
-    trunk: Float[np.ndarray, "3"]  # Halves of its length and width, depth below its origin [m]
+    trunk: Float[np.ndarray, "2 3"]  # Lowest and highest corner of the trunk's box [m]
     leg_count: int  # Number of legs
 
 
@@ -226,10 +227,11 @@ def model_of(robot: Robot, settings: EngineSettings) -> Model:
         body_moment=robot.body.mass * np.asarray(robot.body.com),
         mass=robot.mass,
         height=-float(neutral[:, 2].mean()),
+        foot_radius=robot.foot_radius,
         radius=float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
         joint_speed=JOINT_SPEED_SHARE * robot.servo.no_load_speed,
         acceleration=settings.acceleration,
         landing_depth=settings.landing_depth,
-        trunk=np.asarray(robot.body.size) / 2,
+        trunk=robot.body.box,
         leg_count=len(robot.legs),
     )

@@ -272,7 +272,7 @@ def feasible_pose_scale(
     # On the spot the feet stay at their neutral places, which need no region.
     regions = np.zeros((int(model["leg_count"]), 1, 3))
     regions[:, :, 2] = 1.0
-    height = float(model["height"])
+    height = float(model["height"]) + robot.foot_radius
     least = min(LEAST_CLEARANCE, trunk_clearance(robot, height, base))
 
     def constraint_at(share: float) -> Constraint:

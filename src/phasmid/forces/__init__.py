@@ -1,7 +1,7 @@
 """Foot-force distribution, model torques of a walk, and the servo verdict."""
 
 from phasmid.forces.analysis import ModelLoad, analyse, holding_forces, planned_load
-from phasmid.forces.contacts import Contacts, JointLoad
+from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.friction import FrictionStatistics, friction_statistics
 from phasmid.forces.models import (
     FORCE_MODELS,
@@ -32,6 +32,8 @@ __all__ = [
     "SmallestLargestLoad",
     "WeightedMinimumNorm",
     "analyse",
+    "contact_jacobian",
+    "contact_points",
     "force_model",
     "friction_statistics",
     "holding_forces",

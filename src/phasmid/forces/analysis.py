@@ -11,12 +11,11 @@ from jaxtyping import Bool, Float
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
-from phasmid.forces.contacts import Contacts, JointLoad
+from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.models import ForceModel, Limited, WeightedMinimumNorm, force_model
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
-from phasmid.kinematics import jacobian
 from phasmid.motion import Motion, Walk, progress
 from phasmid.recording import Recording, new_recording
 from phasmid.robot import Robot, robot_to_toml
@@ -153,16 +152,16 @@ def _load(
     """Return the load of a body motion and joint motion (q, qd, qdd), with any leading axes."""
     needed = inverse_dynamics(robot, body, *motion, gravity=scenario.model.gravity)
     counted = scenario.model.torque_limits == "counted"
-    R_world_hip = body.rotation[..., None, :, :] @ robot.arrays.R_body_hip
+    normals = ground.normal(feet[..., 0], feet[..., 1])
     joints = JointLoad(
-        jacobian=R_world_hip @ jacobian(robot.arrays, motion[0]),
+        jacobian=contact_jacobian(robot, motion[0], body.rotation, normals),
         torque=needed.joint_torque,
         limit=robot.servo.stall_torque if counted else np.inf,
     )
     contacts = Contacts(
-        feet=feet - body.position[..., None, :],
+        feet=contact_points(robot, feet, normals) - body.position[..., None, :],
         share=share,
-        normals=ground.normal(feet[..., 0], feet[..., 1]),
+        normals=normals,
         friction=ground.friction(feet[..., 0], feet[..., 1]),
         leg_names=robot.leg_names,
     )

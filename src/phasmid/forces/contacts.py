@@ -8,6 +8,48 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.errors import InvalidInput
+from phasmid.kinematics import jacobian
+from phasmid.robot import Robot
+
+
+def contact_points(
+    robot: Robot, feet: Float[np.ndarray, "*batch legs 3"], normals: Float[np.ndarray, "..."]
+) -> Float[np.ndarray, "*batch legs 3"]:
+    """Return the points at which feet touch the ground: below the centre of a ball, or the feet.
+
+    Args:
+        robot: The robot, L legs.
+        feet: Feet in any axes [m], shape (..., L, 3).
+        normals: Outward unit normals of the ground in these axes, shape (..., L, 3) or (3,).
+    """
+    return feet - robot.foot_radius * normals if robot.foot_radius else feet
+
+
+def contact_jacobian(
+    robot: Robot,
+    q: Float[np.ndarray, "*batch legs 3"],
+    R_world_body: Float[np.ndarray, "*batch 3 3"],
+    normals: Float[np.ndarray, "..."],
+) -> Float[np.ndarray, "*batch legs 3 3"]:
+    """Return the Jacobians of the tibiae's points that touch the ground, body at rest.
+
+    A force on the ball of a foot acts below its centre. With the Jacobian of the centre the moment
+    of its tangential part about the centre would be lost.
+
+    Args:
+        robot: The robot, L legs.
+        q: Joint angles [rad], shape (..., L, 3).
+        R_world_body: Rotations of the body, shape (..., 3, 3).
+        normals: Outward unit normals of the ground in world axes, shape (..., L, 3) or (3,).
+
+    Returns:
+        d point / d q in world axes [m/rad], shape (..., L, 3, 3).
+    """
+    R_world_hip = R_world_body[..., None, :, :] @ robot.arrays.R_body_hip
+    if not robot.foot_radius:
+        return np.asarray(R_world_hip @ jacobian(robot.arrays, q))
+    offset = -robot.foot_radius * np.einsum("...ji,...j->...i", R_world_hip, normals)
+    return np.asarray(R_world_hip @ jacobian(robot.arrays, q, offset))
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,7 +57,7 @@ class Contacts:
     """Point contacts of the feet with the ground.
 
     Attributes:
-        feet: Feet from the point of the moment [m], shape (..., L, 3).
+        feet: Points of contact from the point of the moment [m], shape (..., L, 3).
         share: Feet that stand (bool), or the share of its full load that each carries, 0 to 1,
             shape (..., L); kept as a number.
         normals: Outward normals of the ground at the feet, of any length above 0; up by default.
@@ -75,7 +117,7 @@ class JointLoad:
     """Load of the joints: torque = torque without ground - Jᵀ force.
 
     Attributes:
-        jacobian: d foot / d q in the axes of the forces [m/rad], shape (..., L, 3, 3).
+        jacobian: d contact point / d q in the axes of the forces [m/rad], shape (..., L, 3, 3).
         torque: Joint torques of the motion without the ground [N·m], shape (..., L, 3).
         limit: Torque limit of each joint, in both directions [N·m], shape (..., L, 3) or one
             number; none by default. `FrictionCone` and `SmallestLargestLoad` keep it.

@@ -16,20 +16,20 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
-from phasmid.forces.contacts import Contacts, JointLoad
+from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.sharing import share_load
 from phasmid.gait import Gait, support_margin, sway
 from phasmid.gait.cycle import foot_way, timing
 from phasmid.kinematics import (
     hip_from_body,
-    jacobian,
     joint_angles,
-    longest_stride,
     neutral_feet,
     within_reach,
 )
+from phasmid.motion import longest_stride
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.robot.servo import HEAT_RANGE
+from phasmid.robot.servo_words import servo_label
 from phasmid.scenario import Scenario
 from phasmid.units import STANDARD_GRAVITY
 
@@ -115,6 +115,8 @@ class ServoVerdict:
         """Sentences that every command shows, the answer first."""
         feet = ", ".join(map(str, self.feet))
         need = f"{self.joint} needs {self.torque:.3g} N·m"
+        servo = servo_label(self.servo)
+        subject = self.servo if servo == self.servo else servo.capitalize()
         part = f"{100 * self.torque / max(self.stall_torque, 1e-6):.0f} % of stall."
         lines = []
         if self.holding is Holding.NOT_STABLE:
@@ -130,7 +132,7 @@ class ServoVerdict:
             rms = f"; rms of the gait {self.rms_torque:.3g} N·m" if known else ""
             lines += [
                 f"{self.holding.value}: {need} on feet {feet} of the {self.gait} gait, {part}",
-                f"{self.servo} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, "
+                f"{subject} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, "
                 f"continuous {self.continuous_torque:.3g} N·m{assumed}{rms}. Static loads, no "
                 "credit from friction.",
             ]
@@ -147,7 +149,7 @@ class ServoVerdict:
         if self.voltage > self.highest_voltage:
             lines.append(
                 f"WARNING: the supply of {self.voltage:g} V is above the {self.highest_voltage:g} "
-                f"V of {self.servo}; its data sheet promises no more torque there, and it may burn."
+                f"V of the {servo}; its data sheet promises no more torque there, and it may burn."
             )
         return tuple(lines)
 
@@ -156,7 +158,7 @@ class ServoVerdict:
         if air >= limit:
             return [
                 f"The air of {air:g} °C is not below the limit of {limit:g} °C at which "
-                f"{self.servo} shuts down."
+                f"the {servo_label(self.servo)} shuts down."
             ]
         if self.holding is Holding.DOES_NOT_HOLD or not self.heat or not self.time_to_limit:
             return []
@@ -298,7 +300,7 @@ def _instants(
     Swing feet are at their neutral places.
     """
     neutral = neutral_feet(robot)
-    way = np.array([min(STEP, longest_stride(robot)), 0.0, 0.0])
+    way = np.array([min(STEP, longest_stride(robot, gait)), 0.0, 0.0])
     cycle = timing(gait, PHASES)
     swayed = sway(gait, neutral, 1.0, cycle.phase).way[:, None]
     share = np.where(cycle.stance, cycle.share, 0.0)
@@ -329,9 +331,11 @@ def _static_torque(
     com = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
     margin = np.asarray(support_margin(feet[..., :2], stance, com))
     stable = margin > LEAST_MARGIN
-    joints = JointLoad(arrays.R_body_hip @ jacobian(arrays, q[stable]), free[stable])
+    up = np.array([0.0, 0.0, 1.0])
+    joints = JointLoad(contact_jacobian(robot, q[stable], np.eye(3), up), free[stable])
     # Without friction the ground reaction forces are vertical.
-    contacts = Contacts(feet[stable], stance[stable], friction=0.0)
+    points = contact_points(robot, feet[stable], up)
+    contacts = Contacts(points, stance[stable], friction=0.0)
     torque = np.zeros_like(q)
     if stable.any():
         force = share_load(contacts, wrench[stable], "friction-cone")

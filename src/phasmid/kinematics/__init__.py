@@ -5,6 +5,7 @@ from phasmid.kinematics.frames import (
     LinkFrames,
     angular_motion,
     body_from_hip,
+    body_height,
     centre_of_mass,
     dh_transform,
     hip_from_body,
@@ -22,7 +23,7 @@ from phasmid.kinematics.frames import (
     yaw_quaternion,
 )
 from phasmid.kinematics.leg import foot_position, jacobian, joint_angles, joint_motion
-from phasmid.kinematics.workspace import longest_stride, reach, within_reach
+from phasmid.kinematics.workspace import reach, within_reach
 
 __all__ = [
     "FootExplanation",
@@ -30,6 +31,7 @@ __all__ = [
     "Violation",
     "angular_motion",
     "body_from_hip",
+    "body_height",
     "centre_of_mass",
     "dh_transform",
     "explain_foot",
@@ -41,7 +43,6 @@ __all__ = [
     "joint_motion",
     "leg_frames",
     "link_frames",
-    "longest_stride",
     "neutral_feet",
     "posture_feet",
     "quaternion_rotation",

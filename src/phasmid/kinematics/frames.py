@@ -224,20 +224,27 @@ def posture_feet(robot: Robot, pose: Float[np.ndarray, "6"]) -> Float[np.ndarray
     return hip_from_body(robot, (neutral_feet(robot) - pose[:3]) @ rotation_rpy(*pose[3:, None])[0])
 
 
+def body_height(robot: Robot) -> float:
+    """Return the height of the body's origin over level ground at the neutral stance [m].
+
+    It is that over the mean foot, and the radius of the feet.
+    """
+    return robot.foot_radius - float(neutral_feet(robot)[:, 2].mean())
+
+
 def trunk_clearance(robot: Robot, height: float, pose: Float[np.ndarray, "6"]) -> float:
-    """Return the height of the trunk's lowest corner over the plane of the feet [m].
+    """Return the height of the trunk's lowest corner over the ground [m].
 
     Args:
         robot: Its trunk is a box.
-        height: Height of the body's origin over the feet in its neutral pose [m].
+        height: Height of the body's origin over the ground in its neutral pose [m].
         pose: Pose relative to the path and the neutral height [m, rad], shape (6,).
     """
     roll, pitch = pose[3], pose[4]
+    up = np.array((-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)))
+    centre = height + pose[2] + up @ robot.body.box_centre
     # Extents of the box along the vertical.
-    down = abs(
-        np.array((-np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)))
-    )
-    return float(height + pose[2] - down @ robot.body.size / 2)
+    return float(centre - abs(up) @ robot.body.size / 2)
 
 
 def centre_of_mass(

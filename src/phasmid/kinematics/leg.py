@@ -117,22 +117,28 @@ def _unreachable(
 
 
 def jacobian(
-    leg: Leg | LegArrays, q: Float[np.ndarray, "*batch 3"]
+    leg: Leg | LegArrays,
+    q: Float[np.ndarray, "*batch 3"],
+    offset: Float[np.ndarray, "*#batch 3"] | None = None,
 ) -> Float[np.ndarray, "*batch 3 3"]:
     """Jacobian of the foot: its velocity in hip axes for unit joint speeds.
 
     Args:
         leg: The leg, or a robot's ``arrays``.
         q: Joint angles [rad], shape (..., 3).
+        offset: Point fixed to the tibia that takes the foot's place, from the foot in hip axes
+            [m], shape (..., 3); the foot itself by default.
 
     Returns:
         d foot / d q [m/rad], shape (..., 3, 3): rows x, y, z; columns coxa, femur, tibia.
 
     Source: the derivative of Table 1; J of Eq. 11.
     """
-    from phasmid.kinematics.leg_kernels import foot_jacobian_ufunc
+    from phasmid.kinematics.leg_kernels import contact_jacobian_ufunc, foot_jacobian_ufunc
 
-    return np.asarray(foot_jacobian_ufunc(*geometry(leg), q))
+    if offset is None:
+        return np.asarray(foot_jacobian_ufunc(*geometry(leg), q))
+    return np.asarray(contact_jacobian_ufunc(*geometry(leg), q, offset))
 
 
 def joint_motion(

@@ -84,6 +84,21 @@ def foot_jacobian(
 
 
 @compiled
+def add_offset(q1: float, x: float, y: float, z: float, J: np.ndarray) -> None:
+    """Turn the Jacobian J of the foot into that of a point fixed to the tibia, changed in place.
+
+    The point lies at (x, y, z) from the foot, in hip axes [m]; q1 is the coxa angle.
+    """
+    s1, c1 = sincos(q1)
+    # The coxa turns about (0, 0, 1), femur and tibia about (s1, -c1, 0).
+    J[0, 0], J[1, 0] = J[0, 0] - y, J[1, 0] + x
+    for k in range(1, 3):
+        J[0, k] -= c1 * z
+        J[1, k] -= s1 * z
+        J[2, k] += c1 * x + s1 * y
+
+
+@compiled
 def joint_motion(
     lengths: np.ndarray,
     left: float,
@@ -136,6 +151,15 @@ def inverse_kinematics_ufunc(
 def foot_jacobian_ufunc(lengths: np.ndarray, left: float, q: np.ndarray, J: np.ndarray) -> None:
     """Apply `foot_jacobian` to each sample."""
     foot_jacobian(lengths, left, q[0], q[1], q[2], J)
+
+
+@gufunc("(n),(),(n),(n)->(n,n)")
+def contact_jacobian_ufunc(
+    lengths: np.ndarray, left: float, q: np.ndarray, offset: np.ndarray, J: np.ndarray
+) -> None:
+    """Apply `foot_jacobian` and `add_offset` to each sample."""
+    foot_jacobian(lengths, left, q[0], q[1], q[2], J)
+    add_offset(q[0], offset[0], offset[1], offset[2], J)
 
 
 joint_motion_ufunc = gufunc("(n),(),(n),(n),(n)->(n),(n)")(joint_motion)

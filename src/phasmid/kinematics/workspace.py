@@ -1,4 +1,4 @@
-"""Workspace of the feet: reach of a leg, reachable targets, longest stride."""
+"""Workspace of the feet: reach of a leg, reachable targets."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.kinematics.frames import hip_from_body, neutral_feet
 from phasmid.kinematics.leg import angles_and_margin, foot_position
 from phasmid.robot import Leg, Robot
 
@@ -103,36 +102,3 @@ def plane_outline(
 def arc(low: float, high: float) -> Float[np.ndarray, " points"]:
     """Angles from one to another, at most `ARC_STEP` apart [rad]."""
     return np.linspace(low, high, 2 + int((high - low) / ARC_STEP))
-
-
-def longest_stride(robot: Robot, direction: float = 0.0) -> float:
-    """Longest straight stride that every leg can make about its neutral foot.
-
-    Args:
-        robot: The robot; link lengths and joint limits count, touching legs do not.
-        direction: Direction of travel in the body frame, 0 forward [rad].
-
-    Returns:
-        Length of the longest step on level ground, feet at neutral height [m].
-    """
-    away = np.array([math.cos(direction), math.sin(direction), 0.0])
-    centre = neutral_feet(robot)
-
-    def reachable(half: np.ndarray) -> np.ndarray:
-        ahead = centre + half[:, None, None] * away
-        behind = centre - half[:, None, None] * away
-        both = within_reach(robot, hip_from_body(robot, np.stack([ahead, behind])))
-        return np.asarray(both.all(axis=(0, 2)))
-
-    # A first pass finds the first gap, a second one its edge within a hundredth of a millimetre.
-    low, high = 0.0, 2.0 * float(robot.arrays.lengths.sum(axis=1).max())
-    for _ in range(3):
-        halves = np.linspace(low, high, 401)
-        good = reachable(halves)
-        first = int(np.argmin(good))
-        if good[first]:
-            return 2 * high
-        if first == 0:
-            return 0.0
-        low, high = float(halves[first - 1]), float(halves[first])
-    return 2 * low

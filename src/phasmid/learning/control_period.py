@@ -103,11 +103,9 @@ def clearance(c: Constants, p: np.ndarray) -> tuple[float, float]:
     """
     least, mean = math.inf, 0.0
     w, x, y, z = p[3], p[4], p[5], p[6]
-    for corner in range(5):
-        a = 0.0 if corner == 0 else c.trunk[0] * (1.0 if corner % 2 else -1.0)
-        b = 0.0 if corner == 0 else c.trunk[1] * (1.0 if corner > 2 else -1.0)
+    for point in c.underside:
         # The inverse of a rotation turns back.
-        dx, dy, dz = into_body(np.array([w, -x, -y, -z]), a, b, c.underside)
+        dx, dy, dz = into_body(np.array([w, -x, -y, -z]), point[0], point[1], point[2])
         ground = ground_height(c.terrain, p[0] + dx, p[1] + dy)
         least, mean = min(least, p[2] + dz - ground), mean + ground / 5
     return least, p[2] - mean

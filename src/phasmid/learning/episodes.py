@@ -9,11 +9,14 @@ import numpy as np
 
 from phasmid.compiled import compiled, internal
 from phasmid.gait import gaits_of, load_gait
-from phasmid.kinematics import hip_from_body, joint_angles, neutral_feet
+from phasmid.kinematics import body_height, hip_from_body, joint_angles, neutral_feet
 from phasmid.learning.task import TERMS, Task
 from phasmid.learning.terrain import Terrain, training_terrain
 from phasmid.robot import Robot
 from phasmid.tables import Table
+
+UNDERSIDE = np.array([[0.0, 0.0, -1.0], *([x, y, -1.0] for y in (-1.0, 1.0) for x in (1.0, -1.0))])
+"""Middle and corners of the trunk's underside, in halves of its size from its centre."""
 
 
 class Constants(NamedTuple):
@@ -27,7 +30,7 @@ class Constants(NamedTuple):
         limits: Lowest and highest joint angle [rad], shape (2, 3 L).
         change: Largest change of a target in a period [rad].
         height: Height of the body frame in the neutral stance [m].
-        underside: Height of the trunk's underside in the body frame [m].
+        underside: Middle and corners of the trunk's underside in the body frame [m], shape (5, 3).
         stall: Stall torque of the servos [N·m].
         largest: Largest velocities: forward, left [m/s], yaw rate [rad/s].
         command_steps: Control periods between commands.
@@ -41,7 +44,6 @@ class Constants(NamedTuple):
         left: Offsets of the feet from the legs' planes [m], shape (L,).
         mirror: Number of the leg opposite to each leg, shape (L,).
         weights: Of the reward terms, per control period, shape (T,).
-        trunk: Half of the trunk's length and width [m], shape (2,).
         terrain: The ground.
         first_levels: Levels of difficulty on which robots begin.
         latest_damage: Latest control period in which servos die.
@@ -54,7 +56,7 @@ class Constants(NamedTuple):
     limits: np.ndarray
     change: float
     height: float
-    underside: float
+    underside: np.ndarray
     stall: float
     largest: np.ndarray
     command_steps: int
@@ -68,7 +70,6 @@ class Constants(NamedTuple):
     left: np.ndarray
     mirror: np.ndarray
     weights: np.ndarray
-    trunk: np.ndarray
     terrain: Terrain
     first_levels: int
     latest_damage: int
@@ -105,8 +106,8 @@ def task_constants(task: Task, robot: Robot) -> Constants:
         neutral=joint_angles(robot.arrays, hip_from_body(robot, feet)).ravel(),
         limits=np.vstack([leg.joint_limits for leg in robot.legs]).T.copy(),
         change=task.action.speed_share * robot.servo.no_load_speed * dt,
-        height=-float(feet[:, 2].mean()),
-        underside=-robot.body.size[2] / 2,
+        height=body_height(robot),
+        underside=robot.body.box_points(UNDERSIDE),
         stall=robot.servo.stall_torque,
         largest=np.array([table.forward, table.left, table.yaw]),
         command_steps=max(1, round(table.interval / dt)),
@@ -120,7 +121,6 @@ def task_constants(task: Task, robot: Robot) -> Constants:
         left=robot.arrays.lateral_offsets.sum(axis=1),
         mirror=distance.argmin(axis=1),
         weights=np.array([getattr(task.rewards, name) for name in TERMS]) * dt,
-        trunk=robot.body.size[:2] / 2,
         terrain=terrain,
         first_levels=min(task.terrain.first_levels, len(terrain.origins)),
         latest_damage=round(task.damage.latest / dt),

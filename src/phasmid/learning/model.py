@@ -138,7 +138,7 @@ def fast_specification(robot: Robot, scenario: Scenario, terrain: Terrain) -> mu
         spec.body(f"{leg.name}.tibia").add_geom(
             name=f"{leg.name}.foot",
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[FOOT_RADIUS, 0.0, 0.0],
+            size=[robot.foot_radius or FOOT_RADIUS, 0.0, 0.0],
             pos=leg.tibia.end,
             mass=0.0,
             condim=3,
@@ -156,8 +156,9 @@ def fast_specification(robot: Robot, scenario: Scenario, terrain: Terrain) -> mu
 def _add_ground_and_payload(spec: mujoco.MjSpec, robot: Robot, terrain: Terrain) -> None:
     if np.ptp(terrain.heights) > 0:
         _add_height_field(spec, terrain)
-    top = robot.body.size[2] / 2 + PAYLOAD_SIDE / 2
-    payload = spec.body("trunk").add_body(name="payload", pos=[0.0, 0.0, top])
+    place = robot.body.box_points(np.array([0.0, 0.0, 1.0]))
+    place[2] += PAYLOAD_SIDE / 2
+    payload = spec.body("trunk").add_body(name="payload", pos=place)
     payload.explicitinertial = True
     payload.mass = LEAST_PAYLOAD
     payload.inertia = [LEAST_PAYLOAD * PAYLOAD_SIDE**2 / 6] * 3

@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait, sway
-from phasmid.kinematics import neutral_feet, step_pose
+from phasmid.kinematics import body_height, neutral_feet, step_pose
 from phasmid.motion.curves import Path, blend
 from phasmid.motion.feet import (
     coxa_only_feet,
     foothold,
     in_body,
+    mid_stance,
     straight_feet,
     swing_fraction,
 )
 from phasmid.motion.footholds import Footholds, choose_footholds, holding_friction
 from phasmid.motion.posture import Postures, fit_postures, leaning_trunk
+from phasmid.motion.rolling import Rolling, rolling
 from phasmid.motion.swing import Swings, plan_swings
 from phasmid.motion.trunk import TrunkMotion, between_events, progress, swayed, trunk_motion
 from phasmid.robot import Robot
@@ -53,11 +56,27 @@ class LevelCourse:
             time: Times [s], shape (N,).
         """
         robot, gait, stride = self.robot, self.gait, self.stride
-        height = _body_height(robot)
-        trunk = _level_trunk(robot, gait, stride, height, time)
+        trunk = _level_trunk(robot, gait, stride, body_height(robot), time)
         if stride.stance_law == "straight":
-            return trunk, straight_feet(robot, gait, stride, time, trunk)
-        return trunk, coxa_only_feet(robot, gait, stride, time, height)
+            return trunk, straight_feet(robot, gait, stride, time, trunk, self._rolling)
+        return trunk, coxa_only_feet(robot, gait, stride, time, _height_over_feet(robot))
+
+    @cached_property
+    def _rolling(self) -> Rolling | None:
+        """How the balls at the feet roll; None for points."""
+        robot, gait, stride = self.robot, self.gait, self.stride
+        if not robot.foot_radius:
+            return None
+
+        def feet(time: np.ndarray, rolled: Rolling | None) -> tuple[TrunkMotion, Path]:
+            trunk = _level_trunk(robot, gait, stride, body_height(robot), time)
+            return trunk, straight_feet(robot, gait, stride, time, trunk, rolled)
+
+        def heading(time: np.ndarray) -> np.ndarray:
+            steps = mid_stance(gait, swing_fraction(gait, stride, time)[0])
+            return np.asarray(step_pose(stride.step, steps)[..., 2])
+
+        return rolling(robot, gait, stride.period, feet, heading)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +120,7 @@ class Course:
         event = whole.astype(int) * len(gait.events) + index
         level = _level_trunk(self.robot, gait, stride, 0.0, time)
         trunk = leaning_trunk(
-            self.postures, event, s.over(seconds), level, _body_height(self.robot)
+            self.postures, event, s.over(seconds), level, _height_over_feet(self.robot)
         )
         return trunk, in_body(self._feet(time), trunk)
 
@@ -113,9 +132,9 @@ class Course:
         return swings.feet(stride.curve, u, self.gait.swing_fraction * stride.period)
 
 
-def _body_height(robot: Robot) -> float:
-    """Return the height of the body frame over level ground, under the mean neutral foot [m]."""
-    return -float(neutral_feet(robot)[:, 2].mean())
+def _height_over_feet(robot: Robot) -> float:
+    """Return the height of the body frame over the mean neutral foot [m]."""
+    return body_height(robot) - robot.foot_radius
 
 
 def _level_trunk(
@@ -141,14 +160,14 @@ def plan_course(
         scenario: Its stride and footing are used.
         robot: The robot, L legs.
         gait: The gait.
-        terrain: The ground.
+        terrain: The ground; feet are the centres of balls on it where they are no points.
         end: End of the course [s].
 
     Raises:
         InfeasibleWalk: The feet slide by the stance law or for lack of friction, a leg finds no
             foothold, or strikes the ground in its swing.
     """
-    stride = scenario.planned_stride
+    stride, terrain = scenario.planned_stride, terrain.raised(robot.foot_radius)
     if stride.stance_law != "straight":
         raise InfeasibleWalk(
             f"{place(scenario)} feet cannot slide as the stance law {stride.stance_law} has them.",

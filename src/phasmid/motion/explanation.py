@@ -18,6 +18,7 @@ from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import (
     FootExplanation,
+    body_height,
     centre_of_mass,
     explain_foot,
     hip_from_body,
@@ -135,7 +136,7 @@ def explain_posture(robot: Robot, pose: object) -> PostureExplanation:
 def _clearance_and_margin(robot: Robot, pose: np.ndarray) -> tuple[float, float]:
     """Return trunk clearance and support margin [m]; the latter NaN with a foot out of reach."""
     feet, hip_feet = neutral_feet(robot), posture_feet(robot, pose)
-    clearance = trunk_clearance(robot, -float(feet[:, 2].mean()), pose)
+    clearance = trunk_clearance(robot, body_height(robot), pose)
     if not within_reach(robot, hip_feet).all():
         return clearance, math.nan
     com = centre_of_mass(robot, joint_angles(robot.arrays, hip_feet))

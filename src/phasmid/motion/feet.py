@@ -9,6 +9,7 @@ from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet, step_pose
 from phasmid.motion.curves import Path, cos_and_sin, join, lift, vector
+from phasmid.motion.rolling import Rolling
 from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
@@ -21,8 +22,9 @@ def straight_feet(
     stride: Stride,
     time: Float[np.ndarray, " time"],
     trunk: TrunkMotion,
+    rolled: Rolling | None = None,
 ) -> Path:
-    """Return feet that stand still in the world and swing from foothold to foothold.
+    """Return feet that stand still in the world, or roll, and swing from foothold to foothold.
 
     Args:
         robot: The robot, L legs.
@@ -30,6 +32,7 @@ def straight_feet(
         stride: Steps, heights, times and curves.
         time: Times [s], shape (N,).
         trunk: The body at these times.
+        rolled: How balls roll in their stance; None for points.
 
     Returns:
         Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).
@@ -38,16 +41,35 @@ def straight_feet(
     axes, so that it lands without velocity whatever the body does.
     """
     cycle, u = swing_fraction(gait, stride, time)
-    # The stance after the swing: mid-stance is half a step later.
-    landing = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
+    landing = mid_stance(gait, cycle)
     neutral = neutral_feet(robot)
-    ground = np.zeros((*u.shape, 1))
+    ground = np.full((*u.shape, 1), robot.foot_radius)
     start, end = (
         np.concatenate([foothold(stride.step, steps, neutral), ground], axis=-1)
         for steps in (landing - 1 / gait.duty_factor, landing)
     )
-    swings = Swings.over_level_ground(start, end, stride.step_height)
-    return in_body(swings.feet(stride.curve, u, gait.swing_fraction * stride.period), trunk)
+    swing = gait.swing_fraction * stride.period
+    if rolled is None:
+        swings = Swings.over_level_ground(start, end, stride.step_height)
+        return in_body(swings.feet(stride.curve, u, swing), trunk)
+    last, next_ = (
+        step_pose(stride.step, steps)[..., 2] for steps in (landing - 1 / gait.duty_factor, landing)
+    )
+    # A foot lifts off where it has rolled to, and lands where it begins to roll.
+    start = start + rolled.at(np.ones_like(u), last, stride.period).position
+    way = rolled.at(gait.leg_phase(np.asarray(time) / stride.period), next_, stride.period)
+    begun = rolled.at(np.zeros_like(u), next_, stride.period).position
+    swings = Swings.over_level_ground(start, end + begun, stride.step_height)
+    standing = (u == 1.0)[..., None]
+    p, v, a = swings.feet(stride.curve, u, swing)
+    p = np.where(standing, end + way.position, p)
+    return in_body(Path(p, v + standing * way.velocity, a + standing * way.acceleration), trunk)
+
+
+def mid_stance(gait: Gait, cycle: Float[np.ndarray, "time legs"]) -> Float[np.ndarray, "time legs"]:
+    """Return the number of steps of the body at mid-stance after the swing of a cycle."""
+    # Half a step later than the landing.
+    return (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
 
 
 def swing_fraction(
@@ -120,7 +142,7 @@ def coxa_only_feet(
         gait: The gait.
         stride: Steps, heights, times and curves.
         time: Times [s], shape (N,).
-        height: Height of the body frame over the ground [m].
+        height: Height of the body frame over the feet [m].
 
     Returns:
         Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).

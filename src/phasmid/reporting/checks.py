@@ -10,6 +10,7 @@ from phasmid.errors import plain
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.numbers import SHORTEST_DISTANCE
 from phasmid.reporting.run import Source, short
+from phasmid.robot.servo_words import servo_quantity
 from phasmid.scenario import idle_fields
 
 NOTABLE_SLIP = 5e-3
@@ -61,15 +62,16 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
 def _limits(summary: dict[str, Any]) -> Iterator[str]:
     """Warn of torques and speeds beyond the servos, and of a robot that tips."""
     servo = short(summary["robot"]["servo"])
-    unable = f"the {servo}'s {{}}: these servos cannot make this walk."
+    stall, no_load = (servo_quantity(servo, each) for each in ("stall torque", "no-load speed"))
+    unable = "these servos cannot make this walk."
     torque = summary["torque"].get("simulation") or summary["torque"].get("model") or {}
     share = torque.get("largest_over_stall", 0.0)
     if share >= AT_LIMIT:
-        yield f"The largest torque is {100 * share:.0f} % of {unable.format('stall')}"
+        yield f"The largest torque is {100 * share:.0f} % of the {stall}: {unable}"
     share = summary["speed"].get("largest_over_no_load", 0.0)
     # Servos with a law of their own may be turned faster by a load.
     if share >= AT_LIMIT and not summary["servos"]:
-        yield f"The fastest joint turns at {100 * share:.0f} % of {unable.format('no-load speed')}"
+        yield f"The fastest joint turns at {100 * share:.0f} % of the {no_load}: {unable}"
     margin = summary["support"].get("least_margin")
     if margin is not None and margin < -5e-5:
         sentence = "At times fewer than three feet stand, or all stand in a line"

@@ -123,8 +123,8 @@ def _draw_side(axis: Axes, robot: Robot, foot: FootExplanation) -> None:
 
 def _draw_above(axis: Axes, robot: Robot, feet: Sequence[FootExplanation]) -> None:
     """Draw the robot from above in body axes [mm]; legs out of reach stand out."""
-    length, width = 500 * robot.body.size[:2]
-    corners = [(-length, -width), (length, -width), (length, width), (-length, width)]
+    (back, right, _), (front, left, _) = 1000 * robot.body.box
+    corners = [(back, right), (front, right), (front, left), (back, left)]
     axis.fill(*np.transpose(corners), color=BODY_COLOUR, linewidth=0, zorder=1)
     explained = {foot.leg.name: foot for foot in feet}
     for number, leg in enumerate(robot.legs):

@@ -10,6 +10,7 @@ import math
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid import kinematics
 from phasmid.errors import InvalidInput
@@ -201,6 +202,8 @@ def state_estimate(run: Run, distance: float | None) -> dict[str, Any]:
 def slip(run: Run) -> dict[str, Any]:
     """Return the horizontal displacement of stance feet from touchdown to lift-off, in whole steps.
 
+    A ball's displacement counts without that by which it rolls.
+
     Returns:
         Mean and largest over all steps [m] and the mean of each leg [m]; empty without feet.
     """
@@ -210,7 +213,7 @@ def slip(run: Run) -> dict[str, Any]:
         return {}
     touching = run.channel("contact")
     standing = stance if touching is None else stance & touching
-    moved = np.linalg.norm(np.diff(feet[..., :2], axis=0), axis=-1)
+    moved = np.linalg.norm(contact_displacement(run, feet)[..., :2], axis=-1)
     moved = np.where(standing[1:] & standing[:-1], moved, 0.0)
     widest = float(np.diff(time).max())
     paths: list[list[float]] = []
@@ -234,6 +237,29 @@ def slip(run: Run) -> dict[str, Any]:
         "largest": max(everything),
         "mean_by_leg": [float(np.mean(leg)) if leg else np.nan for leg in paths],
     }
+
+
+def contact_displacement(
+    run: Run, feet: Float[np.ndarray, "time legs 3"]
+) -> Float[np.ndarray, "intervals legs 3"]:
+    """Return by how much the tibiae's points that touch move from sample to sample [m].
+
+    Args:
+        run: The run, N samples; without joint angles or orientation balls are taken for points.
+        feet: Its ``foot_position``.
+
+    Returns:
+        Displacements of the points that touch at the earlier sample, shape (N - 1, L, 3).
+    """
+    moved = np.diff(feet, axis=0)
+    orientation, q = run.channel("body_orientation"), run.channel("joint_position")
+    if not run.robot.foot_radius or orientation is None or q is None:
+        return moved
+    tibiae = kinematics.link_frames(run.robot, q).rotation[..., 2, :, :]
+    R = kinematics.quaternion_rotation(orientation)[:, None] @ tibiae
+    down = -run.robot.foot_radius * run.scenario.load_terrain().normal(feet[..., 0], feet[..., 1])
+    arm = np.swapaxes(R[:-1], -1, -2) @ down[:-1, ..., None]
+    return np.asarray(moved + ((R[1:] - R[:-1]) @ arm)[..., 0])
 
 
 def standing(run: Run) -> dict[str, float]:

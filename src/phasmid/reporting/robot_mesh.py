@@ -84,19 +84,23 @@ def link_meshes(robot: Robot) -> dict[Place | None, list[Part]]:
         for frame, length in enumerate(leg.lengths):
             ends, slim = np.array([[0.0, 0, 0], [length, 0, 0]]), (1.0, 0.8, 0.6)[frame]
             found[number, frame] = [rounded(ends, slim * radius, leg_colour(number))]
-        found[number, 3] = [rounded(np.zeros((1, 3)), 0.7 * radius, RUBBER)]
+        ball = robot.foot_radius or 0.7 * radius
+        found[number, 3] = [rounded(np.zeros((1, 3)), ball, RUBBER)]
     return found
 
 
 def _trunk(robot: Robot, radius: float) -> list[Part]:
     """Return a plate about the hips, and on it an arrow that points forward."""
-    hips, (length, breadth, height) = robot.arrays.p_body_hip, robot.body.size
-    half = np.array([0.0, 0.0, max(height / 2 - radius, 0.0)])
-    top = float(hips[:, 2].mean()) + max(height / 2, radius)
-    arrow = [[0.2 * length, 0, top], [0, 0.15 * breadth, top], [0, -0.15 * breadth, top]]
+    hips, body = robot.arrays.p_body_hip, robot.body
+    (_, _, low), (_, _, high) = body.box
+    above, below = hips.copy(), hips.copy()
+    above[:, 2] = np.maximum(hips[:, 2], high - radius)
+    below[:, 2] = np.minimum(hips[:, 2], low + radius)
+    arrow = body.box_points(np.array([[0.4, 0.0, 1.0], [0.0, 0.3, 1.0], [0.0, -0.3, 1.0]]))
+    arrow[:, 2] = max(high, float(hips[:, 2].max()) + radius)
     return [
-        rounded(np.concatenate([hips + half, hips - half]), radius, PLATE),
-        rounded(np.array(arrow), 0.02 * length, LAMP),
+        rounded(np.concatenate([above, below]), radius, PLATE),
+        rounded(arrow, 0.02 * float(body.size[0]), LAMP),
     ]
 
 

@@ -17,6 +17,7 @@ from phasmid.recording.channels import LARGEST_VALUE
 from phasmid.reporting.steps import settling
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
+from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import Scale, recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
 
@@ -217,9 +218,9 @@ class Run(Source):
     @property
     def drive_words(self) -> str:
         """Servo and drive in words."""
-        servo = short(self.attribute("servo") or self.robot.servo.name)
+        servo = servo_words(short(self.attribute("servo") or self.robot.servo.name))
         drive = short(self.attribute("drive"))
-        return f"servo {servo}, {drive} drive" if drive else f"servo {servo}"
+        return f"{servo}, {drive} drive" if drive else servo
 
     @property
     def force_words(self) -> str:

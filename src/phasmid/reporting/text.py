@@ -13,6 +13,7 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import Summary
+from phasmid.robot.servo_words import servo_words
 from phasmid.scenario.tables import USUAL_STEP
 
 WIDTH = 80
@@ -373,7 +374,8 @@ def _torque_note(summary: Summary) -> str:
         source += f", {run['contact_law']} contact" if run.get("contact_law") else ""
     model = run.get("force_model") if "model" in torque else ""
     return plain(
-        f"Torques in N·m, {source}; servo {robot['servo']}, stall {robot['stall_torque']:.4g} N·m"
+        f"Torques in N·m, {source}; {servo_words(robot['servo'])}, stall "
+        f"{robot['stall_torque']:.4g} N·m"
         f"{_at_supply(summary)}{f'; model forces: {model}' if model else ''}."
     )
 

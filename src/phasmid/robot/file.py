@@ -20,6 +20,7 @@ from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
 from phasmid.robot.servo import LAW_FIELDS, Servo
 from phasmid.robot.servo_rules import RULES, UNKNOWN
 from phasmid.robot.table import MOST_LEGS, LegTable, RobotTable, ServoTable, known_servos
+from phasmid.robot.unread import refuse_unread
 from phasmid.tables import Locator, dotted, validate
 from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_value
 from phasmid.units import STANDARD_GRAVITY, split_unit
@@ -67,6 +68,7 @@ def load_robot(source: str | Path) -> Robot:
             f"{path.name} is no TOML file; the robot must be loaded before it is used here.",
             hint=f'robot=phasmid.load_robot("{path.name}")',
         )
+    refuse_unread(path)
     raw, content = read_toml(path)
     return robot_from_table(raw, path, content, path.parent)
 
@@ -103,6 +105,7 @@ def robot_from_table(
             servo,
             table.description,
             _appearance(table.appearance, folder),
+            table.foot_radius,
         )
 
 
@@ -262,9 +265,10 @@ def _body(table: RobotTable, leg_mass: float) -> Body:
             )
     if mass is None:
         raise InvalidInput("body.mass is missing.", hint="mass_g = ..., or total_weight_n = ...")
+    com = body.box_centre if body.com is None else body.com
     box = solid_box(tuple(body.size), mass)
     inertia = box if body.inertia is None else np.array(body.inertia)
-    return Body(mass, np.array(body.com), inertia, np.array(body.size))
+    return Body(mass, np.array(com), inertia, np.array(body.size), np.array(body.box_centre))
 
 
 def robot_to_toml(robot: Robot) -> str:
@@ -273,17 +277,19 @@ def robot_to_toml(robot: Robot) -> str:
     Keys carry no units: all numbers are SI and radians, so that none is rounded.
     """
     body, look = robot.body, robot.appearance
+    box = ("size", "box_centre") if body.box_centre.any() else ("size",)
     lines = [
         "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m,",
         "# temperatures in degrees Celsius.",
         *_lines({"name": robot.name, "description": robot.description}),
         *(_lines({"appearance": look.name}) if look and look.name else []),
         f"leg_count = {len(robot.legs)}",
+        *(_lines({"foot_radius": robot.foot_radius}) if robot.foot_radius else []),
         "",
         *servo_table(robot.servo),
         "",
         "[body]",
-        *_lines({key: getattr(body, key) for key in ("size", "mass", "com", "inertia")}),
+        *_lines({key: getattr(body, key) for key in (*box, "mass", "com", "inertia")}),
     ]
     for leg in robot.legs:
         lines += ["", f"[legs.{toml_key(leg.name)}]"]

@@ -16,6 +16,9 @@ from phasmid.units import plain_number
 LONGEST_LENGTH = 2.0
 """Lengths above this are slips of the unit, not walking robots [m]."""
 
+BESIDE = 0.2
+"""Distance from a short link at which its motor may be, as beside the hips of quadrupeds [m]."""
+
 SMALLEST_MASS = 1e-12
 """Masses below this are those of no part that can be seen [kg]."""
 
@@ -169,7 +172,7 @@ class Link:
         size = max(math.hypot(self.length, self.lateral_offset), 0.04)
         # Unlike a norm of NumPy, hypot does not overflow.
         offset = math.dist(self.com, (self.length / 2, 0.0, 0.0))
-        if offset > 1.5 * size:
+        if offset > 1.5 * size + BESIDE:
             raise InvalidRobot(
                 f"{what}: centre of mass lies {math.hypot(*self.com):.2g} m "
                 f"from a {self.length:.2g} m link.",

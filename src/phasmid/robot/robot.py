@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
 
+from phasmid import units
 from phasmid.errors import InvalidRobot, nearest
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import Leg
@@ -37,6 +38,7 @@ class Body:
         com: Centre of mass in the body frame [m], shape (3,).
         inertia: About the centre of mass, in body axes [kg·m²], shape (3, 3).
         size: Length, width and height of the box that bounds it [m], shape (3,).
+        box_centre: Centre of that box in the body frame [m], shape (3,).
 
     Raises:
         InvalidRobot: No body can have these numbers.
@@ -46,25 +48,40 @@ class Body:
     com: Float[np.ndarray, "3"]
     inertia: Float[np.ndarray, "3 3"]
     size: Float[np.ndarray, "3"]
+    box_centre: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         check_mass(self.mass, "body: mass")
-        for field, shape in (("com", (3,)), ("inertia", (3, 3)), ("size", (3,))):
-            array = frozen_array(getattr(self, field), shape, f"body: {field}")
-            object.__setattr__(self, field, array)
+        shapes = {"com": (3,), "inertia": (3, 3), "size": (3,), "box_centre": (3,)}
+        for name, shape in shapes.items():
+            array = frozen_array(getattr(self, name), shape, f"body: {name}")
+            object.__setattr__(self, name, array)
         for measure, name in zip(self.size, ("length", "width", "height"), strict=True):
             check_length(float(measure), f"body: {name}", "size")
         size = float(self.size.max())
-        # Unlike a norm of NumPy, hypot does not overflow.
-        if math.hypot(*self.com) > size:
+        # Unlike a norm of NumPy, dist does not overflow.
+        offset = math.dist(self.com, self.box_centre)
+        if offset > size:
             raise InvalidRobot(
-                f"body: centre of mass lies {math.hypot(*self.com):.2g} m from the origin of "
-                f"a {size:.2g} m body.",
-                hint="check the unit: com_mm or com_m",
+                f"body: centre of mass lies {offset:.2g} m from the centre of a {size:.2g} m box.",
+                hint="check the unit: com_mm or com_m, box_centre_mm or box_centre_m",
             )
         check_inertia(
             self.inertia, self.mass, size, "body", f"{plain_number(1000 * size, 3)} mm body"
         )
+
+    @property
+    def box(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of the box in the body frame [m], shape (2, 3)."""
+        return self.box_points(np.outer([-1.0, 1.0], np.ones(3)))
+
+    def box_points(self, places: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
+        """Return points of the box in the body frame [m].
+
+        Args:
+            places: In halves of its size from its centre: -1 and 1 are its sides.
+        """
+        return np.asarray(self.box_centre + places * self.size / 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +124,12 @@ class Robot:
         servo: Servo of every joint.
         description: One or two sentences, with the source of the numbers.
         appearance: Meshes of the links, or None.
+        foot_radius: Radius of the ball at the end of each leg [m]; its centre is the foot of the
+            kinematics. 0: each foot is a point.
 
     Raises:
-        InvalidRobot: Fewer than four legs, or two legs of one name or one hip.
+        InvalidRobot: Fewer than four legs, two legs of one name or one hip, or a ball that is not
+            smaller than its tibia.
     """
 
     name: str
@@ -118,6 +138,7 @@ class Robot:
     servo: Servo
     description: str = ""
     appearance: Appearance | None = None
+    foot_radius: float = 0.0
 
     def __post_init__(self) -> None:
         if len(self.legs) < 4:
@@ -131,6 +152,15 @@ class Robot:
                     f"legs {a.name} and {b.name} share the hip position "
                     f"({x:.4g}, {y:.4g}, {z:.4g}) m."
                 )
+        check_length(self.foot_radius, "robot: foot radius", "foot_radius", may_be_zero=True)
+        shortest = min(self.legs, key=lambda leg: leg.tibia.length)
+        if self.foot_radius >= shortest.tibia.length:
+            raise InvalidRobot(
+                f"robot: foot radius is {units.text(self.foot_radius, 'mm')}; it must be smaller "
+                f"than the tibia of leg {shortest.name}, "
+                f"{units.text(shortest.tibia.length, 'mm')}.",
+                hint="foot_radius_mm, the radius of the ball at the end of each leg",
+            )
 
     @property
     def leg_names(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, create_model
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.robot.friction import Friction
 from phasmid.robot.motor import Motor
+from phasmid.robot.servo_words import servo_words
 from phasmid.tables import (
     Angle,
     AngularVelocity,
@@ -184,7 +185,9 @@ class Servo:
     def __post_init__(self) -> None:
         try:
             validate(
-                ServoNumbers, _numbers(self), lambda loc: (f"servo {self.name}: {dotted(loc)}", "")
+                ServoNumbers,
+                _numbers(self),
+                lambda loc: (f"{servo_words(self.name)}: {dotted(loc)}", ""),
             )
         except InvalidInput as error:
             raise InvalidRobot(error.what, hint=error.hint) from None
@@ -208,8 +211,9 @@ class Servo:
         current, voltage, speed = self.stall_current, self.rated_voltage, self.no_load_speed
         if current is None:
             raise InvalidInput(
-                f"servo {self.name} has no stall_current; its own law needs one.",
-                hint='drive = "ideal-servo", or stall_current = 1.5 (A) in [servo]',
+                f"{servo_words(self.name)} has no stall_current; its own law needs one.",
+                hint="--drive ideal-servo, a servo of the catalogue (--servo-model), or the "
+                "stall_current of its data sheet in a [servo] table",
             )
         lossless = self._friction(0.0)
         still, fast = lossless.stribeck_share(0.0), lossless.stribeck_share(speed)
@@ -220,8 +224,8 @@ class Servo:
         idle = drag / taken
         if idle >= 1:
             raise InvalidRobot(
-                f"servo {self.name}: friction at the no-load speed is {drag:.3g} N·m; the stall "
-                f"torque of {self.stall_torque:.3g} N·m cannot overcome it."
+                f"{servo_words(self.name)}: friction at the no-load speed is {drag:.3g} N·m; the "
+                f"stall torque of {self.stall_torque:.3g} N·m cannot overcome it."
             )
         constant = voltage * (1 - idle) / speed
         lost_at_rest = (still - fast) * self.stribeck_load_loss * current
@@ -232,7 +236,7 @@ class Servo:
         efficiency = taken / (constant * current) + still * self.stribeck_load_loss
         if efficiency > 1 + ROUND_OFF:
             raise InvalidRobot(
-                f"servo {self.name}: stall_torque and no_load_speed give "
+                f"{servo_words(self.name)}: stall_torque and no_load_speed give "
                 f"{self.stall_torque * speed:.3g} W per {voltage * current:.3g} W of supply; gears "
                 "cannot create power.",
                 hint="check stall_current and rated_voltage",

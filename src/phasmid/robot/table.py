@@ -126,11 +126,12 @@ class LegTable(RobotPart):
 
 
 class BodyTable(RobotPart):
-    """``[body]``: the trunk; without an inertia it is a solid box of its size."""
+    """``[body]``: the trunk; without centre of mass and inertia it is a solid box of its size."""
 
     size: Vector
+    box_centre: Vector = [0.0, 0.0, 0.0]
     mass: Mass | None = None
-    com: Vector = [0.0, 0.0, 0.0]
+    com: Vector | None = None
     inertia: Tensor | None = None
 
 
@@ -189,6 +190,7 @@ class RobotTable(RobotPart):
     description: str = ""
     appearance: FileName = None
     leg_count: Annotated[Count, Ge(4)] = 6
+    foot_radius: Length = 0.0
     total_weight: Weight | None = None
     servo: ServoTable
     body: BodyTable

@@ -12,7 +12,7 @@ from phasmid.errors import InvalidInput
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.leg import Leg
 from phasmid.robot.link import Link
-from phasmid.robot.robot import Body, Robot
+from phasmid.robot.robot import Robot
 from phasmid.robot.servo import Servo
 
 MassModel = Literal["as-given", "mid-length"]
@@ -84,7 +84,7 @@ def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) 
             # A foot straight below its hip goes where the leg points.
             x = 1.0
         scale = 1.0 if radius is None else radius / math.hypot(x, y)
-        foot = np.array([x * scale, y * scale, z if height is None else -height])
+        foot = np.array([x * scale, y * scale, z if height is None else robot.foot_radius - height])
         return replace(leg, neutral_foot=leg.R_level_hip.T @ foot)
 
     return replace(robot, legs=tuple(place(leg) for leg in robot.legs))
@@ -111,7 +111,8 @@ def with_payload(robot: Robot, mass: float) -> Robot:
     if mass == 0:
         return robot
     body = robot.body
-    load = Inertial(mass, np.array([0.0, 0.0, body.size[2] / 2]), np.zeros((3, 3)))
+    load = Inertial(mass, body.box_points(np.array([0.0, 0.0, 1.0])), np.zeros((3, 3)))
     total = merged([Inertial(body.mass, body.com, body.inertia), load])
     assert total is not None
-    return replace(robot, body=Body(total.mass, total.com, total.inertia, body.size))
+    loaded = replace(body, mass=total.mass, com=total.com, inertia=total.inertia)
+    return replace(robot, body=loaded)

@@ -77,15 +77,16 @@ class DepthSensor:
         self._rng = random_stream(table.sensor_seed, DEPTH)
         self._angles, self._readings = np.zeros(3), 0
         self._tiles: dict[tuple[int, int], np.ndarray] = {}
-        length, _, height = robot.body.size
         feet = neutral_feet(robot)
         if table.depth == "camera":
-            self._mount = np.array([length / 2, 0.0, height / 2 + CAMERA_HEIGHT])
-            above = self._mount[2] - feet[:, 2].mean()
-            near, far = feet[:, 0].max() + NEAR - length / 2, FAR - length / 2
+            self._mount = robot.body.box_points(np.array([1.0, 0.0, 1.0]))
+            self._mount[2] += CAMERA_HEIGHT
+            front, above = self._mount[0], self._mount[2] - feet[:, 2].mean()
+            near, far = feet[:, 0].max() + NEAR - front, FAR - front
             self._rays = camera_rays(math.atan2(above, near), math.atan2(above, far))
         else:
-            self._mount = np.array([0.0, 0.0, height / 2 + LIDAR_HEIGHT])
+            self._mount = robot.body.box_points(np.array([0.0, 0.0, 1.0]))
+            self._mount[2] += LIDAR_HEIGHT
 
     def read(self, pose: Float[np.ndarray, "7"]) -> Float[np.ndarray, "points 3"]:
         """Return points of the ground in body axes [m], shape (N, 3).

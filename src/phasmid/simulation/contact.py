@@ -20,7 +20,8 @@ GROUND = "world"
 """MuJoCo body that holds all ground geometry and nothing else."""
 
 CONTACT_POINTS = 4
-"""Contact points of a foot, each a small sphere with a spring and a damper."""
+"""Contact points of a foot, each a small sphere with a spring and a damper; four in one place are
+the ball of a foot."""
 
 POINT_PRIORITY = 1
 """Priority of contact points: their own spring counts, not a mixture with the ground's."""
@@ -35,17 +36,28 @@ BLOCK_BOTTOM = 1.0
 # Feet and trunk -----------------------------------------------------------------------------------
 
 
-def foot_points(leg: Leg, law: ContactLaw) -> Float[np.ndarray, "points 3"]:
-    """Return the centres of a foot's contact points, a square that is level at the neutral stance.
+def point_radius(robot: Robot, law: ContactLaw) -> float:
+    """Return the radius of a robot's contact points [m]: that of its feet, or of the law."""
+    return robot.foot_radius or law.point_radius
+
+
+def foot_points(robot: Robot, leg: Leg, law: ContactLaw) -> Float[np.ndarray, "points 3"]:
+    """Return the centres of a foot's contact points.
+
+    They are at the corners of a square that is level at the neutral stance, with the foot in its
+    plane. The points of a ball are all at its centre, which is the foot.
 
     Args:
-        leg: The leg.
+        robot: The radius of its feet is used.
+        leg: One of its legs.
         law: Its tip width and point radius are used.
 
     Returns:
         In tibia axes [m], shape (4, 3).
     """
     tip = leg.tibia.end
+    if robot.foot_radius:
+        return np.repeat(tip[None], CONTACT_POINTS, axis=0)
     X_hip_tibia = leg_frames(leg, joint_angles(leg, leg.neutral_foot))[2]
     forward, left, up = leg.R_level_hip @ X_hip_tibia[:3, :3]
     return np.stack(
@@ -59,7 +71,7 @@ def foot_points(leg: Leg, law: ContactLaw) -> Float[np.ndarray, "points 3"]:
 def trunk_points(robot: Robot, law: ContactLaw) -> Float[np.ndarray, "points 3"]:
     """Return the contact points under a trunk that can lie, body axes [m], shape (4, 3)."""
     corners = np.array([[1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, -1.0], [-1.0, 1.0, -1.0]])
-    points = corners * robot.body.size / 2
+    points = robot.body.box_points(corners)
     points[:, 2] += law.point_radius
     return points
 
@@ -202,6 +214,7 @@ class FootGround:
         self, model: mujoco.MjModel, data: mujoco.MjData, robot: Robot, ground: Ground
     ) -> None:
         self._model, self._data, self._ground = model, data, ground
+        self._radius = robot.foot_radius
         names = [point_name(leg.name, i) for leg in robot.legs for i in range(CONTACT_POINTS)]
         self._points = np.array([model.geom(name).id for name in names])
         self._sites = np.array([model.site(f"{leg.name}.foot").id for leg in robot.legs])
@@ -221,6 +234,10 @@ class FootGround:
         mujoco.mj_kinematics(model, data)
         if self._planes is not None:
             position = data.site_xpos[self._sites]
+            if self._radius:
+                # A ball touches beneath its centre along the normal.
+                normal = ground.normal(position[:, 0], position[:, 1])
+                position[:, :2] -= self._radius * normal[:, :2]
             position[:, 2], slope = ground.surface(position[:, 0], position[:, 1])
             model.geom_pos[self._planes] = position
             model.geom_quat[self._planes] = _slope_quaternion(slope)

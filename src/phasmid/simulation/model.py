@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics import BodyMotion, mass_matrix
-from phasmid.kinematics import jacobian, joint_angles, neutral_feet, rpy_quaternion
+from phasmid.kinematics import body_height, jacobian, joint_angles, rpy_quaternion
 from phasmid.robot import JOINTS, Body, Leg, Link, Robot
 from phasmid.scenario import ContactLaw, Scenario
 from phasmid.simulation.contact import (
@@ -19,6 +19,7 @@ from phasmid.simulation.contact import (
     add_points,
     check_flat,
     foot_points,
+    point_radius,
     set_contact_law,
     trunk_points,
 )
@@ -40,7 +41,8 @@ def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
     """Build the MuJoCo model of a robot that stands on the scenario's ground.
 
     The trunk floats; the frames of the bodies are those of the paper's Table 1; every foot has
-    four contact points at the corners of a square, each a linear spring and damper.
+    four contact points, each a linear spring and damper: at the corners of a square, or in one
+    place as the ball of a foot with a radius.
 
     Args:
         robot: The robot, L legs.
@@ -134,8 +136,7 @@ def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     spec.option.impratio = law.friction_hardness
     friction = add_ground(spec, scenario)
-    height = -float(neutral_feet(robot)[:, 2].mean())
-    trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, height])
+    trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, body_height(robot)])
     trunk.add_freejoint(name="trunk")
     set_inertia(trunk, robot.body)
     if scenario.simulation.can_lie:
@@ -205,7 +206,8 @@ def _add_leg(
             _prescribe(spec, name, scenario.simulation.time_step)
         parent = body
     parent.add_site(name=f"{leg.name}.foot", pos=leg.tibia.end)
-    add_points(parent, leg.name, foot_points(leg, law), law.point_radius, friction)
+    points, radius = foot_points(robot, leg, law), point_radius(robot, law)
+    add_points(parent, leg.name, points, radius, friction)
 
 
 def _prescribe(spec: mujoco.MjSpec, joint: str, dt: float) -> None:

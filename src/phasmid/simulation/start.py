@@ -20,6 +20,7 @@ from phasmid.kinematics import (
 )
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, SampledTrajectory, TrunkMotion
 from phasmid.robot import Robot
+from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import USUAL_STEP
 from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME
@@ -104,7 +105,7 @@ def step_limit(
         gears = longest_servo_step(servo, joint_mobility(robot, scenario, q))
         if gears < contact:
             cause = "gear_stiffness or gear_damping_time in [servo]"
-            return gears, f"the gears of the servo {servo.name}", cause
+            return gears, f"the gears of the {servo_words(servo.name)}", cause
     return contact, "this contact", "--stiffness or --damping"
 
 
@@ -172,7 +173,8 @@ def check_start(scenario: Scenario, walk: Motion) -> None:
     start = walk.sample(np.zeros(1))
     x, y, z = np.moveaxis(start.foot_position[0], -1, 0)
     offset = start_offset(scenario, start)
-    depth = scenario.load_terrain().height(x, y) - z - offset
+    ground = scenario.load_terrain().raised(walk.robot.foot_radius)
+    depth = ground.height(x, y) - z - offset
     leg = int(np.argmax(depth))
     if depth[leg] > DEEPEST_START * scenario.scale(walk.robot).length:
         height = float(start.trunk.position[0, 2]) + offset + depth[leg]
@@ -223,6 +225,7 @@ def standing(
     if q is None:
         q = joint_angles(robot.arrays, hip_from_body(robot, neutral_feet(robot)))
     ground = scenario.load_terrain()
+    centres = ground.raised(robot.foot_radius)
     feet = body_from_hip(robot, foot_position(robot.arrays, q))
     corners = np.array([[x, y, -1.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
     attitude = np.zeros(3)
@@ -230,11 +233,13 @@ def standing(
     for _ in range(0 if ground.is_level else 3):
         x, y, _z = (feet @ rotation_rpy(*attitude[:, None])[0].T).T
         columns = np.stack([x, y, np.ones_like(x)], axis=-1)
-        a, b, _c = np.linalg.lstsq(columns, ground.height(x, y), rcond=None)[0]
+        a, b, _c = np.linalg.lstsq(columns, centres.height(x, y), rcond=None)[0]
         attitude = np.array([math.asin(b / math.sqrt(1 + a * a + b * b)), math.atan2(-a, 1.0), 0.0])
-    points = np.vstack([feet, corners * robot.body.size / 2])
+    points = np.vstack([feet, robot.body.box_points(corners)])
     x, y, z = (points @ rotation_rpy(*attitude[:, None])[0].T).T
+    is_foot = np.arange(len(points)) < len(feet)
+    height = np.where(is_foot, centres.height(x, y), ground.height(x, y))
     position, still = np.zeros((1, 3)), np.zeros((1, 3))
-    position[0, 2] = (ground.height(x, y) - z).max()
+    position[0, 2] = (height - z).max()
     trunk = TrunkMotion(position, still, still, attitude[None], still, still)
     return HeldPose(robot, np.array([0.0, 1.0]), np.stack([q, q]), trunk)

@@ -20,7 +20,7 @@ FASTEST_JOINT = 200.0
 """Angular velocity of joint or trunk above which the simulation has diverged [rad/s]."""
 
 UNDERSIDE = np.array([[x, y, -1.0] for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0)])
-"""Points of the trunk's underside, in halves of its size."""
+"""Points of the trunk's underside, in halves of its size from its centre."""
 
 STEEPEST_TILT = math.radians(60)
 """Tilt of the trunk beyond which the robot has fallen [rad]."""
@@ -119,6 +119,6 @@ def trunk_clearance(
 ) -> Float[np.ndarray, " samples"]:
     """Return the least height over the ground of the trunk's underside [m], (N,)."""
     R = quaternion_rotation(qpos[:, 3:7])
-    position = qpos[:, None, :3] + (UNDERSIDE * robot.body.size / 2) @ np.swapaxes(R, 1, 2)
+    position = qpos[:, None, :3] + robot.body.box_points(UNDERSIDE) @ np.swapaxes(R, 1, 2)
     x, y, z = np.moveaxis(position, -1, 0)
     return (z - ground.height(x, y)).min(axis=1)

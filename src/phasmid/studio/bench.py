@@ -17,6 +17,7 @@ from phasmid.kinematics import explain_foot, foot_position, jacobian, leg_frames
 from phasmid.kinematics.printed import printed_dh_transform, printed_joint_angles
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE, arc, plane_outline
 from phasmid.robot import JOINTS, Leg, Robot, with_mass_model
+from phasmid.robot.servo_words import servo_label, servo_words
 from phasmid.studio.messages import Answer, Bench
 from phasmid.units import STANDARD_GRAVITY
 
@@ -60,7 +61,7 @@ def bench(robot: Robot, request: Bench) -> Answer:
     if nearness < NEARLY_SINGULAR:
         remarks.append(_singularity(leg, q))
     remarks += [
-        f"{leg.name}.{joint} takes {abs(t):.2f} N·m to hold; the servo {servo.name} gives "
+        f"{leg.name}.{joint} takes {abs(t):.2f} N·m to hold; the {servo_words(servo.name)} gives "
         f"{limit:.4g} N·m at most."
         for joint, t in zip(JOINTS, torque, strict=True)
         if abs(t) > limit
@@ -93,7 +94,7 @@ def bench(robot: Robot, request: Bench) -> Answer:
         "torque": {"load": load, "gravity": gravity, "sum": torque},
         "share": np.abs(torque) / limit,
         "most": _most(gravity, load, limit) * float(np.linalg.norm(force)),
-        "servo": {"name": servo.name, "torque": limit, "speed": servo.no_load_speed},
+        "servo": {"name": servo_label(servo.name), "torque": limit, "speed": servo.no_load_speed},
         "printed": _printed(leg, q, foot, force, _mid_length(robot).leg(request.leg)),
         "workspace": {"side": [np.round(curve, 5) for curve in side], "above": np.round(above, 5)},
         "remarks": remarks,

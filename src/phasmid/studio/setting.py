@@ -11,7 +11,7 @@ from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.forces import scenario_verdict
 from phasmid.formats import load_robot, with_robot
 from phasmid.gait import Gait, gaits_of
-from phasmid.kinematics import neutral_feet
+from phasmid.kinematics import body_height
 from phasmid.robot import Robot, load_servo, preset_names, with_payload, with_servo
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import ImportOptions
@@ -124,8 +124,8 @@ class Setting:
 
     @property
     def height(self) -> float:
-        """Height of the hips over the neutral feet [m]."""
-        return -float(neutral_feet(self.robot)[:, 2].mean())
+        """Height of the hips over the ground at the neutral stance [m]."""
+        return body_height(self.robot)
 
     @property
     def robot_name(self) -> str:

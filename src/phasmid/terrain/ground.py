@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -52,12 +52,14 @@ class Ground:
         coefficient: Of Coulomb friction outside of all patches.
         patches: Where friction is another, in the terrain's own axes; the last one counts.
         yaw: Direction of the terrain's own x axis in the world [rad].
+        offset: Distance of the surface from the shape, along its normal [m]; see `raised`.
     """
 
     shape: Shape
     coefficient: float
     patches: tuple[Patch, ...] = ()
     yaw: float = 0.0
+    offset: float = 0.0
 
     def __post_init__(self) -> None:
         _check_friction(self.coefficient, "friction")
@@ -69,13 +71,21 @@ class Ground:
 
     @property
     def is_level(self) -> bool:
-        """The ground is level at height 0."""
+        """The ground is level, at height 0 if it is not raised."""
         return isinstance(self.shape, Flat)
 
     @property
     def faces_up(self) -> bool:
         """The normal is vertical wherever it is defined."""
         return isinstance(self.shape, Flat | Blocky)
+
+    def raised(self, radius: float) -> Ground:
+        """Return the surface on which centres of balls of a radius [m] are that touch the ground.
+
+        It is exact on planes. Where the ground curves by κ the ball touches beside its centre's
+        normal, and the height is off by about κ (radius · slope)² / 2.
+        """
+        return replace(self, offset=self.offset + radius) if radius else self
 
     def surface(
         self, x: Float[np.ndarray, "*batch"], y: Float[np.ndarray, "*batch"]
@@ -87,6 +97,8 @@ class Ground:
             c, s = math.cos(self.yaw), math.sin(self.yaw)
             along, across = slope[..., 0], slope[..., 1]
             slope = np.stack([c * along - s * across, s * along + c * across], axis=-1)
+        if self.offset:
+            height = height + self.offset * np.sqrt(1.0 + np.sum(slope**2, axis=-1))
         return height.reshape(shape), slope.reshape(*shape, 2)
 
     def height(

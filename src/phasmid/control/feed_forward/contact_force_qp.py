@@ -76,7 +76,7 @@ def write_programme(
     required, rest = state.required, state.at_rest
     state.pose.R_world_body[:] = state.motion.R_world_body
     state.pose.q[:] = state.motion.q
-    solve_inverse_dynamics(robot, state.pose, rest)
+    solve_inverse_dynamics(robot, state.pose, state.normals, rest)
     feet = np.flatnonzero(state.load_share[:legs] >= NEGLIGIBLE)
     load, count = np.abs(rest.wrench[:3]).max(), len(feet)
     rows = 6 + (FACES + 3) * count if load > 0.0 and count else 0

@@ -88,7 +88,7 @@ def set_motion(engine_state: engine.State, motion: Motion) -> None:
 @compiled
 def solve(state: State, robot: Parameters) -> None:
     """Write the cheapest foot forces of the motion, torques, friction and torque utilisation."""
-    solve_inverse_dynamics(robot, state.motion, state.required)
+    solve_inverse_dynamics(robot, state.motion, state.normals, state.required)
     # Torque falls with the speed in its own direction.
     loss = robot.torque_drop * state.motion.qd
     state.torque_limits[1] = np.maximum(robot.stall_torque - np.maximum(loss, 0.0), 0.0)

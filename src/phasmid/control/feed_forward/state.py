@@ -35,6 +35,7 @@ class Parameters:
     trunk_mass: float  # [kg]
     trunk_first: Float[np.ndarray, "3"]  # first moment about the body's origin [kg·m]
     trunk_second: Float[np.ndarray, "3 3"]  # about the body's origin [kg·m²]
+    foot_radius: float  # of the ball of each foot; 0: a point [m]
     armature: float  # of each joint's rotor, seen at the joint [kg·m²]
     gravity: float  # acceleration of free fall [m/s²]
     stall_torque: float  # of a servo at rest that may be used [N·m]
@@ -64,8 +65,8 @@ class InverseDynamics:
 
     torque: Float[np.ndarray, "legs 3"]  # of the joints [N·m]
     wrench: Float[np.ndarray, "6"]  # of the feet: force [N], moment about the body's origin [N·m]
-    foot: Float[np.ndarray, "legs 3"]  # from the body's origin [m]
-    jacobian: Float[np.ndarray, "legs 3 3"]  # d foot / d q [m/rad]
+    foot: Float[np.ndarray, "legs 3"]  # contact points, from the body's origin [m]
+    jacobian: Float[np.ndarray, "legs 3 3"]  # d contact point / d q [m/rad]
 
 
 @dataclass(eq=False)
@@ -104,6 +105,7 @@ def parameters_of(robot: Robot, settings: FeedForwardSettings, update_period: fl
         arrays.p_body_hip,
         body.mass,
         *moments_about_origin(np.array(body.mass), body.com, body.inertia),
+        robot.foot_radius,
         servo.armature,
         STANDARD_GRAVITY,
         stall_torque,

@@ -18,6 +18,9 @@ TOUCH = 0.004
 ROUND_OFF = 1e-7
 """Of heights [m]."""
 
+BALL_ITERATIONS = 3
+"""Planes of balls after the first; the last one moves their contacts by micrometres."""
+
 STRETCH_MARGIN = 1e-4
 """Margin of a foot to full stretch: difference of squared lengths, relative to the leg's [1]."""
 
@@ -46,7 +49,7 @@ class GroundPlane:
 def belly_ground(robot: Robot) -> GroundPlane:
     """Return the ground under a robot that lies flat on its belly, feet in the air."""
     contact = np.zeros(len(robot.legs), dtype=bool)
-    return GroundPlane(np.array([0.0, 0.0, 1.0]), float(robot.body.size[2]) / 2, contact, True)
+    return GroundPlane(np.array([0.0, 0.0, 1.0]), -float(robot.body.box[0, 2]), contact, True)
 
 
 def resting_ground(
@@ -60,10 +63,26 @@ def resting_ground(
     triangle. Of several such planes the one whose normal is nearest to `up` counts: the measured
     direction against gravity in body axes, or the body's z axis.
     """
-    knees, feet = knees_and_feet(robot, q)
-    corners = robot.body.size / 2 * [(x, y, -1) for x, y in product((1, -1), repeat=2)]
+    corners = robot.body.box_points(np.array([(x, y, -1) for x, y in product((1, -1), repeat=2)]))
+    com, axis = centre_of_mass(robot, q), np.array([0.0, 0.0, 1.0])
+    ground = _plane_under(robot, q, corners, com, axis if up is None else up, axis)
+    # A ball touches where its centre is over the plane: each plane moves these points a little.
+    for _ in range(BALL_ITERATIONS if robot.foot_radius else 0):
+        ground = _plane_under(robot, q, corners, com, axis if up is None else up, ground.normal)
+    return ground
+
+
+def _plane_under(
+    robot: Robot,
+    q: Float[np.ndarray, "legs 3"],
+    corners: Float[np.ndarray, "corners 3"],
+    com: Float[np.ndarray, "3"],
+    up: Float[np.ndarray, "3"],
+    normal_before: Float[np.ndarray, "3"],
+) -> GroundPlane:
+    """Return the plane that carries a robot, with feet that touch beneath along a normal."""
+    knees, feet = knees_and_soles(robot, q, normal_before)
     points = np.concatenate([feet, knees, corners])
-    com = centre_of_mass(robot, q)
     a, b, c = points[np.array(list(combinations(range(len(points)), 3)))].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal, axis=1)
@@ -77,8 +96,7 @@ def resting_ground(
     if not carries.any():
         return belly_ground(robot)
     candidates = np.flatnonzero(carries)
-    alignment = normal[candidates] @ (np.array([0.0, 0.0, 1.0]) if up is None else up)
-    best = candidates[int(np.argmax(alignment))]
+    best = candidates[int(np.argmax(normal[candidates] @ up))]
     n, height = normal[best], -float(a[best] @ normal[best])
     return GroundPlane(
         n, height, feet @ n + height < TOUCH, bool((corners @ n + height < TOUCH).any())
@@ -101,6 +119,14 @@ def knees_and_feet(
     frames = link_frames(robot, q)
     knees, ends = frames.position[..., 2, :], np.array([leg.tibia.end for leg in robot.legs])
     return knees, knees + (frames.rotation[..., 2, :, :] @ ends[..., None])[..., 0]
+
+
+def knees_and_soles(
+    robot: Robot, q: Float[np.ndarray, "*batch legs 3"], up: Float[np.ndarray, "3"]
+) -> tuple[Float[np.ndarray, "*batch legs 3"], Float[np.ndarray, "*batch legs 3"]]:
+    """Return knees, and the lowest points of the feet on ground with a normal `up` in body axes."""
+    knees, feet = knees_and_feet(robot, q)
+    return knees, feet - robot.foot_radius * up
 
 
 def solve_feet(

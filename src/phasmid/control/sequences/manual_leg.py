@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control.command import LegCommand
-from phasmid.control.sequences.ground import knees_and_feet, solve_feet
+from phasmid.control.sequences.ground import knees_and_feet, knees_and_soles, solve_feet
 from phasmid.control.sequences.stance import SMOOTH, STEP_HEIGHT, Stance, StancePlanner
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Robot
@@ -62,7 +62,7 @@ class ManualLegs:
                     infeasible.append(f"{name}: its foot cannot be put there; it waits.")
                     continue
                 angles[leg] = solution[leg]
-            points = np.stack(knees_and_feet(robot, angles))[:, leg]
+            points = np.stack(knees_and_soles(robot, angles, self._up))[:, leg]
             if (points @ self._up).min() + self.stance.pose[2] < self._clearance:
                 infeasible.append(f"{name}: that is in the ground; it waits.")
                 continue

@@ -9,7 +9,13 @@ from itertools import pairwise, product
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.sequences.ground import GroundPlane, belly_ground, knees_and_feet, solve_feet
+from phasmid.control.sequences.ground import (
+    GroundPlane,
+    belly_ground,
+    knees_and_feet,
+    knees_and_soles,
+    solve_feet,
+)
 from phasmid.control.sequences.joint_path import JointPath
 from phasmid.control.sequences.stance import (
     ARC,
@@ -32,6 +38,9 @@ PLACES = np.concatenate([[1.0], *([1 + d, 1 - d] for d in np.arange(0.05, 0.65, 
 
 RISE = np.linspace(0.0, 1.0, 25)[:, None]
 """Heights between lying and standing at which a foot must be within reach."""
+
+UP = np.array([0.0, 0.0, 1.0])
+"""Normal of the ground under a robot that lies flat, in body axes."""
 
 CLEARANCE = 0.010
 """Height of feet and knees over the ground on their paths [m]."""
@@ -77,14 +86,14 @@ def packing(robot: Robot) -> Packing:
         InfeasibleWalk: A leg cannot be folded beside the lying body, or cannot lift it.
     """
     standing, hips = neutral_feet(robot), robot.arrays.p_body_hip
-    belly = -float(robot.body.size[2]) / 2
+    lowest = robot.foot_radius - belly_ground(robot).body_height
     feet = standing.copy()
-    feet[:, 2] = belly
+    feet[:, 2] = lowest
     missing = np.ones(len(robot.legs), dtype=bool)
     for place in PLACES:
         p = np.repeat(feet[None], len(RISE), axis=0)
         p[..., :2] = hips[:, :2] + place * (standing - hips)[:, :2]
-        p[..., 2] = belly + RISE * (standing[:, 2] - belly)
+        p[..., 2] = lowest + RISE * (standing[:, 2] - lowest)
         reached = solve_feet(robot, p, LIMIT_MARGIN / 2)[1].all(axis=0)
         feet[missing & reached] = p[0, missing & reached]
         missing &= ~reached
@@ -110,15 +119,15 @@ def leg_poses(
     """Return poses of all legs on a grid of femur and tibia angles, the coxa near neutral.
 
     Returns:
-        Joint angles [rad], shape (count, count, L, 3); knees and feet in the body frame [m],
-        shape (2, count, count, L, 3); and the extent of each pose, as seen from above, with a
-        part of its height [m], shape (count, count, L).
+        Joint angles [rad], shape (count, count, L, 3); knees and lowest points of the feet in the
+        body frame [m], shape (2, count, count, L, 3); and the extent of each pose, as seen from
+        above, with a part of its height [m], shape (count, count, L).
     """
     femur, tibia = (np.linspace(low[:, i], high[:, i], count) for i in (1, 2))
     q = np.empty((count, count, len(robot.legs), 3))
     q[..., 0] = np.clip(0.0, low[:, 0], high[:, 0])
     q[..., 1], q[..., 2] = femur[:, None], tibia
-    points = np.stack(knees_and_feet(robot, q))
+    points = np.stack(knees_and_soles(robot, q, UP))
     distance = hip_distance(robot, points).max(axis=0)
     return q, points, distance + 0.5 * points[1, ..., 2] + 0.25 * points[0, ..., 2]
 
@@ -167,7 +176,7 @@ def get_up(
     down = _put_down(robot, packed)
     for leg, q in lost.items():
         down[:, leg] = q
-    pose = np.array([0.0, 0.0, float(robot.body.size[2]) / 2, 0.0, 0.0, 0.0])
+    pose = np.array([0.0, 0.0, -float(robot.body.box[0, 2]), 0.0, 0.0, 0.0])
     feet = packed.feet + pose[:3]
     plan = StancePlanner(robot, Stance(pose, feet, down[-1]), lost)
     if not plan.move_body(neutral_stance(robot).pose) or plan.present_margin < 0:
@@ -190,7 +199,7 @@ def _put_down(robot: Robot, packed: Packing) -> np.ndarray:
         q, reached = solve_feet(robot, feet)
         if not reached.all():
             continue
-        depth = -float(belly_ground(robot).height(np.stack(knees_and_feet(robot, q))).min())
+        depth = -float(belly_ground(robot).height(np.stack(knees_and_soles(robot, q, UP))).min())
         if depth < least - 1e-9:
             best, least = q, depth
     best[0], best[-1] = packed.folded, goal
@@ -238,7 +247,7 @@ def _depth(
 ) -> Float[np.ndarray, "*batch legs"]:
     """Return how deep knees and feet dip below ground and ends of straight lines of poses [m]."""
     heights = [
-        np.minimum(*map(ground.height, knees_and_feet(robot, _line(q, goal))))
+        np.minimum(*map(ground.height, knees_and_soles(robot, _line(q, goal), ground.normal)))
         for q, goal in pairwise(poses)
     ]
     ends = np.minimum(heights[0][0], heights[-1][-1])

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from phasmid.control.sequences.ground import GroundPlane, knees_and_feet, solve_feet
 from phasmid.control.sequences.joint_path import JointPath
 from phasmid.gait.support import support_margin
-from phasmid.kinematics import centre_of_mass, neutral_feet, rotation_rpy
+from phasmid.kinematics import body_height, centre_of_mass, neutral_feet, rotation_rpy
 from phasmid.robot import Robot
 
 SAMPLES = np.linspace(0.0, 1.0, 41)[:, None, None]
@@ -55,7 +55,7 @@ class Stance:
 def neutral_stance(robot: Robot) -> Stance:
     """Return the robot on its neutral feet, its body above the origin."""
     feet = neutral_feet(robot)
-    pose = np.array([0.0, 0.0, -float(feet[:, 2].mean()), 0.0, 0.0, 0.0])
+    pose = np.array([0.0, 0.0, body_height(robot), 0.0, 0.0, 0.0])
     return Stance(pose, feet + pose[:3], solve_feet(robot, feet)[0])
 
 

@@ -75,7 +75,7 @@ def leg_rows(
 
     turning, origin_velocity = (each[:, :, 2] for each in link_velocities(frames, joints.qd))
     R, origin = frames.rotation[:, :, 2], frames.position[:, :, 2]
-    points = np.stack([foot_points(leg, law) for leg in robot.legs])
+    points = np.stack([foot_points(robot, leg, law) for leg in robot.legs])
     arm = np.einsum("tlij,lkj->tlki", R, points)
     velocity = origin_velocity[:, :, None] + np.cross(turning[:, :, None], arm)
     ends = np.array([leg.tibia.end for leg in robot.legs])

@@ -14,6 +14,7 @@ from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import SampledMotion
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
+from phasmid.simulation.contact import point_radius
 from phasmid.simulation.drives import Drive, Setpoints
 from phasmid.simulation.run import BLOCK_STEPS, Run
 from phasmid.simulation.simscape.legs import leg_rows
@@ -63,7 +64,7 @@ class SimscapeRun(Run):
             threshold=contact.friction_threshold,
             # No two points of a foot are farther apart than the square's diagonal.
             size=1.5 * self.law.tip_width,
-            radius=self.law.point_radius,
+            radius=point_radius(robot, self.law),
         )
 
     def _physics(self) -> Float[np.ndarray, " physics"]:
