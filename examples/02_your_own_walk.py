@@ -1,7 +1,7 @@
 """Another robot, gait and stride; a step longer than the legs is refused with the reason."""
 
 import phasmid
-from phasmid import kinematics
+from phasmid import motion
 
 scenario = phasmid.load_scenario("paper").replace(
     robot="phantomx-mk4", gait="ripple", step_length_mm=60, step_turn_deg=5, duration=6
@@ -11,7 +11,7 @@ run = phasmid.simulate(scenario, walk)
 x, y, _ = run.body_position.values[-1]
 print(f"{run.attrs['ending']}: {walk.robot.name} came to ({1000 * x:.0f}, {1000 * y:.0f}) mm.")
 
-longest = kinematics.longest_stride(walk.robot)
+longest = motion.longest_stride(walk.robot, walk.gait)
 print(f"Its longest stride straight ahead is {1000 * longest:.0f} mm.")
 try:
     phasmid.plan(scenario.replace(step_length_mm=300))

@@ -118,7 +118,7 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
         return BadInput(f"urdf: {name}", ("check", "a.urdf"), {"a.urdf": content})
 
     limits = 'lower="-0.9599310885968813" upper="0.9599310885968813"'
-    yield urdf("limits in degrees", limits, 'lower="-75" upper="75"')
+    yield urdf("limits the wrong way round", limits, 'lower="1" upper="-1"')
     yield urdf("cut off", "</robot>", "")
     yield urdf("entities", "<robot", '<!DOCTYPE r [<!ENTITY a "b">]>\n<robot')
     yield urdf("a mass of text", '<mass value="', '<mass value="heavy')
@@ -140,7 +140,7 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
         return BadInput(f"mjcf: {name}", ("check", "a.xml"), {"a.xml": content})
 
     around = 'range="-0.9599310885968813 0.9599310885968813"'
-    yield mjcf("limits of many turns", around, 'range="-75 75"')
+    yield mjcf("limits the wrong way round", around, 'range="1 -1"')
     yield mjcf("entities", "<mujoco", '<!DOCTYPE r [<!ENTITY a "b">]>\n<mujoco')
     yield mjcf("includes itself", "</worldbody>", '<include file="a.xml"/></worldbody>')
     yield mjcf("includes elsewhere", "</worldbody>", '<include file="/etc/passwd"/></worldbody>')

@@ -292,6 +292,9 @@ def _descend(
     for i, part in enumerate(loc):
         if isinstance(part, str) and (not isinstance(raw, Mapping) or "[" in part):
             continue
+        if part == "str" and field is not None:
+            # The branch of a union of text and an object.
+            continue
         kept.append(part)
         if isinstance(raw, Mapping):
             written = next((k for k in raw if k == part or _field_of(parent, k)[0] == part), part)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import phasmid
+from formats.urdf_hexapod import hexapod, saved
 from phasmid.cli import main
 from phasmid.robot import robot_to_toml
 
@@ -89,11 +90,12 @@ def test_convert_there_and_back_keeps_geometry_and_masses(here, capsys, suffix):
         there, back = f"{preset}{suffix}", f"back-{preset}.toml"
         status, out, _ = answered(capsys, "convert", preset, there)
         assert status == 0
-        assert ("neutral feet" in out) == (suffix != ".toml")
+        assert (" are lost." in out) == (suffix != ".toml")
         assert answered(capsys, "convert", there, back)[0] == 0
         first, last = phasmid.load_robot(preset), phasmid.load_robot(back)
         assert last.leg_names == first.leg_names
-        for name in ("lengths", "mass", "com", "inertia", "p_body_hip", "joint_limits"):
+        same = ("lengths", "mass", "com", "inertia", "p_body_hip", "joint_limits", "neutral_foot")
+        for name in same:
             own = getattr(first.arrays, name)
             np.testing.assert_allclose(getattr(last.arrays, name), own, rtol=0, atol=1e-9)
         np.testing.assert_allclose(last.body.inertia, first.body.inertia, rtol=0, atol=1e-9)
@@ -137,19 +139,75 @@ def test_options_of_reading_are_refused_where_nothing_is_read_so(capsys):
     assert answered(capsys, "check", "phantomx-paper", "--strict")[0] == 0
 
 
-@pytest.mark.parametrize("command", [["check"], ["walk", "--robot"], ["convert"]])
+READERS = [
+    ["check"],
+    ["walk", "--robot"],
+    ["drive", "--velocity", "0,0,0", "--robot"],
+    ["gaits", "--robot"],
+    ["convert"],
+]
+"""Commands that read a robot file."""
+
+
+def refused(capsys, command, name):
+    """Return the error of a command that reads a file, less its head."""
+    target = ["out.toml"] if command == ["convert"] else []
+    status, out, err = answered(capsys, *command, name, *target)
+    assert (status, out) == (2, "")
+    return err.removeprefix("phasmid: ")
+
+
+@pytest.mark.parametrize("command", READERS)
 def test_files_that_another_program_must_turn_into_a_robot_are_told(here, capsys, command):
-    for name, hint in (
-        ("mine.xacro", "xacro mine.xacro > mine.urdf"),
-        ("mine.urdf.xacro", "xacro mine.urdf.xacro > mine.urdf"),
-        ("mine.sdf", "convert it to URDF or MJCF"),
+    for name, kind, hint in (
+        ("mine.xacro", "a xacro template", "xacro mine.xacro > mine.urdf"),
+        ("mine.urdf.xacro", "a xacro template", "xacro mine.urdf.xacro > mine.urdf"),
+        ("mine.sdf", "an SDF file", "convert it to URDF or MJCF"),
+        ("mine.USDZ", "a USD file", "export it as URDF with Isaac Sim's"),
+        ("mine.wbt", "a file of Webots", "save the text that robot.getUrdf() returns"),
+        ("mine.ttm", "a file of CoppeliaSim", "export the robot there with simURDF.export"),
+        ("mine.stl", "a mesh, which has no joints", "a URDF or MJCF file that names"),
+        ("mine.f3d", "a file of a CAD program", "export it as STEP"),
+        ("mine.yaml", "a YAML file", "phasmid convert phantomx-ax robot.toml"),
+        ("mine.zip", "an archive", "unpack it"),
     ):
+        # The ending is enough: most of these files are no text.
+        Path(name).write_bytes(b"# \x00")
+        err = refused(capsys, command, name)
+        assert err.startswith(f"{name} is {kind}; robots are read from TOML, URDF, MJCF and STEP ")
+        assert f"\n  try  {hint}" in err
+    assert refused(capsys, command, "none.zip").startswith("none.zip does not exist.")
+
+
+@pytest.mark.parametrize("command", READERS)
+@pytest.mark.parametrize("name", ["mine.toml", "mine"])
+def test_a_file_without_a_robot_is_none(here, capsys, command, name):
+    """Whatever its name, an empty file would be a scenario of defaults alone."""
+    for content, sentence in (
+        ("", f"{name} is empty.\n"),
+        (" \n\n", f"{name} is empty.\n"),
+        ("#usda 1.0\n", f"{name} has only comments.\n"),
+        ('{"legs": 6}', f"{name} is JSON, not TOML; reading stops in line 1: "),
+        ("<sdf/>", f"{name} is XML, not TOML; reading stops in line 1: "),
+    ):
+        Path(name).write_text(content, encoding="utf-8")
+        assert refused(capsys, command, name).startswith(sentence)
+    Path(name).write_text("[robot]\nlegs = 6\n", encoding="utf-8")
+    said = "robot is a table; it must be text." if command == ["check"] else 'unknown key "robot".'
+    assert refused(capsys, command, name).startswith(said)
+    Path(name).unlink()
+    Path(name).mkdir()
+    assert refused(capsys, command, name).startswith(f"{name} is a folder.\n  try  a file in it")
+
+
+def test_a_robot_file_is_no_scenario(here, capsys):
+    for name in ("mine.urdf", "mine.XML", "mine.step"):
         Path(name).write_text("<robot/>", encoding="utf-8")
-        target = ["out.toml"] if command == ["convert"] else []
-        status, _, err = answered(capsys, *command, name, *target)
-        assert status == 2
-        assert err.startswith(f"phasmid: {name} is a")
-        assert err.endswith(f"  try  {hint}\n")
+        assert refused(capsys, ["walk"], name) == (
+            f"{name} is a robot file, no scenario.\n  try  --robot {name}\n"
+        )
+    Path("mine.usd").write_text("#usda 1.0", encoding="utf-8")
+    assert refused(capsys, ["walk"], "mine.usd").startswith("mine.usd is a USD file;")
 
 
 def test_a_kits_lengths_and_masses_make_a_robot(here):
@@ -165,3 +223,24 @@ def test_a_kits_lengths_and_masses_make_a_robot(here):
     across = 0.12 * (0.066**2 + 0.038**2) / 12
     np.testing.assert_allclose(np.diag(femur.inertia), [0.12 * 2 * 0.038**2 / 12, across, across])
     assert robot_to_toml(phasmid.load_robot("mine.toml")) == robot_to_toml(robot)
+
+
+@pytest.mark.parametrize("robot", ["markwtech", "sticks.urdf"])
+def test_check_gaits_and_walk_tell_one_longest_stride(here, capsys, monkeypatch, robot):
+    """A hexapod of hobby servos, whose joints turn by ±90°, and a kit."""
+    if robot.endswith(".urdf"):
+        quarter = '<limit lower="-1.5708" upper="1.5708" effort="2.2" velocity="6"/>'
+        saved(here, hexapod(quarter, (0.04, 0.1, 0.1)))
+    monkeypatch.setattr("phasmid.cli.gaits._fastest", lambda robot, gait: 0.05)
+    _, out, _ = answered(capsys, "check", robot)
+    stride = int(re.search(r"longest stride: (\d+) mm ahead", out)[1])
+    assert out.endswith("possible.\n")
+    _, out, _ = answered(capsys, "gaits", "tripod", "--robot", robot)
+    assert int(re.search(r"^tripod .* (\d+) +50$", out, re.MULTILINE)[1]) == stride
+    walk = ["walk", "--robot", robot, "--period", "9", "--duration", "1", "--no-figures"]
+    # The table rounds to the nearest millimetre, the refusal down.
+    assert answered(capsys, *walk, "--step-length-mm", stride - 1)[0] == 0
+    status, _, err = answered(capsys, *walk, "--step-length-mm", stride + 1)
+    assert status == 2
+    told = int(re.search(r"Longest stride in reach: (\d+) mm", err)[1])
+    assert told in (stride, stride - 1)

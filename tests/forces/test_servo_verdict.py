@@ -95,7 +95,7 @@ def test_a_supply_above_the_data_sheet_adds_no_torque_and_is_a_warning():
     assert at_rated.voltage == 6.0
     assert above.stall_torque == at_rated.stall_torque == pytest.approx(1.5)
     assert above.holding is at_rated.holding
-    assert above.lines[-1].startswith("WARNING: the supply of 12 V is above the 6 V of MG996R")
+    assert above.lines[-1].startswith("WARNING: the supply of 12 V is above the 6 V of the MG996R;")
     assert not any("WARNING" in line for line in at_rated.lines)
     # The maker of the MX-28 gives 3.1 N·m at 14.8 V, the end of its range.
     strong = replace(PAPER, servo=load_servo("MX-28"))

@@ -10,7 +10,7 @@ import pytest
 
 from formats.wild_model import BESIDE, WILD
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.formats import ImportOptions, Tree, import_robot
+from phasmid.formats import ImportOptions, Severity, Tree, import_robot
 from phasmid.formats.mjcf_in import read_mjcf
 
 TWO = """<mujoco model="two"><worldbody>{before}<body name="base"><freejoint/>
@@ -139,16 +139,16 @@ def test_a_model_from_the_wild_keeps_limits_motors_looks_and_feet(wild: Path) ->
 
 
 @pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "http://a.example/b.stl"])
-def test_i3_names_outside_of_the_folder_are_refused(name: str, tmp_path: Path) -> None:
+def test_i3_nothing_outside_of_the_folder_is_read(name: str, tmp_path: Path) -> None:
     shown = '<geom type="mesh" mesh="m"/>'
     mesh = f'<asset><mesh name="m" file="{name}"/></asset>'
-    error = refused(tmp_path, two(inside=shown, after=mesh))
-    assert error.what == f'mesh "{name}" lies outside the model folder.'
-    assert error.where == "robot.xml, line 4"
+    (found,) = read(tmp_path, two(inside=shown, after=mesh)).findings
+    assert found.what == f'mesh "{name}" lies outside the model folder; it was left out.'
+    assert (found.severity, found.where) == (Severity.SUSPECT, "robot.xml, line 4")
     folder = '<compiler meshdir="../../.."/>'
     mesh = '<asset><mesh name="m" file="etc/x.stl"/></asset>'
-    error = refused(tmp_path, two(inside=shown, after=folder + mesh))
-    assert error.what == 'mesh "../../../etc/x.stl" lies outside the model folder.'
+    (found,) = read(tmp_path, two(inside=shown, after=folder + mesh)).findings
+    assert found.what == 'mesh "../../../etc/x.stl" lies outside the model folder; it was left out.'
 
 
 SPARE = two().split("<worldbody>")[1].split("</worldbody>")[0]
@@ -179,7 +179,7 @@ for name, new in (("base", "spare"), ("arm", "arm2"), ("j", "k")):
         (two(joint=' range="nan 1"'), "MuJoCo finds numbers in robot.xml that are not finite."),
         (
             two(before='<include file="/etc/passwd"/>'),
-            "<include> is not read. open the file in MuJoCo and save it there, which writes it out",
+            'file "/etc/passwd" lies outside the model folder.',
         ),
         (
             two(inside='<replicate count="1000000000"><body/></replicate>'),
@@ -229,3 +229,67 @@ def test_meshes_beside_the_folder_of_the_files_are_the_models(tmp_path: Path) ->
     asset = '<compiler meshdir="../meshes"/><asset><mesh file="a.stl"/></asset>'
     text = two(inside='<geom type="mesh" mesh="a"/>', after=asset)
     assert read(tmp_path / "mjcf", text).links["arm"].parts
+
+
+GAINS = (
+    '<actuator><position joint="j" kp="20" kv="0.5" gear="2" forcerange="-3 3"/>'
+    '<motor joint="j" ctrlrange="-1 1"/></actuator>'
+)
+
+
+def test_gains_of_position_actuators_are_those_of_the_joint(tmp_path: Path) -> None:
+    """A gear g turns the actuator's angle and torque: kp g² and kv g² at the joint."""
+    (joint,) = read(tmp_path, two(after=GAINS)).joints
+    assert (joint.stiffness, joint.servo_damping, joint.effort) == (80.0, 2.0, 6.0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "home", "told"),
+    [
+        (
+            '<key name="a" qpos="{free} 0.1"/><key name="Home" qpos="{free} 0.2"/>',
+            0.2,
+            "not used: a.",
+        ),
+        ('<key name="a" qpos="{free} 0.1"/>', 0.1, "is the stance."),
+        (
+            '<key name="home" qpos="{free}"/>',
+            None,
+            "8 finite positions were ignored.",
+        ),
+        ("", None, ""),
+    ],
+)
+def test_a_key_is_the_stance(keys: str, home: float | None, told: str, tmp_path: Path) -> None:
+    keyframe = f"<keyframe>{keys}</keyframe>".format(free="0 0 1 1 0 0 0")
+    tree = read(tmp_path, two(after=keyframe))
+    assert tree.joints[0].home == home
+    assert [f for f in tree.findings if f.what.endswith(told)] or not told
+
+
+def test_linkages_are_told(tmp_path: Path) -> None:
+    inside = '<body name="b" pos="0 1 0"><joint name="k"/><geom size="0.1"/></body>'
+    after = (
+        '<equality><joint joint1="k" joint2="j"/>'
+        '<connect name="loop" body1="b" body2="base" anchor="0 0 0"/></equality>'
+    )
+    tree = read(tmp_path, two(inside=inside, after=after))
+    assert {joint.name: joint.follows for joint in tree.joints} == {"j": "", "k": "j"}
+    loop = tree.findings[0]
+    assert (loop.subject, loop.severity) == ("equality loop", Severity.SUSPECT)
+
+
+def test_included_files_are_read_inside_the_model_s_folder(tmp_path: Path) -> None:
+    """As in the scenes of model collections: a floor, and the robot in a file of its own."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "arm.xml").write_text(two(joint=' range="-1 1"'))
+    scene = '<mujoco model="scene"><include file="{}"/></mujoco>'
+    tree = read(tmp_path, scene.format("parts/arm.xml"))
+    degree = np.pi / 180
+    assert (tree.joints[0].upper, tree.joints[0].where) == (degree, "arm.xml, line 3")
+    for name, what in (
+        ("../arm.xml", 'file "../arm.xml" lies outside the model folder.'),
+        ("none.xml", "none.xml"),
+        ("robot.xml", "MuJoCo cannot use robot.xml"),
+    ):
+        assert what in refused(tmp_path, scene.format(name)).what

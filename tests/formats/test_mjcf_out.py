@@ -10,7 +10,7 @@ import pytest
 
 from formats.trees import ROBOTS, block, files_of
 from general_robot import general_robot
-from phasmid.formats.tree import neutral_angles
+from phasmid.formats.tree import tree_of
 from phasmid.kinematics import leg_frames
 from phasmid.robot import Appearance, Robot, preset_names
 
@@ -27,7 +27,9 @@ def test_the_robot_stands_still_at_home_under_its_actuators(name: str) -> None:
     model = compiled(robot)
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
-    np.testing.assert_array_equal(data.ctrl, list(neutral_angles(robot).values()))
+    np.testing.assert_array_equal(
+        data.ctrl, [joint.home for joint in tree_of(robot).joints if joint.home is not None]
+    )
     mujoco.mj_forward(model, data)
     feet = np.array([model.site(f"{leg.name}_foot").id for leg in robot.legs])
     start, places = data.qpos.copy(), data.site_xpos[feet].copy()

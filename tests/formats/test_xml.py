@@ -77,7 +77,7 @@ def test_only_files_of_a_size_are_read(tmp_path: Path, monkeypatch: pytest.Monke
     (tmp_path / "robot.urdf").write_bytes(b" " * 101)
     for name, said in (
         ("robot.urdf", "holds more than 100 bytes; such files are refused"),
-        ("", "is not a file"),
+        ("", "is a folder"),
         ("none.urdf", "does not exist"),
         ("a" * 300, "cannot read"),
     ):

@@ -17,6 +17,7 @@ from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot import Part, Robot, load_robot, preset_names
 
 ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}
+ROBOTS["on balls"] = replace(ROBOTS["general"], name="on balls", foot_radius=0.0123)
 
 
 def write(files: Mapping[str, bytes], folder: Path) -> Path:

@@ -7,10 +7,7 @@ import pytest
 
 from phasmid.errors import Unreachable
 from phasmid.kinematics import (
-    hip_from_body,
     joint_angles,
-    longest_stride,
-    neutral_feet,
     reach,
     within_reach,
 )
@@ -26,22 +23,6 @@ def test_reach_at_a_height_is_pythagoras():
     near, _ = reach(load_robot("phantomx-paper").legs[0], -0.03)
     assert near == pytest.approx(0.052 + math.sqrt(0.058**2 - 0.03**2), abs=1e-15)
     assert math.isnan(reach(load_robot("phantomx-paper").legs[0], -0.3)[1])
-
-
-@pytest.mark.parametrize("direction", [0.0, 0.7])
-def test_the_longest_stride_is_reached_and_no_longer_one_is(direction):
-    robot = load_robot("phantomx-mk4")
-    longest = longest_stride(robot, direction)
-    away = np.array([math.cos(direction), math.sin(direction), 0])
-
-    def ends(stride):
-        feet = neutral_feet(robot)
-        both = np.stack([feet + stride / 2 * away, feet - stride / 2 * away])
-        return within_reach(robot, hip_from_body(robot, both))
-
-    assert ends(longest).all()
-    # The search ends within (0.55 m / 400^3) of the edge.
-    assert not ends(longest + 1e-6).all()
 
 
 def test_within_reach_agrees_with_the_inverse_and_the_limits():

@@ -8,8 +8,7 @@ import pytest
 from phasmid import load_scenario, plan
 from phasmid.control import LocomotionEngine
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.kinematics import longest_stride
-from phasmid.motion import explain_posture, explain_walk
+from phasmid.motion import explain_posture, explain_walk, longest_stride
 from phasmid.robot import load_robot
 
 ROBOT = load_robot("phantomx-paper")
@@ -79,7 +78,9 @@ def test_a_long_stride_names_each_leg_and_the_longest_stride():
     worst = found.feet[0]
     assert math.hypot(*worst.wanted[:2]) == pytest.approx(0.324, abs=5e-4)
     # Bisections give the share of 400 mm within a millionth.
-    assert found.stride.step_length == pytest.approx(longest_stride(ROBOT), abs=1e-5)
+    assert found.stride.step_length == pytest.approx(
+        longest_stride(ROBOT, PAPER.load_gait()), abs=1e-5
+    )
     plan(PAPER.replace(stride=found.stride))
     with pytest.raises(InfeasibleWalk):
         plan(PAPER.replace(stride=found.stride.scaled(1.0 + 1e-5)))
@@ -87,7 +88,7 @@ def test_a_long_stride_names_each_leg_and_the_longest_stride():
 
 def test_the_longest_stride_also_counts_the_servos():
     found = explain_walk(PAPER.replace(gait="wave", step_length_mm=400))
-    assert found.stride.step_length < 0.9 * longest_stride(ROBOT)
+    assert found.stride.step_length < 0.9 * longest_stride(ROBOT, PAPER.load_gait())
     assert "rad/s" in found.limit
 
 

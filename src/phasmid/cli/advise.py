@@ -61,7 +61,10 @@ def run(options: argparse.Namespace) -> int:
         write_figure(advice_figure(advice), [figure])
         say(f"Written to {plain(str(figure))}")
     if not advice.verdict.is_possible:
-        what = f"the {advice.servo.name} does not hold it in the {advice.verdict.gait} gait."
+        from phasmid.robot.servo_words import servo_label
+
+        servo = servo_label(advice.servo.name)
+        what = f"the {servo} does not hold it in the {advice.verdict.gait} gait."
         say(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)
         return 2
     return 0
@@ -84,11 +87,12 @@ def _scenario(options: argparse.Namespace) -> Scenario:
 
 def _print(advice: Advice) -> None:
     from phasmid.advice.advice import MEASURED, MINUTES, WARM_UP
+    from phasmid.robot.servo_words import servo_label
 
     scenario, verdict, load = advice.scenario, advice.verdict, advice.load
     air = scenario.servo.ambient_temperature
     say(
-        f"{plain(advice.robot.name)}, {plain(verdict.servo)} at {advice.voltage:g} V, "
+        f"{plain(advice.robot.name)}, {plain(servo_label(verdict.servo))} at {advice.voltage:g} V, "
         f"{plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s, payload "
         f"{1000 * scenario.model.payload:g} g, air {air:g} °C"
     )

@@ -29,6 +29,10 @@ OPTIONS = {
 }
 
 
+WALK = "phasmid walk"
+"""Subject of findings on the walk with the settings of the command alone."""
+
+
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     add_import_options(parser)
@@ -68,11 +72,12 @@ def _check_robot(imported: Imported, gait: str | None) -> int:
                 findings += _plain_walk(scenario)
             verdict = _verdict(scenario)
             findings += _too_weak(verdict, scenario)
-        _print_robot(robot, imported.legs, verdict)
+        _print_robot(robot, imported.legs, verdict, first)
     _print_findings(findings)
     count = sum(finding.severity is Severity.IMPOSSIBLE for finding in findings)
     if robot is not None and not count:
-        say("possible.")
+        other = any(finding.subject == WALK for finding in findings)
+        say("possible, but not with the settings of phasmid walk." if other else "possible.")
         return 0
     counted = "1 finding is" if count == 1 else f"{count} findings are"
     what = f"the robot as described cannot walk: {counted} impossible."
@@ -103,6 +108,7 @@ def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]
     from phasmid.forces import Holding
     from phasmid.formats import Finding, Severity
     from phasmid.gait import gaits_of
+    from phasmid.robot.servo_words import servo_label
 
     if verdict is None or verdict.is_possible:
         return []
@@ -112,7 +118,7 @@ def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]
         if other is not None and other.holding in (Holding.HOLDS, Holding.LIMITED):
             hint = f"--gait {name}, {hint}"
             break
-    what = f"the {verdict.servo} does not hold this robot in the {verdict.gait} gait."
+    what = f"the {servo_label(verdict.servo)} does not hold this robot in the {verdict.gait} gait."
     return [Finding(Severity.IMPOSSIBLE, "servos", what, hint=hint)]
 
 
@@ -128,8 +134,7 @@ def _plain_walk(scenario: Scenario) -> list[Finding]:
     except PhasmidError as error:
         # Only an option can follow the command.
         hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
-        what = f"it needs other settings: {error.what}"
-        return [Finding(Severity.NOTE, "the paper's walk", what, hint=hint)]
+        return [Finding(Severity.SUSPECT, WALK, f"is refused: {error.what}", hint=hint)]
     return []
 
 
@@ -144,24 +149,31 @@ def _print_sources(servo: Servo) -> None:
         say(f"  servos: {plain(line)}")
 
 
-def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None) -> None:
+def _print_robot(
+    robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None, gait: str | None
+) -> None:
     """Print a robot, its servo verdict, and the joints of the file that became its legs."""
     import numpy as np
 
     from phasmid.errors import PhasmidError
-    from phasmid.kinematics import joint_angles, longest_stride
-    from phasmid.robot import JOINTS
+    from phasmid.gait import load_gait
+    from phasmid.kinematics import joint_angles
+    from phasmid.motion import longest_stride
+    from phasmid.robot.servo_words import servo_words
+    from phasmid.scenario.tables import StrideTable
 
     servo, body = robot.servo, robot.body
     say(
         f"robot {plain(robot.name)}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
-        f"({robot.mass * STANDARD_GRAVITY:.2f} N), servo {plain(servo.name)} "
+        f"({robot.mass * STANDARD_GRAVITY:.2f} N), {plain(servo_words(servo.name))} "
         f"({plain_number(servo.stall_torque, 3)} N·m, "
         f"{plain_number(servo.no_load_speed, 3)} rad/s)"
     )
     _print_verdict(verdict)
     _print_sources(servo)
-    say(f"  body {1000 * body.mass:.1f} g, {_listed(1000 * body.size, ' × ')} mm")
+    centre = np.round(1000 * body.box_centre, 2)
+    about = f" about ({_listed(centre)}) mm" if centre.any() else ""
+    say(f"  body {1000 * body.mass:.1f} g, {_listed(1000 * body.size, ' × ')} mm{about}")
     frames = [["leg", "lengths mm", "hip mm", "yaw, pitch, roll °"]]
     poses = [["leg", "left mm", "neutral °", "masses g"]]
     for number, leg in enumerate(robot.legs, 1):
@@ -180,19 +192,36 @@ def _print_robot(robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdic
     print_table(frames)
     print_table(poses)
     for number, origin in enumerate(origins, 1):
-        say(f"  leg {number} is {_origin(origin)}")
-    limits = np.degrees(robot.arrays.joint_limits)
-    if np.all(limits == limits[0]):
+        say(f"  leg {number}: {_origin(origin)}")
+    _print_limits(robot)
+    if gait is not None:
+        own = load_gait(gait, len(robot.legs), robot.leg_names)
+        ahead, side = (longest_stride(robot, own, direction=way) for way in (0.0, np.pi / 2))
+        ahead, side = math.floor(1000 * ahead), math.floor(1000 * side)
+        say(
+            f"  longest stride: {ahead} mm ahead, {side} mm sideways, in the "
+            f"{plain(own.name)} gait with a lift of {1000 * StrideTable().step_height:.0f} mm"
+        )
+
+
+def _print_limits(robot: Robot) -> None:
+    """Print the joint limits, those of legs that are alike in one line."""
+    import numpy as np
+
+    from phasmid.robot import JOINTS
+
+    legs: dict[str, list[str]] = {}
+    for number, leg in enumerate(robot.legs, 1):
         found = (
             f"{joint} {plain_number(low)}° to {plain_number(high)}°"
-            for joint, (low, high) in zip(JOINTS, limits[0].tolist(), strict=True)
+            for joint, (low, high) in zip(
+                JOINTS, np.round(np.degrees(leg.joint_limits), 6).tolist(), strict=True
+            )
         )
-        say(f"  joint limits: {', '.join(found)}")
-    try:
-        ahead, side = longest_stride(robot), longest_stride(robot, np.pi / 2)
-    except PhasmidError:
-        ahead = side = 0.0
-    say(f"  longest stride: {1000 * ahead:.0f} mm ahead, {1000 * side:.0f} mm sideways")
+        legs.setdefault(", ".join(found), []).append(str(number))
+    for limits, numbers in legs.items():
+        of = f" of leg{'s' if len(numbers) > 1 else ''} {', '.join(numbers)}"
+        say(f"  joint limits{of if len(legs) > 1 else ''}: {limits}")
 
 
 def _listed(numbers: np.ndarray, separator: str = ", ") -> str:
@@ -200,12 +229,15 @@ def _listed(numbers: np.ndarray, separator: str = ", ") -> str:
 
 
 def _origin(leg: FoundLeg) -> str:
-    """Return the file's joints of a leg, and its angles in terms of the file's φ."""
-    joints = []
-    for name, sign, offset in zip(leg.joints, leg.signs, leg.offsets, strict=True):
-        shift = f" {math.degrees(offset):+.4g}°" if abs(offset) > 1e-5 else ""
-        joints.append(f"{plain(name)} ({'φ' if sign > 0 else '−φ'}{shift})")
-    return ", ".join(joints)
+    """Return a leg's angles in terms of those of the file's joints."""
+    from phasmid.robot import JOINTS
+
+    angles = []
+    for own, name, sign, offset in zip(JOINTS, leg.joints, leg.signs, leg.offsets, strict=True):
+        shift = f" {'+' if offset > 0 else '−'} {abs(math.degrees(offset)):.4g}°"
+        minus = "−" if sign < 0 else ""
+        angles.append(f"{own} = {minus}{plain(name)}{shift if abs(offset) > 1e-5 else ''}")
+    return ", ".join(angles)
 
 
 def _print_findings(findings: Sequence[Finding]) -> None:
@@ -223,6 +255,7 @@ def _check_scenario(scenario: Scenario) -> int:
 
     from phasmid.forces import scenario_verdict
     from phasmid.motion import fastest, plan
+    from phasmid.robot.servo_words import servo_words
     from phasmid.scenario import idle_fields
     from phasmid.simulation import check_load, with_time_step
 
@@ -244,8 +277,8 @@ def _check_scenario(scenario: Scenario) -> int:
         f"{np.degrees(walk.trunk.yaw[-1]):.1f}° turn"
     )
     say(
-        f"  fastest joint: {speed:.2f} rad/s; the servo {plain(walk.robot.servo.name)} allows "
-        f"{limit:.2f} rad/s{supply}"
+        f"  fastest joint: {speed:.2f} rad/s; the "
+        f"{plain(servo_words(walk.robot.servo.name))} allows {limit:.2f} rad/s{supply}"
     )
     say(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
     for sentence in idle_fields(scenario):

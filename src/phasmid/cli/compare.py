@@ -105,10 +105,12 @@ def _write_numbers(found: Comparison, path: Path) -> None:
 
 
 def _print(found: Comparison) -> None:
+    from phasmid.robot.servo_words import servo_label
+
     duration = float(found.log.time[-1])
     say(
         f"{plain(found.log.name)}: {duration:.3g} s of {plain(found.robot.name)}, "
-        f"{plain(found.robot.servo.name)}"
+        f"{plain(servo_label(found.robot.servo.name))}"
     )
     say(
         f"rms error of the joint angles: {math.degrees(found.error):.2g}°, "

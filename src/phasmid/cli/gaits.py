@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
+from phasmid.cli.scenario_options import add_import_options, import_options
 from phasmid.errors import plain
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ OPTIONS = {
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
+    add_import_options(parser)
     parser.add_argument(
         "gaits", nargs="*", metavar="GAIT", help="names or gait files (.toml); default: all"
     )
@@ -40,29 +42,34 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.formats import load_robot
     from phasmid.gait import gaits_of, least_margin, load_gait, without_legs
     from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
+    from phasmid.motion import longest_stride
 
-    robot, step = load_robot(options.robot), options.step_length_mm / 1000
+    robot = load_robot(options.robot, import_options(options))
+    step = options.step_length_mm / 1000
     lost = leg_numbers(options.lost, robot, "--lost") or ()
     count, names = len(robot.legs), robot.leg_names
     feet = neutral_feet(robot)[:, :2]
     com = centre_of_mass(robot, joint_angles(robot.arrays, robot.arrays.neutral_foot))[:2]
     gaits = [load_gait(name, count, names) for name in options.gaits]
     heads = ["gait", "duty", "lifts at", "sway", "feet", "margin"]
-    rows = [[*heads, "shift ahead, left" if lost else "fastest"]]
+    rows = [[*heads, *(["shift ahead, left"] if lost else ["stride", "speed"])]]
     legs = [leg for leg in range(1, count + 1) if leg not in lost]
     shown = []
     for gait in gaits or gaits_of(count).values():
         if lost:
             limp = without_legs(gait, lost, feet, com, step=(step, 0.0, 0.0))
-            last = ", ".join(f"{1000 * way + 0.0:.1f}" for way in limp.shift) + " mm"
+            last = [", ".join(f"{1000 * way + 0.0:.1f}" for way in limp.shift) + " mm"]
             shown.append(limp.gait)
             margin = limp.margin
         else:
             margin = least_margin(gait, feet, com, (step, 0.0, 0.0))
-            last = f"{1000 * _fastest(robot, gait):.0f} mm/s"
+            last = [f"{math.floor(1000 * longest_stride(robot, gait))}"]
+            last.append(f"{1000 * _fastest(robot, gait):.0f}")
             shown.append(gait)
-        rows.append([*_cells(shown[-1], margin), last])
-    say(f"{plain(robot.name)}: {len(robot.legs)} legs, a step of {1000 * step:g} mm ahead\n")
+        rows.append([*_cells(shown[-1], margin), *last])
+    say(f"{plain(robot.name)}: {len(robot.legs)} legs, a step of {1000 * step:g} mm ahead")
+    others = "" if lost else "; longest stride [mm] and highest speed [mm/s] ahead"
+    say(f"least margin of support [mm]{others}\n")
     print_table(rows)
     for gait in shown if options.diagram or options.gaits else ():
         _print_diagram(gait, legs, names)
@@ -89,7 +96,7 @@ def _cells(gait: Gait, margin: float) -> list[str]:
         " ".join(_fraction(float(offset)) for offset in gait.offsets),
         f"{gait.sway:g}" if gait.sway else "-",
         f"{few}" if few == most else f"{few} to {most}",
-        f"{1000 * margin:.1f} mm" if math.isfinite(margin) else "none",
+        f"{1000 * margin:.1f}" if math.isfinite(margin) else "none",
     ]
 
 

@@ -55,8 +55,8 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        # Numbers such as -1e-3 and lists such as -10,0 are values, not options.
-        self._negative_number_matcher = re.compile(r"-[0-9.]")
+        # Numbers such as -1e-3, lists such as -10,0 and axes such as -x are values, not options.
+        self._negative_number_matcher = re.compile(r"-([0-9.]|[xy]$)")
 
     def error(self, message: str) -> NoReturn:
         """Raise the message that argparse prints."""

@@ -11,14 +11,13 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot, located
 from phasmid.formats.findings import Findings
-from phasmid.formats.legs import UPRIGHT, FoundLeg
+from phasmid.formats.legs import FoundLeg
 from phasmid.formats.tree import TreeJoint
-from phasmid.kinematics.leg import angles_and_margin
 from phasmid.robot import JOINTS, Part, Servo, load_servo
 from phasmid.robot.inertial import Inertial
-from phasmid.robot.leg import NEAREST_FOOT
 from phasmid.robot.link import solid_box
 from phasmid.robot.servo_rules import ASSUMED, OWN_FILE, UNKNOWN, complete_servo
+from phasmid.robot.servo_words import UNNAMED
 from phasmid.scenario.tables import ImportOptions
 from phasmid.units import plain_number
 
@@ -27,6 +26,15 @@ LIKE = "AX-12A"
 
 UNITS = {"friction": "N·m", "damping": "N·m·s/rad", "armature": "kg·m²"}
 """Numbers of joints of which a servo has the largest, and their units."""
+
+GAINS = {"stiffness": "stiffness", "servo_damping": "damping"}
+"""Gains of joints, of which a servo has the least over its effort, and their names in a servo."""
+
+USED = ("effort", "velocity", *UNITS, *GAINS)
+"""Numbers of joints that make a servo."""
+
+SAME = 1e-9
+"""Part by which gains of one servo differ, by the round-off of digits that were written."""
 
 NAMES = {"damping": "viscous_friction"}
 """Numbers of joints that have another name in a servo."""
@@ -46,7 +54,13 @@ def servo_of(
     """
     if option:
         with located("option --servo-model"):
-            return load_servo(option)
+            chosen = load_servo(option)
+        used = [name for name in USED if any(getattr(joint, name) for joint in joints)]
+        if used:
+            listed = ", ".join(name.replace("_", " ") for name in used)
+            what = f"the numbers of {chosen.name} take the place of the file's: {listed}."
+            findings.note("servo", what, hint="no --servo-model, to use those of the file")
+        return chosen
     if own is not None:
         return own
     efforts = [j.effort for j in joints if j.effort and math.isfinite(j.effort)]
@@ -61,17 +75,21 @@ def servo_of(
     merged = {name: [getattr(joint, name) for joint in joints] for name in UNITS}
     given = {name: max(values) for name, values in merged.items()}
     _note_merged({"effort": efforts, "speed": speeds} | merged, findings)
+    gains = _gains(joints, torque, findings)
     servo = complete_servo(
         {
-            "name": "as in the file",
+            "name": UNNAMED,
             "stall_torque": torque,
             "no_load_speed": speed,
             # A file's damping is the friction of its joints.
             **{NAMES.get(name, name): value for name, value in given.items() if value},
+            **gains,
         },
         {"stall_current": UNKNOWN, "no_load_speed": OWN_FILE if speeds else ASSUMED},
     )
     assumed = [f"stiffness {plain_number(servo.stiffness, 3)} N·m/rad"]
+    if "stiffness" in gains:
+        assumed = []
     if not speeds:
         assumed.append(f"no-load speed {plain_number(speed)} rad/s, the {LIKE}'s")
     assumed += [name for name in given if not given[name]]
@@ -79,10 +97,40 @@ def servo_of(
         "servo",
         f"the file gives {plain_number(torque)} N·m"
         + (f" and {plain_number(speed)} rad/s" if speeds else "")
-        + f"; assumed: {', '.join(assumed)}.",
+        + (
+            f", stiffness {plain_number(servo.stiffness, 3)} N·m/rad"
+            if "stiffness" in gains
+            else ""
+        )
+        + (f"; assumed: {', '.join(assumed)}." if assumed else "."),
         hint=DATA_SHEET,
     )
     return servo
+
+
+def _gains(joints: Sequence[TreeJoint], torque: float, findings: Findings) -> dict[str, float]:
+    """Return the gains of a servo of a stall torque [N·m], by their names in it.
+
+    A joint's own gains follow its effort, as its strength does.
+    """
+    gains = {}
+    for name, own in GAINS.items():
+        values = [
+            getattr(joint, name) * torque / (joint.effort or torque)
+            for joint in joints
+            if getattr(joint, name)
+        ]
+        if not values:
+            continue
+        gains[own] = min(values)
+        if max(values) > (1 + SAME) * min(values):
+            what = (
+                f"the joints differ: {own} {plain_number(min(values), 3)} to "
+                f"{plain_number(max(values), 3)} at an effort of {plain_number(torque, 3)} N·m "
+                "(every joint has the least)."
+            )
+            findings.note("servo", what)
+    return gains
 
 
 def _note_merged(numbers: Mapping[str, Sequence[float]], findings: Findings) -> None:
@@ -112,6 +160,9 @@ SLENDER = 0.25
 THINNEST = 0.005
 """Least side of the box of a link [m]: a mesh may be flat, a link is not."""
 
+THINNEST_TRUNK = 0.05
+"""Least side of the box of a trunk of which only the hips are known [m], about that of a servo."""
+
 NO_MASS = "--masses geometry with --total-mass-g"
 """Hint where a link has no mass."""
 
@@ -125,7 +176,7 @@ class Piece:
         where: File and line.
         joint: ``coxa``, ``femur``, ``tibia``, or ``body``.
         leg: Its leg; None for the trunk.
-        size: Box of the trunk [m], shape (3,).
+        hips: All hips in the body frame [m], shape (L, 3).
         inertial: Mass and inertia; None where there is none.
         parts: Its look, in this frame.
     """
@@ -134,7 +185,7 @@ class Piece:
     where: str
     joint: str
     leg: FoundLeg | None
-    size: Float[np.ndarray, "3"]
+    hips: Float[np.ndarray, "legs 3"]
     inertial: Inertial | None
     parts: tuple[Part, ...]
 
@@ -155,16 +206,17 @@ class Piece:
 
     @property
     def box(self) -> Float[np.ndarray, "2 3"]:
-        """Lowest and highest corner of its meshes, or of a rod or box in their place [m]."""
-        half = SLENDER * self.length / 2
+        """Lowest and highest corner of its meshes, or of a rod or the hips in their place [m]."""
+        half, least = SLENDER * self.length / 2, THINNEST
         if self.parts:
             corners = np.concatenate([part.vertices for part in self.parts])
         elif self.leg is None:
-            corners = np.array([-self.size / 2, self.size / 2])
+            # Hips of one height do not show that of the trunk.
+            corners, least = self.hips, THINNEST_TRUNK
         else:
             corners = np.array([[0.0, -half, -half], [self.length, half, half]])
         low, high = corners.min(axis=0), corners.max(axis=0)
-        thin = np.maximum(0.0, THINNEST - (high - low)) / 2
+        thin = np.maximum(0.0, least - (high - low)) / 2
         return np.array([low - thin, high + thin])
 
     def spread(self, mass: float) -> Piece:
@@ -229,78 +281,3 @@ def weighed(links: Sequence[Piece], options: ImportOptions, findings: Findings) 
     return [
         replace(link, inertial=link.inertial and link.inertial.scaled(factor)) for link in chosen
     ]
-
-
-OUT, DOWN = 0.6, 0.4
-"""A foot's distance from its coxa axis and below its hip, of the leg's length: those of the
-PhantomX of this project, 150 and 100 mm with 250 mm of leg."""
-
-BENEATH = 0.7
-"""Depth of a foot below a hip whose coxa axis lies, of the leg's length."""
-
-SPARE = math.radians(5.0)
-"""Angle that a standing leg keeps from its limits, where it can."""
-
-
-def standing_feet(legs: Sequence[FoundLeg]) -> Float[np.ndarray, "legs 3"]:
-    """Return feet on one level ground, straight out from the hips, within the joint limits.
-
-    All legs stand equally far out; of all stances that every leg can take, the one nearest to
-    `OUT` and `DOWN`; beneath the hips, nearest to `BENEATH`, where all coxa axes lie.
-
-    Args:
-        legs: The legs, their hips in the body frame.
-
-    Returns:
-        Feet in the hip frames [m], shape (L, 3).
-
-    Raises:
-        InvalidRobot: No stance is within the limits.
-    """
-    length = float(np.mean([leg.lengths.sum() for leg in legs]))
-    step = _round_step(length)
-    # In steps that make round numbers, as far as any leg reaches.
-    count = math.ceil(length / step)
-    lying = all(abs(leg.R_level_hip[2, 2]) < UPRIGHT for leg in legs)
-    wanted_out, wanted_down = (0.0, BENEATH) if lying else (OUT, DOWN)
-    out = step * np.arange(0 if lying else 1, count + 1)
-    down = step * np.arange(count + 1)
-    r, h = np.meshgrid(out, down, indexing="ij")
-    wish = np.hypot(
-        r - round(wanted_out * length / step) * step, h - round(wanted_down * length / step) * step
-    )
-    order = np.argsort(wish, axis=None, kind="stable")
-    r, h = r.ravel()[order], h.ravel()[order]
-    for spare in (SPARE, 0.0):
-        fits = np.ones(r.shape, dtype=bool)
-        for leg in legs:
-            fits &= _within(leg, _in_hip(leg, r, h), spare)
-        if fits.any():
-            best = int(np.argmax(fits))
-            return np.array([_in_hip(leg, r[best], h[best]) for leg in legs])
-    raise InvalidRobot(
-        "no stance with knees up is within the joint limits.",
-        hint="widen the limits, or check their signs",
-    )
-
-
-def _round_step(length: float) -> float:
-    """About a twentieth of a length, a round number."""
-    decade = 10.0 ** math.floor(math.log10(length / 20))
-    return max(m * decade for m in (1.0, 2.0, 5.0) if m * decade <= length / 20)
-
-
-def _in_hip(leg: FoundLeg, r: np.ndarray | float, h: np.ndarray | float) -> np.ndarray:
-    """Return a point at a distance from the hip and a depth below the body, in the hip frame."""
-    r, z = np.broadcast_arrays(np.asarray(r), -np.asarray(h) - float(leg.position[2]))
-    left = np.array([0.0, leg.lateral_offsets.sum(), 0.0])
-    return np.stack([r, np.zeros(r.shape), z], axis=-1) @ leg.R_level_hip + left
-
-
-def _within(leg: FoundLeg, p_hip_foot: np.ndarray, spare: float) -> np.ndarray:
-    angles, margin = angles_and_margin(leg, p_hip_foot)
-    low, high = leg.limits.T
-    # Of a narrow range a spare angle may leave nothing.
-    room = np.minimum(spare, (high - low) / 4)
-    inside = ((angles >= low + room) & (angles <= high - room)).all(axis=-1)
-    return inside & (margin >= 0) & (p_hip_foot[:, 0] >= NEAREST_FOOT)

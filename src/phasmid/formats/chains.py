@@ -11,7 +11,15 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Findings
-from phasmid.formats.tree import HINGES, RigidLink, Tree, TreeJoint, fixed_to, rigid_link
+from phasmid.formats.tree import (
+    HINGES,
+    RigidLink,
+    Tree,
+    TreeJoint,
+    fixed_to,
+    rigid_link,
+    with_link_turned,
+)
 from phasmid.robot.table import MOST_LEGS
 
 FREE = frozenset({"floating", "free"})
@@ -68,7 +76,7 @@ class Skeleton:
     chains: tuple[Chain, ...]
 
 
-def skeleton(tree: Tree, findings: Findings) -> Skeleton:
+def skeleton(tree: Tree, findings: Findings, forward: float = 0.0) -> Skeleton:
     """Find a tree's trunk and legs, by what moves on what and by no name.
 
     Links that joints fix to each other are one. A branch that is no leg, such as a head or a
@@ -77,12 +85,15 @@ def skeleton(tree: Tree, findings: Findings) -> Skeleton:
     Args:
         tree: The tree.
         findings: Receives branches that were held or left out.
+        forward: Direction of forward in the trunk's own frame, seen from above and from x [°], a
+            multiple of 90.
 
     Raises:
         InvalidRobot: There are fewer than four chains of three hinges, more than `MOST_LEGS`, or
             an odd number of them beside others; or the trunk has another axis than z up.
     """
     root = _trunk(tree, findings)
+    tree = with_link_turned(tree, root, -round(forward / 90))
     _, first_joints = fixed_to(tree, root)
     # Legs are compared with each other, so that time grows with the square of their number.
     if len(first_joints) > MOST_LEGS:

@@ -1,8 +1,9 @@
-"""Feet of the legs: from an option, a link of the file, a sphere, or the tip of a mesh."""
+"""Feet of the legs: from an option, a link of the file, a ball, or the tip of a mesh."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,10 +19,20 @@ NAMES = ("foot", "feet", "tip", "toe", "end", "ee")
 """Words that name the end of a leg, as parts of a link's name."""
 
 AT_THE_END = 0.9
-"""Part of the way to the tip of a link's shapes at which a sphere is at its end."""
+"""Part of the way to the tip of a link's shapes at which a ball is at its end."""
 
 TIP = 1e-3
-"""Corners of a mesh within this of the farthest one are its tip [m]."""
+"""Corners of a mesh within this of the farthest one are its tip, and a foot within this of the
+centre of a ball is at its centre [m]: drawings state millimetres."""
+
+BEYOND = 0.05
+"""Part by which shapes may reach beyond a link that is the foot, such as soles."""
+
+TILT = math.radians(30.0)
+"""Angle by which a tibia leans to either side in its stance."""
+
+PRINTED = 1e-9
+"""Lengths below this are round-off [m]."""
 
 EXAMPLE = '--foot "1-3=0,0,-0.13; 4-6=0,0,0.13"'
 
@@ -33,10 +44,12 @@ class Foot:
     Attributes:
         point: In the frame of the tibia's first link [m], shape (3,).
         source: Its source, in words.
+        radius: Radius of the ball about it [m]; 0: it is a point.
     """
 
     point: Float[np.ndarray, "3"]
     source: str
+    radius: float = 0.0
 
 
 def find_foot(number: int, chain: Chain, place: str, findings: Findings) -> Foot:
@@ -52,7 +65,65 @@ def find_foot(number: int, chain: Chain, place: str, findings: Findings) -> Foot
         InvalidInput: There is no such place.
         InvalidRobot: The file has no foot, and nothing to assume one from.
     """
-    return _named(number, chain, place) if place else _found(number, chain, findings)
+    tibia = chain.links[2]
+    foot = _named(number, tibia, place) if place else _linked(tibia)
+    if foot is not None:
+        foot = _rounded(number, tibia, foot, findings)
+    if foot is None or not (place or foot.radius or _is_at_the_end(number, chain, foot, findings)):
+        return _found(number, chain, findings)
+    return foot
+
+
+def _is_at_the_end(number: int, chain: Chain, foot: Foot, findings: Findings) -> bool:
+    """Return whether a link is at the end of a leg; a finding where its shapes reach farther.
+
+    Exporters of drawings give all parts of a leg one frame, which may be anywhere in them.
+    """
+    tibia = chain.links[2]
+    axis, corners = _axis_and_corners(chain)
+    end, own = _distances(axis, corners).max(initial=0.0), _distances(axis, foot.point[None])[0]
+    if end <= own * (1 + BEYOND):
+        return True
+    what = (
+        f"the frame of its foot link is {_mm(own)} from the tibia's axis, and its shapes reach to "
+        f"{_mm(end)}: the link was not taken for the foot."
+    )
+    name = foot.source.removeprefix("link ")
+    # What the names of all legs' links end in.
+    hint = f"--foot {name[name.rfind('_') :] if '_' in name else name}, to take it"
+    findings.suspect(f"leg {number}", what, tibia.links[0].where, hint)
+    return False
+
+
+def _axis_and_corners(
+    chain: Chain,
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "corners 3"]]:
+    """Return the tibia's axis, and the corners of its shapes, in the frame of its first link."""
+    axis = chain.joints[2].axis / np.linalg.norm(chain.joints[2].axis)
+    parts = [part.vertices for part in chain.links[2].parts]
+    return axis, np.concatenate([np.empty((0, 3)), *parts])
+
+
+def common_radius(feet: Sequence[float], findings: Findings) -> float:
+    """Return the radius of all feet [m], the mean where their balls differ."""
+    smallest, largest = min(feet), max(feet)
+    if largest - smallest <= PRINTED:
+        return smallest
+    if smallest <= PRINTED:
+        what = (
+            f"some are balls, of up to {_mm(largest)}, and some points; all were taken for points, "
+            "the balls at their centres."
+        )
+        findings.suspect("feet", what, hint="give the same foot to all legs, as with --foot")
+        return 0.0
+    mean = sum(feet) / len(feet)
+    error = max(largest - mean, mean - smallest)
+    findings.suspect(
+        "feet",
+        f"their balls have radii of {_mm(smallest)} to {_mm(largest)}; every foot has the mean, "
+        f"{_mm(mean)}, which places the ground up to {_mm(error)} too high or too low.",
+    )
+    return mean
 
 
 def foot_places(option: str, count: int) -> list[str]:
@@ -92,9 +163,8 @@ def names_a_foot(name: str) -> bool:
     return any(word in NAMES or word.endswith(("foot", "tip", "toe")) for word in words)
 
 
-def _named(number: int, chain: Chain, place: str) -> Foot:
+def _named(number: int, tibia: RigidLink, place: str) -> Foot:
     """Return the foot of an option: a point, or a link by its name or its ending."""
-    tibia = chain.links[2]
     pieces = place.split(",")
     if len(pieces) == 3:
         try:
@@ -121,9 +191,8 @@ def _named(number: int, chain: Chain, place: str) -> Foot:
     return Foot(tibia.poses[found[0]][:3, 3], f"link {found[0]}")
 
 
-def _found(number: int, chain: Chain, findings: Findings) -> Foot:
-    """Return the foot of the file: a link, a collision sphere, or the tip of the shapes."""
-    tibia = chain.links[2]
+def _linked(tibia: RigidLink) -> Foot | None:
+    """Return the foot of a link by its name, or of the only massless one."""
     named = [link for link in tibia.ends if names_a_foot(link.name)]
     massless = [
         link
@@ -133,49 +202,103 @@ def _found(number: int, chain: Chain, findings: Findings) -> Foot:
     for links in (named, massless):
         if len(links) == 1:
             return Foot(tibia.poses[links[0].name][:3, 3], f"link {links[0].name}")
+    return None
+
+
+def _rounded(number: int, tibia: RigidLink, foot: Foot, findings: Findings) -> Foot:
+    """Return a foot as the ball that holds its point inside or on its surface, if one does.
+
+    The ball touches the ground, wherever in it the file puts the foot.
+    """
+    centres, radii = _balls(tibia)
+    away = np.linalg.norm(centres - foot.point, axis=1)
+    if not (radii - away > -TIP).any():
+        return foot
+    ball = int(np.argmax(radii - away))
+    radius, moved = float(radii[ball]), float(away[ball])
+    if moved > TIP:
+        findings.note(
+            f"leg {number}",
+            f"its foot is {_mm(moved)} from the centre of a ball of radius "
+            f"{_mm(radius)}; that centre was taken.",
+            tibia.links[0].where,
+        )
+    return Foot(centres[ball], f"{foot.source}, a ball of radius {_mm(radius)}", radius)
+
+
+def _found(number: int, chain: Chain, findings: Findings) -> Foot:
+    """Return the ball at the end of the last link, or the tip of its shapes."""
+    tibia = chain.links[2]
     where = tibia.links[0].where
-    axis = chain.joints[2].axis / np.linalg.norm(chain.joints[2].axis)
-    corners = np.concatenate([np.empty((0, 3)), *(part.vertices for part in tibia.parts)])
-    balls = _ball_ends(tibia, axis)
-    away, balls_away = _radii(axis, corners), _radii(axis, balls)
-    if len(balls) and balls_away.max() >= AT_THE_END * away.max(initial=0.0):
-        report, source = findings.note, "collision sphere"
-        point = balls[np.argmax(balls_away)]
+    axis, corners = _axis_and_corners(chain)
+    centres, radii = _balls(tibia)
+    away, end = _distances(axis, corners), _distances(axis, centres) + radii
+    if len(centres) and end.max() >= AT_THE_END * away.max(initial=0.0):
+        report, source = findings.note, "ball"
+        ball = int(np.argmax(end))
+        point, radius = centres[ball], float(radii[ball])
+        touches = f", of radius {_mm(radius)}"
     elif len(corners):
-        report, source = findings.suspect, "tip of the shape"
+        report, source, radius = findings.suspect, "tip of the shape", 0.0
         tip = corners[away >= away.max() - TIP]
         point = (tip.min(axis=0) + tip.max(axis=0)) / 2
+        error = _mm(_contact_shift(axis, corners, point))
+        touches = f"; it touches up to {error} from there while the tibia leans by up to 30°"
     else:
         raise InvalidRobot(
-            f"leg {number}: its foot is not given; {tibia.name} has neither a fixed link "
-            "at its end nor a shape.",
+            f"leg {number}: its foot is not given; its last link has neither a fixed link at its "
+            "end nor a shape.",
             where=where,
-            hint="--foot 0,0,-0.13, in metres in that link's frame",
+            hint="--foot X,Y,Z, where it touches, in metres in the frame of each leg's last link",
         )
     what = (
         f"no foot in the file; the {source} of its last link was taken, "
-        f"{1000 * _radii(axis, point[None])[0]:.1f} mm from the tibia's axis."
+        f"{1000 * _distances(axis, point[None])[0]:.1f} mm from the tibia's axis{touches}."
     )
     shown = ",".join(plain_number(length) for length in np.round(point, 4) + 0.0)
     hint = f"--foot {shown}, in metres in each leg's last link, changed to where it touches"
     report(f"leg {number}", what, where, hint)
-    return Foot(point, f"{source} of {tibia.name}")
+    return Foot(point, f"{source} of {tibia.name}", radius)
 
 
-def _ball_ends(tibia: RigidLink, axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "balls 3"]:
-    """Return the point of each collision sphere farthest from the tibia's axis."""
+def _balls(
+    tibia: RigidLink,
+) -> tuple[Float[np.ndarray, "balls 3"], Float[np.ndarray, " balls"]]:
+    """Return centres in the tibia's frame and radii of its balls [m]."""
     balls = [
-        (tibia.poses[link.name] @ [*ball[:3], 1.0], ball[3])
+        (*(tibia.poses[link.name] @ [*ball[:3], 1.0])[:3], ball[3])
         for link in tibia.links
         for ball in link.balls
     ]
-    centres = np.reshape([X[:3] for X, _ in balls], (-1, 3))
-    outward = centres - np.outer(centres @ axis, axis)
-    length = np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-9)
-    return centres + np.reshape([radius for _, radius in balls], (-1, 1)) * outward / length
+    rows = np.reshape(balls, (-1, 4))
+    return rows[:, :3], rows[:, 3]
 
 
-def _radii(
+def _contact_shift(
+    axis: Float[np.ndarray, "3"], corners: Float[np.ndarray, "corners 3"], tip: np.ndarray
+) -> float:
+    """Return how far from a tip the shape touches level ground while the tibia leans [m].
+
+    Where the tibia leans by an angle, the corner farthest down touches. Along a tip rounded with a
+    radius the contact moves by that radius times the angle, on a flat end to its edge.
+
+    Args:
+        axis: Of the tibia, about which it leans by up to `TILT`; unit vector.
+        corners: Of its shapes [m].
+        tip: The point that stands for the contact [m]; it is lowest where the tibia is upright.
+    """
+    down = tip - (tip @ axis) * axis
+    across = np.cross(axis, down)
+    lean = np.linspace(-TILT, TILT, 61)[:, None]
+    lowest = corners[np.argmax(corners @ (np.cos(lean) * down + np.sin(lean) * across).T, axis=0)]
+    return float(_distances(axis, lowest - tip).max())
+
+
+def _mm(length: float) -> str:
+    return f"{plain_number(1000 * length, 3)} mm"
+
+
+def _distances(
     axis: Float[np.ndarray, "3"], points: Float[np.ndarray, "points 3"]
 ) -> Float[np.ndarray, " points"]:
     """Return distances of points of the tibia's frame from the tibia's axis."""

@@ -1,10 +1,11 @@
-"""Files that a robot's description names: read with a limit, and only inside the model's folder."""
+"""Files that a robot's description names, which are read only inside the model's folder."""
 
 from __future__ import annotations
 
 import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from phasmid.errors import InvalidInput, plain
@@ -38,7 +39,10 @@ def _inside(folder: Path, name: str, noun: str, *, start: Path | None = None) ->
         inner = [path, *path.parents][: len(path.parts) - len(folder.parts)]
         linked = any(step.is_symlink() for step in inner)
     except (OSError, ValueError):
-        raise InvalidInput(f'{noun} "{shown}" lies outside the model folder.') from None
+        raise InvalidInput(
+            f'{noun} "{shown}" lies outside the model folder.',
+            hint="put it into the model's folder",
+        ) from None
     if linked:
         raise InvalidInput(
             f'{noun} "{shown}" leads over a link, which is not followed.',
@@ -57,11 +61,34 @@ def _model_folder(file: Path) -> Path:
     for parent in [folder, *folder.parents][:_UPWARDS]:
         if (parent / "package.xml").is_file():
             return parent
-    return folder.parent if folder.name in {"urdf", "robots", "mjcf", "xml"} else folder
+    is_part = folder.name.lower() in {"urdf", "robots", "mjcf", "xml"}
+    # All of a home folder or a disk is no model.
+    is_all = folder.parent in (Path.home(), Path(folder.anchor))
+    return folder.parent if is_part and not is_all else folder
+
+
+def check_packages(packages: Mapping[str, str]) -> None:
+    """Refuse packages whose folder is not there.
+
+    Args:
+        packages: Folders by the name of the package, from an option.
+
+    Raises:
+        InvalidInput: There is no such folder.
+    """
+    for package, folder in packages.items():
+        if not Path(folder).is_dir():
+            raise InvalidInput(
+                f"no such folder: {plain(folder[:200])}.",
+                where=f"option --package {plain(package[:100])}",
+            )
 
 
 def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) -> Path:
     """Resolve a name in a model's file, ``package://`` included.
+
+    A name that leads elsewhere, such as a path of its maker's machine, is looked for by its last
+    folders in the model's own.
 
     Args:
         file: The model's file.
@@ -70,8 +97,22 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
         packages: Folders by the name of the package.
 
     Raises:
-        InvalidInput: The name leads outside the model's folder, or its package is unknown.
+        InvalidInput: The name leads outside the model's folder, or its package is unknown, and its
+            last folders are not in the model's.
     """
+    try:
+        return _resolved(file, name, noun, packages)
+    except InvalidInput:
+        steps = [step for step in re.split(r"[/\\]+", name) if step not in ("", "..", "~")]
+        for first in range(1, len(steps)):
+            with suppress(InvalidInput):
+                path = _inside(_model_folder(file), "/".join(steps[first:]), noun)
+                if path.is_file():
+                    return path
+        raise
+
+
+def _resolved(file: Path, name: str, noun: str, packages: Mapping[str, str]) -> Path:
     found = re.match(r"(?:package|model)://([^/\\]+)[/\\]+", name)
     if not found:
         folder = _model_folder(file)
@@ -79,17 +120,15 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     package = found.group(1)
     rest = name[found.end() :]
     if package in packages:
-        if not Path(packages[package]).is_dir():
-            raise InvalidInput(
-                f"no such folder: {plain(packages[package][:200])}.",
-                where=f"option --package {plain(package[:100])}",
-            )
         return _inside(Path(packages[package]).resolve(), rest, noun)
     own = _model_folder(file)
     if package in (own.name, _package_name(own)):
         return _inside(own, rest, noun)
     shown = plain(package[:100])
-    raise InvalidInput(f'package "{shown}" is unknown.', hint=f"--package {shown}=PATH")
+    raise InvalidInput(
+        f'{noun} "{plain(rest[:200])}" is in package "{shown}", which is unknown.',
+        hint=f"--package {shown}=PATH",
+    )
 
 
 def _package_name(folder: Path) -> str:

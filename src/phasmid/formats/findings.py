@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import Enum
+
+from phasmid.errors import PhasmidError
 
 NAMED = 3
 """Number of subjects that are named before the rest is counted."""
@@ -60,6 +63,15 @@ class Findings(list[Finding]):
     def impossible(self, subject: str, what: str, where: str = "", hint: str = "") -> None:
         """Add an impossible number."""
         self.append(Finding(Severity.IMPOSSIBLE, subject, what, where, hint))
+
+    @contextmanager
+    def refusals(self, subject: str, where: str = "") -> Iterator[None]:
+        """Turn an error into an impossible finding, so that what follows is judged, too."""
+        try:
+            yield
+        except PhasmidError as error:
+            what = error.what.removeprefix(f"{subject}: ")
+            self.impossible(subject, what, error.where or where, error.hint)
 
     @property
     def any_impossible(self) -> bool:

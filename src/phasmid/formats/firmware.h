@@ -12,7 +12,7 @@
  * Joints   0 coxa, 1 femur, 2 tibia. For a leg without lateral offset
  *              r    = Lc + Lf cos q1 + Lt cos(q1 + q2)
  *              foot = (r cos q0, r sin q0, Lf sin q1 + Lt sin(q1 + q2))     in the hip frame.
- *          q0 > 0 turns the leg to the left, about +z; q1 > 0 lifts the femur; q2 < 0 bends the
+$foot *          q0 > 0 turns the leg to the left, about +z; q1 > 0 lifts the femur; q2 < 0 bends the
  *          knee down. With all at zero the straight lines from axis to axis lie along x.
  *          Inverse kinematics returns the knee-up solution.
  * Servos   phasmid_servo_angles counts from the servos' zeros, by femur_bend and tibia_bend of the

@@ -63,6 +63,7 @@ def firmware_header(scenario: Scenario, *, command: str = "phasmid.formats.firmw
         command=_comment(command),
         version=version("phasmid"),
         walk=_comment(words),
+        foot=_ball(robot.foot_radius),
         legs=len(robot.legs),
         samples=samples,
         period=stride.period,
@@ -101,6 +102,16 @@ def _leg(number: int, leg: Leg) -> str:
     lines = [f"    {{ /* {number}: {_comment(leg.name)} */"]
     lines += [f"        {_array(member)}," for member in members]
     return "\n".join([*lines, "    },"])
+
+
+def _ball(radius: float) -> str:
+    """Return the line of the header on feet that are balls; empty for points."""
+    if not radius:
+        return ""
+    return (
+        f" *          The foot is the centre of a ball of radius {radius!r} m: on the ground it\n"
+        " *          is that high above it.\n"
+    )
 
 
 def _rows(table: np.ndarray, form: str = "{!r}") -> str:

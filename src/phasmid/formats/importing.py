@@ -9,28 +9,31 @@ from typing import cast
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidRobot, PhasmidError, plain
+from phasmid.errors import InvalidRobot, plain
 from phasmid.formats.assumptions import (
+    LIKE,
     NO_MASS,
     Piece,
     possible_inertia,
     servo_of,
-    standing_feet,
     strength_of,
     weighed,
 )
-from phasmid.formats.chains import Chain, Skeleton, skeleton
-from phasmid.formats.feet import find_foot, foot_places
+from phasmid.formats.chains import Skeleton, skeleton
+from phasmid.formats.feet import common_radius, find_foot, foot_places
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
+from phasmid.formats.forward import AXES, judge_forward
+from phasmid.formats.joint_limits import with_stops
 from phasmid.formats.judge import judge_links, judge_robot
 from phasmid.formats.legs import PRINTED, FoundLeg, found_leg, names_in_order
+from phasmid.formats.stance import with_stance
 from phasmid.formats.tree import RigidLink, Tree, inverse
-from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
+from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot, Servo, load_servo
 from phasmid.robot.table import LONGEST_NAME
 from phasmid.scenario.tables import ImportOptions
 
-THINNEST = 0.05
-"""Height of a trunk of which only the hips are known [m], about that of a servo."""
+STAND_IN = 0.1
+"""Mass of a link that stands in for an impossible one while the rest is judged [kg]."""
 
 MESHES = "robot.glb"
 """Name of the file of a robot's meshes beside a run or a robot file."""
@@ -75,17 +78,37 @@ def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Importe
     findings = Findings(tree.findings)
     legs: tuple[FoundLeg, ...] = ()
     robot = None
-    try:
-        bones = skeleton(tree, findings)
+    with findings.refusals("robot", tree.file):
+        bones = skeleton(tree, findings, AXES[options.forward])
+        bones = _with_stops(bones, options.joint_limit, findings)
+        judge_forward(bones.chains, options.forward, findings)
         legs = _legs(bones, options.foot, findings)
-        if not findings.any_impossible:
+        servo = _servo(tree, bones, options, findings)
+        if len(legs) == len(bones.chains):
             X_body_trunk, legs = _centred(legs, findings)
-            robot = _robot(tree, _pieces(bones, legs, X_body_trunk), legs, options, findings)
-    except PhasmidError as error:
-        findings.impossible("robot", error.what, error.where or tree.file, error.hint)
-    if robot is not None:
+            pieces = _pieces(bones, legs, X_body_trunk)
+            robot = _robot(tree, pieces, legs, servo, options, findings)
+        else:
+            _judge_bare(bones, findings)
+    if robot is not None and not findings.any_impossible:
         findings += judge_robot(robot, read=True)
     return Imported(None if findings.any_impossible else robot, grouped(findings), legs)
+
+
+def _with_stops(bones: Skeleton, assumed: float | None, findings: Findings) -> Skeleton:
+    """Return a skeleton whose joints have the stops that they have in truth."""
+    chains = tuple(
+        replace(chain, joints=tuple(with_stops(joint, assumed, findings) for joint in chain.joints))
+        for chain in bones.chains
+    )
+    for joint in (joint for chain in chains for joint in chain.joints if joint.follows):
+        what = (
+            "follows another joint in the file, without a motor of its own; here it is moved by a "
+            "servo of its own."
+        )
+        hint = "no <mimic> or <equality> in the file, if the joint has a servo"
+        findings.suspect(f"joint {joint.name}", what, joint.where, hint)
+    return replace(bones, chains=chains)
 
 
 def _legs(bones: Skeleton, foot: str, findings: Findings) -> tuple[FoundLeg, ...]:
@@ -95,21 +118,26 @@ def _legs(bones: Skeleton, foot: str, findings: Findings) -> tuple[FoundLeg, ...
     legs: list[FoundLeg] = []
     for number, ((name, index), place) in enumerate(zip(order, places, strict=True), 1):
         chain = bones.chains[index]
-        try:
+        with findings.refusals(f"leg {number}"):
             end = find_foot(number, chain, place, findings)
             legs.append(found_leg(number, name, chain, end, findings))
-        except PhasmidError as error:
-            what = error.what.removeprefix(f"leg {number}: ")
-            findings.impossible(f"leg {number}", what, error.where, error.hint)
-        _note_endless(chain, findings)
     return tuple(legs)
 
 
-def _note_endless(chain: Chain, findings: Findings) -> None:
-    for joint in chain.joints:
-        if joint.kind == "continuous" or not np.isfinite(joint.upper - joint.lower):
-            what = "no limits in the file; ±180° was assumed."
-            findings.note(f"joint {joint.name}", what, joint.where)
+def _servo(tree: Tree, bones: Skeleton, options: ImportOptions, findings: Findings) -> Servo:
+    """Return the servo of all joints; where it is unknown, which is a finding, a stand-in."""
+    joints = [joint for chain in bones.chains for joint in chain.joints]
+    with findings.refusals("servo", tree.file):
+        return servo_of(joints, options.servo_model, tree.servo, findings)
+    return load_servo(LIKE)
+
+
+def _judge_bare(bones: Skeleton, findings: Findings) -> None:
+    """Find links without a mass, where legs that do not fit keep the robot from being built."""
+    for rigid in (bones.trunk, *(link for chain in bones.chains for link in chain.links)):
+        if rigid.inertial is None or not rigid.inertial.mass:
+            subject, where = f"link {rigid.name}", rigid.links[0].where
+            findings.impossible(subject, "has no mass.", where, NO_MASS)
 
 
 def _centred(
@@ -122,10 +150,12 @@ def _centred(
         shown = ", ".join(f"{round(1000 * float(c), 2) + 0.0:.2f}" for c in middle)
         findings.note("body", f"its origin was moved by ({shown}) mm, amid the coxa axes.")
         X_body_trunk[:3, 3] = -middle
-    hips = [leg.position + X_body_trunk[:3, 3] for leg in legs]
-    # Without the round-off beside 0.
-    hips = [np.where(np.abs(hip) < 1e-15, 0.0, hip) for hip in hips]
+    hips = [_without_round_off(leg.position + X_body_trunk[:3, 3]) for leg in legs]
     return X_body_trunk, tuple(replace(g, position=p) for g, p in zip(legs, hips, strict=True))
+
+
+def _without_round_off(place: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
+    return np.where(np.abs(place) < 1e-15, 0.0, place)
 
 
 def _pieces(
@@ -137,10 +167,9 @@ def _pieces(
         inertial = possible_inertia(rigid.inertial.at(X)) if rigid.inertial else None
         parts = tuple(part.at(X) for part in rigid.parts)
         named = next((link for link in rigid.links if link.inertial), rigid.links[0])
-        return Piece(f"link {named.name}", named.where, joint, leg, size, inertial, parts)
+        return Piece(f"link {named.name}", named.where, joint, leg, hips, inertial, parts)
 
     hips = np.array([leg.position for leg in legs])
-    size = _body_size(bones.trunk, X_body_trunk, hips)
     return [piece(bones.trunk, X_body_trunk, "body")] + [
         piece(rigid, inverse(X_trunk_link) @ X_trunk_rigid, joint, leg)
         for leg in legs
@@ -154,42 +183,39 @@ def _robot(
     tree: Tree,
     pieces: Sequence[Piece],
     legs: Sequence[FoundLeg],
+    servo: Servo,
     options: ImportOptions,
     findings: Findings,
 ) -> Robot | None:
-    """Build the robot; None where a link is impossible, which becomes a finding."""
-    pieces = weighed(pieces, options, findings)
+    """Build the robot; where links are impossible, which are findings, from stand-ins."""
+    with findings.refusals("robot", tree.file):
+        pieces = weighed(pieces, options, findings)
     made = [_link(piece, findings) for piece in pieces]
     possible = [piece for piece, link in zip(pieces, made, strict=True) if link]
-    findings += judge_links([leg.chain for leg in legs], possible)
-    joints = [joint for leg in legs for joint in leg.chain.joints]
-    servo = servo_of(joints, options.servo_model, tree.servo, findings)
+    findings += judge_links([leg.chain for leg in legs], possible, options.masses)
     is_own = not (options.servo_model or tree.servo)
     strengths = [strength_of(leg, servo) if is_own else np.ones(3) for leg in legs]
-    feet = standing_feet(legs)
-    level = legs[0].R_level_hip @ feet[0]
-    findings.note(
-        "neutral feet",
-        f"{1000 * level[0]:.0f} mm out from the coxa axes and "
-        f"{-1000 * (level[2] + legs[0].position[2]):.0f} mm below the body's origin are an "
-        "assumption.",
-        hint=f"phasmid convert {tree.file or 'FILE'} robot.toml, and change neutral_foot_mm there",
-    )
-    if findings.any_impossible:
-        return None
+    filled = [
+        link or _link(piece.spread(STAND_IN), Findings())
+        for piece, link in zip(pieces, made, strict=True)
+    ]
     parts = {piece.name: piece.parts for piece in pieces if piece.parts}
-    links = cast("list[Link]", made[1:])
-    return Robot(
+    body, *links = filled
+    robot = Robot(
         plain(tree.name).strip()[:LONGEST_NAME] or "robot",
-        cast("Body", made[0]),
+        cast("Body", body),
         tuple(
-            _leg(leg, foot, links[3 * i : 3 * i + 3], strengths[i])
-            for i, (leg, foot) in enumerate(zip(legs, feet, strict=True))
+            _leg(leg, cast("list[Link]", links[3 * i : 3 * i + 3]), strengths[i])
+            for i, leg in enumerate(legs)
         ),
         servo,
         "",
         Appearance.of(parts, MESHES) if parts else None,
+        common_radius([leg.radius for leg in legs], findings),
     )
+    with findings.refusals("robot", tree.file):
+        return with_stance(robot, legs, findings, tree.file, is_solid=bool(pieces[0].parts))
+    return None
 
 
 def _link(piece: Piece, findings: Findings) -> Link | Body | None:
@@ -201,7 +227,9 @@ def _link(piece: Piece, findings: Findings) -> Link | Body | None:
         return None
     try:
         if leg is None:
-            return Body(own.mass, own.com, own.inertia, piece.size)
+            low, high = piece.box
+            centre = _without_round_off((low + high) / 2)
+            return Body(own.mass, own.com, own.inertia, high - low, centre)
         left = float(leg.lateral_offsets[JOINTS.index(piece.joint)])
         return Link(piece.joint, piece.length, own.mass, own.com, own.inertia, left)
     except InvalidRobot as error:
@@ -210,12 +238,8 @@ def _link(piece: Piece, findings: Findings) -> Link | Body | None:
         return None
 
 
-def _leg(
-    leg: FoundLeg,
-    foot: Float[np.ndarray, "3"],
-    links: Sequence[Link],
-    strength: Float[np.ndarray, "3"],
-) -> Leg:
+def _leg(leg: FoundLeg, links: Sequence[Link], strength: Float[np.ndarray, "3"]) -> Leg:
+    """Return a leg of the robot, its neutral foot anywhere before its hip."""
     coxa, femur, tibia = links
     yaw, pitch, roll = map(float, leg.angles)
     _, e2, e3 = map(float, leg.offsets)
@@ -228,24 +252,9 @@ def _leg(
         mount_yaw=yaw,
         mount_pitch=pitch,
         mount_roll=roll,
-        neutral_foot=foot,
+        neutral_foot=np.array([leg.lengths.sum() / 2, 0.0, 0.0]),
         joint_limits=leg.limits,
         femur_bend=e2,
         tibia_bend=e2 + e3,
         strength=strength,
     )
-
-
-def _body_size(
-    trunk: RigidLink, X_body_trunk: Float[np.ndarray, "4 4"], hips: Float[np.ndarray, "legs 3"]
-) -> Float[np.ndarray, "3"]:
-    """Return the box about the body's origin that reaches as far forward, sideways and down.
-
-    It bounds what the ground must stay clear of, so that what is above the hips does not count.
-    Without meshes it reaches to the hips.
-    """
-    points = [part.at(X_body_trunk).vertices for part in trunk.parts] or [hips]
-    low, high = np.concatenate(points).min(axis=0), np.concatenate(points).max(axis=0)
-    size = 2 * np.maximum(-low, [high[0], high[1], 0.0])
-    # Hips of one height do not show that of the trunk.
-    return np.maximum(size, THINNEST)

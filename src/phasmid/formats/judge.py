@@ -16,7 +16,13 @@ from phasmid.formats.chains import Chain
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.legs import MIDDLE
 from phasmid.gait import shortfall, support_margin
-from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
+from phasmid.kinematics import (
+    body_height,
+    centre_of_mass,
+    joint_angles,
+    neutral_feet,
+    trunk_clearance,
+)
 from phasmid.robot import JOINTS, Leg, Robot
 from phasmid.robot.servo_rules import contradictions
 from phasmid.units import STANDARD_GRAVITY, plain_number
@@ -53,28 +59,30 @@ MASSES = 0.1
 """Part by which masses of a pair may differ: cables make hundredths of a mass."""
 
 
-def judge_links(chains: Iterable[Chain], links: Iterable[Piece]) -> Findings:
+def judge_links(chains: Iterable[Chain], links: Iterable[Piece], masses: str) -> Findings:
     """Find suspect masses and inertias of the links of a file.
 
     Args:
         chains: The file's links, leg by leg.
         links: Trunk and links in their frames, those with possible masses and inertias.
+        masses: Option `ImportOptions.masses`, which is not advised where it was taken.
     """
     found = Findings()
     for link in links:
         if link.parts:
             _judge_matter(link, found)
     for number, chain in enumerate(chains, 1):
-        masses = [
+        weights = [
             max(link.inertial.mass if link.inertial else 0.0 for link in rigid.links)
             for rigid in chain.links
         ]
-        if masses[0] > 0 and np.allclose(masses, masses[0], ALIKE, 0):
+        if weights[0] > 0 and np.allclose(weights, weights[0], ALIKE, 0):
             what = (
-                f"coxa, femur and tibia all have {plain_number(1000 * masses[0])} g; unlike parts "
+                f"coxa, femur and tibia all have {plain_number(1000 * weights[0])} g; unlike parts "
                 "must have masses of their own."
             )
-            found.suspect(f"leg {number}", what, hint="weigh them, or --masses geometry")
+            hint = "weigh them" if masses == "geometry" else "weigh them, or --masses geometry"
+            found.suspect(f"leg {number}", what, hint=hint)
     return found
 
 
@@ -110,7 +118,7 @@ def judge_robot(robot: Robot, *, read: bool = False) -> tuple[Finding, ...]:
     """
     found = Findings()
     _judge_servo(robot, found)
-    _judge_symmetry(robot, found)
+    _judge_symmetry(robot, found, assumed=read)
     _judge_stance(robot, found, assumed=read)
     try:
         _ = robot.appearance and robot.appearance.parts
@@ -153,6 +161,10 @@ def _judge_stance(robot: Robot, found: Findings, *, assumed: bool) -> None:
                     hint="move the neutral foot, or widen the limits",
                 )
     com, feet = centre_of_mass(robot, q), neutral_feet(robot)
+    clearance = trunk_clearance(robot, body_height(robot), np.zeros(6))
+    if clearance < 0 and not assumed:
+        what = f"the trunk reaches {_mm(-clearance)} below the feet."
+        found.impossible("neutral feet", what, hint="lower feet, or check the trunk's box")
     margin = float(support_margin(feet[:, :2], np.ones(len(feet), dtype=bool), np.asarray(com[:2])))
     if margin < 0:
         stance = "on the feet that phasmid assumed" if assumed else "in its neutral stance"
@@ -162,7 +174,7 @@ def _judge_stance(robot: Robot, found: Findings, *, assumed: bool) -> None:
         found.append(Finding(severity, "robot", what, hint=hint))
 
 
-def _judge_symmetry(robot: Robot, found: Findings) -> None:
+def _judge_symmetry(robot: Robot, found: Findings, *, assumed: bool) -> None:
     """Find legs that point across the body, and pairs of legs that do not mirror each other."""
     # An odd leg would move the mean.
     middle = float(np.median([leg.mount_position[1] for leg in robot.legs]))
@@ -182,7 +194,11 @@ def _judge_symmetry(robot: Robot, found: Findings) -> None:
         found.note("robot", f"{len(right)} legs are on its right side and {len(left)} on its left.")
         return
     for one, other in zip(right, left, strict=True):
-        if unlike := _differences(one, other, middle):
+        unlike = _differences(one, other, middle)
+        if assumed:
+            # Feet that were chosen say nothing about the file.
+            unlike = [words for words in unlike if "neutral feet" not in words]
+        if unlike:
             what = f"is not the mirror image of leg {other.name}: {'; '.join(unlike)}."
             hint = "give both the same measures, unless the robot is built so"
             found.suspect(f"leg {one.name}", what, hint=hint)

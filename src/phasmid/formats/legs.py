@@ -12,7 +12,7 @@ from phasmid.errors import InvalidRobot
 from phasmid.formats.chains import Chain
 from phasmid.formats.feet import Foot
 from phasmid.formats.findings import Findings
-from phasmid.formats.tree import WHOLE_TURN, rpy_of
+from phasmid.formats.tree import rpy_of
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import HEXAPOD_LEGS, JOINTS
 from phasmid.robot.link import LONGEST_LENGTH
@@ -33,6 +33,9 @@ OFFSET = 0.02
 reach the foot is then 2° off its direction, of the order of the servos' play. Others give the leg
 lateral offsets."""
 
+ASIDE = math.radians(60.0)
+"""Angle of a coxa beyond which its leg's own direction is another than that of its zero [rad]."""
+
 SHORTEST = 1e-4
 """Least length of femur and tibia; axes of coxa and femur that are nearer than this meet [m]."""
 
@@ -44,6 +47,12 @@ MIDDLE = 1e-3
 
 QUADRUPED_LEGS = ("right_front", "right_rear", "left_rear", "left_front")
 """Names of four legs, two on each side, in phasmid's order."""
+
+OCTOPOD_LEGS = (
+    *("right_front", "right_front_middle", "right_rear_middle", "right_rear"),
+    *("left_rear", "left_rear_middle", "left_front_middle", "left_front"),
+)
+"""Names of eight legs, four on each side, in phasmid's order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +74,7 @@ class FoundLeg:
         signs: 1 or -1 for each joint, shape (3,).
         offsets: Joint angles at file angles 0 [rad], shape (3,).
         limits: Lowest and highest joint angles [rad], shape (3, 2).
+        radius: Radius of the ball about its foot [m]; 0: a point.
     """
 
     name: str
@@ -78,6 +88,7 @@ class FoundLeg:
     signs: Float[np.ndarray, "3"]
     offsets: Float[np.ndarray, "3"]
     limits: Float[np.ndarray, "3 2"]
+    radius: float = 0.0
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -110,7 +121,7 @@ def names_in_order(hips: Float[np.ndarray, "legs 3"]) -> list[tuple[str, int]]:
     middle = [i for i in by_x if abs(y[i]) <= MIDDLE]
     front, rear = [i for i in middle if x[i] >= 0], [i for i in middle if x[i] < 0]
     order = [*front, *right, *rear, *left]
-    for known in (HEXAPOD_LEGS, QUADRUPED_LEGS):
+    for known in (HEXAPOD_LEGS, QUADRUPED_LEGS, OCTOPOD_LEGS):
         if 2 * len(right) == 2 * len(left) == len(order) == len(known):
             return list(zip(known, order, strict=True))
     names = [
@@ -153,7 +164,6 @@ def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLe
     p1, p2, p3 = chain.poses[:, :3, 3]
     z1 = up * a1
     _refuse_skew(chain, number)
-    _refuse_limits(chain, number)
 
     # The femur's axis square to the coxa's, and the tibia's like it.
     across = a2 - (a2 @ z1) * z1
@@ -204,6 +214,7 @@ def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLe
         signs,
         offsets,
         _limits(chain, signs, offsets),
+        foot.radius,
     )
 
 
@@ -231,20 +242,6 @@ def _refuse_skew(chain: Chain, number: int) -> None:
         )
 
 
-def _refuse_limits(chain: Chain, number: int) -> None:
-    for joint in chain.joints:
-        shown = f"leg {number}: limits of joint {joint.name} are {joint.lower:g} to {joint.upper:g}"
-        largest = max((abs(e) for e in (joint.lower, joint.upper) if math.isfinite(e)), default=0.0)
-        if joint.kind == "revolute" and joint.lower >= joint.upper:
-            raise InvalidRobot(f"{shown} rad; the upper must be larger.", where=joint.where)
-        if largest > WHOLE_TURN:
-            raise InvalidRobot(
-                f"{shown} rad; a leg's joint turns by one turn at most.",
-                where=joint.where,
-                hint=f"{plain_number(math.radians(largest), 5)}, if these are degrees",
-            )
-
-
 def _angle_between(a: np.ndarray, b: np.ndarray) -> float:
     """Angle between two lines [rad]."""
     return math.atan2(float(np.linalg.norm(np.cross(a, b))), abs(float(a @ b)))
@@ -259,7 +256,7 @@ def _check_lengths(number: int, chain: Chain, lengths: np.ndarray, hip: float) -
                 f"leg {number}: {ends} are {plain_number(1000 * length, 2)} mm apart; they must "
                 f"be {1000 * SHORTEST:g} mm or more.",
                 where=chain.joints[2].where,
-                hint="--foot names the link at the foot" if "foot" in ends else "",
+                hint="--foot X,Y,Z, where it touches, in metres" if "foot" in ends else "",
             )
     for name, length in zip((*JOINTS, "hip's distance"), (*lengths, hip), strict=True):
         if not length <= LONGEST_LENGTH:
@@ -274,10 +271,14 @@ def _check_lengths(number: int, chain: Chain, lengths: np.ndarray, hip: float) -
 def _middle(chain: Chain) -> float:
     """Return the coxa's angle in the file at which its leg points along the hip's x."""
     coxa = chain.joints[0]
+    if coxa.home is not None and abs(coxa.home) > ASIDE and coxa.lower < coxa.home < coxa.upper:
+        return coxa.home
     if coxa.kind == "continuous" or coxa.lower < 0 < coxa.upper:
         return 0.0
-    middle = (coxa.lower + coxa.upper) / 2
-    return middle if math.isfinite(middle) else 0.0
+    if math.isfinite(coxa.lower) and math.isfinite(coxa.upper):
+        return (coxa.lower + coxa.upper) / 2
+    # Beyond the one end as far as the usual legs turn.
+    return coxa.lower + ASIDE if math.isfinite(coxa.lower) else coxa.upper - ASIDE
 
 
 def _limits(chain: Chain, signs: np.ndarray, offsets: np.ndarray) -> Float[np.ndarray, "3 2"]:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, WrongContent, own_words
-from phasmid.formats.files import named_file
+from phasmid.formats.files import check_packages, named_file
 from phasmid.formats.xml import short
 from phasmid.robot import Part
 from phasmid.robot.appearance import MOST_FACES
@@ -39,7 +39,7 @@ Color = tuple[float, float, float, float]
 
 
 class UnreadMesh(InvalidInput):
-    """A mesh of a kind that is not read here; a robot walks without it."""
+    """A mesh that was left out; a robot walks without it."""
 
 
 def scaled(part: Part, scale: Sequence[float]) -> Part:
@@ -58,9 +58,13 @@ class MeshFiles:
         model: The model's file.
         options: Folders of packages, and the unit of all mesh files, which takes the place of a
             scale that is the same along all axes.
+
+    Raises:
+        InvalidInput: A package of the options has no folder.
     """
 
     def __init__(self, model: Path, options: ImportOptions) -> None:
+        check_packages(options.packages)
         self.model, self.options = model, options
         self._read: dict[Path, tuple[Part, ...]] = {}
         self._meshes = self._faces = 0
@@ -73,12 +77,23 @@ class MeshFiles:
             scale: Factors along x, y and z that the model gives.
 
         Raises:
-            UnreadMesh: The file is absent, or files of its kind are not read.
-            InvalidInput: The file cannot be read, holds no mesh, or is in another unit; or it lies
-                outside the model's folder, or the scale is 0.
+            UnreadMesh: The file is absent or lies outside the model's folder; or it cannot be read,
+                holds no mesh, or is in another unit; or the scale is 0.
+            InvalidInput: The model shows too many meshes or faces in all.
         """
+        try:
+            found = self._found(name, scale)
+        except UnreadMesh:
+            raise
+        except InvalidInput as error:
+            what = f"{error.what.rstrip('.')}; it was left out."
+            raise UnreadMesh(what, hint=error.hint) from None
+        self.count(found)
+        return found
+
+    def _found(self, name: str, scale: Sequence[float]) -> tuple[Part, ...]:
         if 0.0 in scale:
-            raise InvalidInput("<mesh>: a scale of 0 leaves nothing.")
+            raise InvalidInput(f'mesh "{short(name)}" is scaled by 0.')
         path = named_file(self.model, name, "mesh", self.options.packages)
         if not path.is_file():
             raise UnreadMesh(f'mesh "{short(name)}" is not there; it was left out.')
@@ -89,7 +104,6 @@ class MeshFiles:
             even = len({abs(factor) for factor in scale}) == 1
             scale = [unit * (np.sign(factor) if even else factor) for factor in scale]
         found = tuple(scaled(part, scale) for part in self._read[path])
-        self.count(found)
         span = max(float(np.ptp(part.vertices, axis=0).max()) for part in found)
         if span > LARGEST_SPAN:
             raise InvalidInput(

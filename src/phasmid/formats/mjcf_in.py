@@ -18,9 +18,11 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, InvalidRobot, located
 from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
+from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink, root_error
-from phasmid.formats.xml import LARGEST_FILE, read_xml, short
+from phasmid.formats.urdf_in import OWN_SHAPE
+from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
@@ -39,8 +41,17 @@ MASSLESS = 1e-14
 INVISIBLE = 3
 """Geoms of this group and above are hidden by the engine's viewers."""
 
-_OWN_FILES = {"attach", "include", "model", "replicate"}
-"""Elements that load other files or multiply bodies."""
+STANCES = ("home", "stand", "standing", "stance", "plant", "neutral", "default")
+"""Names of the key that is the stance, the first that there is; else the first key."""
+
+NO_LOAD_SPEED = "phasmid_no_load_speed"
+"""Name of the number that has the servos' speed, for which MJCF has no word [rad/s]."""
+
+_OWN_FILES = {"attach", "composite", "flexcomp", "model", "replicate"}
+"""Elements that load other models or multiply bodies."""
+
+MOST_INCLUDED = 20
+"""Files that one file may include."""
 
 _GREY = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)
 """Colour of a geom that takes the colour of its material."""
@@ -67,7 +78,7 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
     with source.engine_errors():
         import mujoco
 
-        spec = mujoco.MjSpec.from_string(source.text)
+        spec = mujoco.MjSpec.from_string(source.text, source.included)
         _strip(spec, source)
         _name_elements(spec, source)
         _load_meshes(spec, source)
@@ -78,19 +89,26 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
 
 
 class _Source:
-    """An MJCF file that needs no other files than meshes.
+    """An MJCF file with the files that it includes; it needs no others than meshes.
 
     Attributes:
         path: The file.
         text: Its content.
+        included: Content of included files, by their names as written.
         options: Folders of packages and unit of meshes.
         findings: Receives omissions.
+        keys: Name and ``qpos`` of each key.
+        followers: Joints whose angle another one gives, and the other one's names.
+        no_load_speed: Speed of all servos [rad/s], which only files of phasmid have; else None.
     """
 
     def __init__(self, path: Path, options: ImportOptions) -> None:
         self.path = path
         self.options = options
         self.findings = Findings()
+        self.keys: list[tuple[str, Float[np.ndarray, " positions"]]] = []
+        self.followers: dict[str, str] = {}
+        self.no_load_speed: float | None = None
         raw = read_bytes(path, LARGEST_FILE)
         self.text = raw.decode("utf-8", "replace")
         root = read_xml(raw, path.name)
@@ -101,7 +119,14 @@ class _Source:
                 hint="export the robot as URDF, MJCF or STEP",
             )
         self._places: dict[tuple[str, str], str] = {}
+        self.included: dict[str, bytes] = {}
+        self._walk(root)
+
+    def _walk(self, root: Element) -> None:
+        """Keep the places of elements, and read the files that they include."""
         for element in root.walk():
+            if element.tag == "include":
+                self._include(element)
             if element.tag in _OWN_FILES:
                 raise InvalidInput(
                     f"<{element.tag}> is not read.",
@@ -111,6 +136,20 @@ class _Source:
             file = Path(element.attributes.get("file", ""))
             name = element.attributes.get("name") or file.stem
             self._places.setdefault((element.tag, name), element.where)
+
+    def _include(self, element: Element) -> None:
+        name = element.need_text("file")
+        if name in self.included:
+            return
+        if len(self.included) == MOST_INCLUDED:
+            raise InvalidInput(
+                f"{self.path.name} includes more than {MOST_INCLUDED} files; such models are "
+                "refused."
+            )
+        with located(element.where):
+            path = named_file(self.path, name, "file", self.options.packages)
+            self.included[name] = read_bytes(path, LARGEST_FILE)
+        self._walk(read_xml(self.included[name], path.name))
 
     def where(self, tag: str, name: str) -> str:
         """Return file and line of an element, or the file alone where its line is unknown."""
@@ -156,18 +195,26 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
         "actuator": [each for each in spec.actuators if each.trntype not in joints],
         "contact": [*spec.pairs, *spec.excludes],
         "deformable": [*spec.flexes, *spec.skins],
-        "equality": list(spec.equalities),
+        "equality": [each for each in spec.equalities if not _follows(each)],
         "geom": [each for each in spec.geoms if each.type in fields and each not in scenery],
         "tendon": list(spec.tendons),
     }
+    for equality in noted["equality"]:
+        if equality.active and equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
+            what = "ties parts to each other, as a linkage does; it was left open."
+            where = source.where(equality.type.name[5:].lower(), equality.name)
+            source.findings.suspect(f"equality {short(equality.name)}", what, where)
     ignored = Counter({tag: len(elements) for tag, elements in noted.items()})
     ignored["spring"] = sum(bool(np.any(joint.stiffness)) for joint in spec.joints)
     source.findings.note_ignored(+ignored, source.path.name)
+    _read_extras(spec, source)
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     silent = [*scenery, *spec.keys, *spec.sensors, *spec.textures, *spec.cameras, *spec.lights]
     silent += [*spec.numerics, *spec.tuples, *spec.hfields]
-    for element in [*chain.from_iterable(noted.values()), *silent]:
+    for element in [*chain.from_iterable(noted.values()), *filter(_follows, spec.equalities)]:
+        spec.delete(element)
+    for element in silent:
         spec.delete(element)
     left = [*spec.bodies, *spec.joints, *spec.geoms, *spec.sites, *spec.actuators]
     if len(left) > MOST_ELEMENTS:
@@ -175,6 +222,24 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
             f"{source.path.name} describes more than {MOST_ELEMENTS} bodies, shapes and "
             "other things; such models are refused."
         )
+
+
+def _follows(equality: Any) -> bool:
+    """Return whether an equality gives a joint the angle of another one."""
+    import mujoco
+
+    return equality.type == mujoco.mjtEq.mjEQ_JOINT and bool(equality.name2 and equality.active)
+
+
+def _read_extras(spec: mujoco.MjSpec, source: _Source) -> None:
+    """Keep what is read besides the compiled model: stances, linkages and the servos' speed."""
+    for equality in spec.equalities:
+        if _follows(equality):
+            source.followers[equality.name1] = equality.name2
+    source.keys = [(key.name, np.array(key.qpos, dtype=float)) for key in spec.keys]
+    for numeric in spec.numerics:
+        if numeric.name == NO_LOAD_SPEED and numeric.data[0] > 0:
+            source.no_load_speed = float(numeric.data[0])
 
 
 def _name_elements(spec: mujoco.MjSpec, source: _Source) -> None:
@@ -244,7 +309,7 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE
     for size in ("memory", "nstack", "njmax", "nconmax"):
         setattr(spec, size, -1)
-    spec.nuserdata = spec.nkey = 0
+    spec.nuserdata = 0
     return spec.compile()
 
 
@@ -259,6 +324,7 @@ class _Reader:
         self.links: dict[str, TreeLink] = {}
         self.joints: list[TreeJoint] = []
         self.shifts: dict[int, np.ndarray] = {}
+        self.source, self.home = source, _home(model, source)
         self.names = [model.body(body).name for body in range(model.nbody)]
         self.parents = model.body_parentid.tolist()
         hinges = model.jnt_type == int(mujoco.mjtJoint.mjJNT_HINGE)
@@ -362,11 +428,25 @@ class _Reader:
             lower if lower > -ENDLESS else -np.inf,
             upper if upper < ENDLESS else np.inf,
             self._effort(joint),
+            self.source.no_load_speed,
             damping=float(model.dof_damping[dof].flat[0]),
             friction=float(model.dof_frictionloss[dof]),
             armature=float(model.dof_armature[dof]),
+            stiffness=self._gain(joint, 1),
+            servo_damping=self._gain(joint, 2),
+            home=None if self.home is None else float(self.home[model.jnt_qposadr[joint]]),
+            follows=self.source.followers.get(name, ""),
             where=where,
         )
+
+    def _gain(self, joint: int, order: int) -> float:
+        """Return the gain of a joint's actuators by its angle (1) or speed (2), or 0."""
+        model = self.model
+        gains = [
+            -float(model.actuator_biasprm[i, order]) * float(model.actuator_gear[i, 0]) ** 2
+            for i in np.flatnonzero(model.actuator_trnid[:, 0] == joint)
+        ]
+        return max(0.0, sum(gains))
 
     def _effort(self, joint: int) -> float | None:
         """Return the largest torque of a joint's actuators; None where none has a limit."""
@@ -388,20 +468,20 @@ class _Reader:
     def _shapes(
         self, body: int, shift: Float[np.ndarray, "3"]
     ) -> tuple[tuple[Part, ...], tuple[tuple[float, float, float, float], ...]]:
-        """Return the shapes that the engine shows, and the spheres that touch others.
+        """Return the shapes that the engine shows, and the balls that touch others.
 
-        Of the shown ones those without contact are returned, or else all.
+        Of the shown ones those without contact are returned, or else all. Spheres and ends of
+        capsules are balls, besides those of our own export.
         """
-        import mujoco
-
         model = self.model
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
         geoms = range(first, first + count)
-        touching = {g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]}
+        touching = [g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]]
         balls = [
-            (*(model.geom_pos[geom] - shift).tolist(), float(model.geom_size[geom, 0]))
-            for geom in geoms
-            if geom in touching and model.geom_type[geom] == int(mujoco.mjtGeom.mjGEOM_SPHERE)
+            (*centre.tolist(), float(model.geom_size[geom, 0]))
+            for geom in touching
+            if not model.geom(geom).name.startswith(OWN_SHAPE)
+            for centre in self._centres(geom) - shift
         ]
         shown = [g for g in geoms if model.geom_group[g] < INVISIBLE]
         parts = []
@@ -415,6 +495,19 @@ class _Reader:
             name = name if name.isprintable() else ""
             parts.append(replace(mesh, color=rgba, name=name).at(X))
         return tuple(parts), tuple(balls)
+
+    def _centres(self, geom: int) -> Float[np.ndarray, "balls 3"]:
+        """Return the centre of a sphere, or those of a capsule's ends, in the body's frame [m]."""
+        import mujoco
+
+        model, kind = self.model, int(self.model.geom_type[geom])
+        position = model.geom_pos[geom]
+        if kind == int(mujoco.mjtGeom.mjGEOM_SPHERE):
+            return position[None]
+        if kind != int(mujoco.mjtGeom.mjGEOM_CAPSULE):
+            return np.empty((0, 3))
+        axis = quaternion_rotation(model.geom_quat[geom])[:, 2]
+        return position + np.outer([1.0, -1.0], model.geom_size[geom, 1] * axis)
 
     def _color(self, geom: int) -> meshes.Color:
         model = self.model
@@ -468,6 +561,29 @@ class _Reader:
             self._add_link(TreeLink(foot, where=where))
             joint = f"{foot}_{'fixed' if f'{foot}_joint' in hinges else 'joint'}"
             self.joints.append(TreeJoint(joint, "fixed", name, foot, X, where=where))
+
+
+def _home(model: mujoco.MjModel, source: _Source) -> Float[np.ndarray, " positions"] | None:
+    """Return ``qpos`` of the key that is the stance; None without one."""
+    fit = [len(qpos) == model.nq and bool(np.isfinite(qpos).all()) for _, qpos in source.keys]
+    if not all(fit):
+        what = f"{fit.count(False)} keys without {model.nq} finite positions were ignored."
+        source.findings.note(f"file {source.path.name}", what, source.path.name)
+    keys = [
+        (name or f"number {n}", qpos)
+        for n, ((name, qpos), fits) in enumerate(zip(source.keys, fit, strict=True), 1)
+        if fits
+    ]
+    if not keys:
+        return None
+    ranks = [
+        STANCES.index(name.lower()) if name.lower() in STANCES else len(STANCES) for name, _ in keys
+    ]
+    name, home = keys.pop(ranks.index(min(ranks)))
+    others = ", ".join(short(other) for other, _ in keys)
+    what = "is the stance" + (f"; other keys were not used: {others}." if others else ".")
+    source.findings.note(f"key {short(name)}", what, source.where("key", name))
+    return home
 
 
 def _pose(

@@ -10,14 +10,16 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from phasmid.formats.meshes import StlFiles
-from phasmid.formats.tree import Tree, TreeJoint, TreeLink, neutral_angles, tree_of
+from phasmid.formats.mjcf_in import NO_LOAD_SPEED
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats.urdf_in import OWN_SHAPE
 from phasmid.formats.xml import written
-from phasmid.kinematics import joint_angles, leg_frames
-from phasmid.robot import Part, Robot, Servo
+from phasmid.kinematics import joint_angles, leg_frames, neutral_feet
+from phasmid.robot import Part, Robot
 from phasmid.robot.inertial import Inertial
 
 FOOT_SHARE = 0.05
-"""Radius of a foot's collision sphere, as a share of the way from its hinge."""
+"""Radius of the collision sphere of a point foot, as a share of the way from its hinge."""
 
 MOST_STL_FACES = 200_000
 """Largest number of faces in an STL file that the engine reads."""
@@ -55,13 +57,15 @@ _SCENE = """<mujoco>
     <framequat name="imu_orientation" objtype="site" objname="imu"/>
   </sensor>
   <keyframe/>
+  <custom/>
 </mujoco>"""
 
 
 def mjcf_files(robot: Robot, name: str) -> dict[str, bytes]:
     """Return a robot's MJCF file and its meshes; the robot stands in its keyframe `home`.
 
-    Each foot becomes a site of its name and a small collision sphere, whose far end is the foot.
+    Each foot becomes a site of its name, and its ball a collision sphere about it. A foot that is a
+    point gets a small sphere whose far end is the foot; its name marks it as no part of the robot.
     Every hinge has a position actuator of its name.
 
     Args:
@@ -71,7 +75,10 @@ def mjcf_files(robot: Robot, name: str) -> dict[str, bytes]:
     Returns:
         Content by file name: ``NAME.xml`` and ``NAME_meshes/*.stl``, each mesh once.
     """
-    tree, angles = tree_of(robot), list(neutral_angles(robot).values())
+    tree = tree_of(robot)
+    homes = (joint.home for joint in tree.joints if joint.kind != "fixed")
+    # A foot out of reach has no angles.
+    angles = [home or 0.0 for home in homes]
     root, meshes = ET.fromstring(_SCENE), StlFiles(name)  # noqa: S314, our own text
     asset, world, actuator, sensor, keyframe = (
         _only(root, tag) for tag in ("asset", "worldbody", "actuator", "sensor", "keyframe")
@@ -90,7 +97,9 @@ def mjcf_files(robot: Robot, name: str) -> dict[str, bytes]:
             touch = {"name": f"{joint.child}_contact", "site": joint.child}
             ET.SubElement(sensor, "touch", touch)
         else:
-            ET.SubElement(actuator, "position", _drive(joint, robot.servo))
+            ET.SubElement(actuator, "position", _drive(joint))
+    speed = {"name": NO_LOAD_SPEED, "data": written([robot.servo.no_load_speed])}
+    ET.SubElement(_only(root, "custom"), "numeric", speed)
     qpos = [0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0, *angles]
     ET.SubElement(keyframe, "key", name="home", qpos=written(qpos), ctrl=written(angles))
     ET.indent(root)
@@ -124,11 +133,11 @@ def _fill(
         ET.SubElement(body, "geom", look)
     for joint in tree.joints_from(link.name):
         if joint.kind == "fixed":
-            radius, centre = _sphere(joint)
+            name, radius, centre = _sphere(joint, link)
             size = written([1.5 * radius])
             site = {"class": "foot", "name": joint.child, "size": size, **_pose(joint)}
             ET.SubElement(body, "site", site)
-            ball = {"name": f"{joint.child}_sphere", "size": written([radius])}
+            ball = {"name": name, "size": written([radius])}
             ET.SubElement(body, "geom", {"class": "foot", "pos": written(centre), **ball})
         else:
             child = ET.SubElement(body, "body", {"name": joint.child, **_pose(joint)})
@@ -137,6 +146,8 @@ def _fill(
 
 def _height(robot: Robot) -> float:
     """Return the height of the trunk at which the lowest foot touches the floor [m]."""
+    if robot.foot_radius:
+        return robot.foot_radius - float(neutral_feet(robot)[:, 2].min())
     lowest = []
     for leg in robot.legs:
         frames = leg.X_body_hip @ leg_frames(leg, joint_angles(leg, leg.neutral_foot))
@@ -146,10 +157,13 @@ def _height(robot: Robot) -> float:
     return -min(lowest)
 
 
-def _sphere(joint: TreeJoint) -> tuple[float, Float[np.ndarray, "3"]]:
-    """Radius and centre of a foot's sphere, in the frame of the link that carries it."""
+def _sphere(joint: TreeJoint, link: TreeLink) -> tuple[str, float, Float[np.ndarray, "3"]]:
+    """Name, radius and centre of a foot's sphere, in the frame of the link that carries it."""
     tip = joint.X_parent_child[:3, 3]
-    return FOOT_SHARE * float(np.linalg.norm(tip)), (1 - FOOT_SHARE) * tip
+    for x, y, z, radius in link.balls:
+        return f"{joint.child}_ball", radius, np.array([x, y, z])
+    name = f"{OWN_SHAPE}{joint.child}_sphere"
+    return name, FOOT_SHARE * float(np.linalg.norm(tip)), (1 - FOOT_SHARE) * tip
 
 
 def _pose(joint: TreeJoint) -> dict[str, str]:
@@ -188,14 +202,13 @@ def _hinge(joint: TreeJoint) -> dict[str, str]:
     }
 
 
-def _drive(joint: TreeJoint, servo: Servo) -> dict[str, str]:
+def _drive(joint: TreeJoint) -> dict[str, str]:
     assert joint.effort is not None
-    ratio = joint.effort / servo.stall_torque
     return {
         "name": joint.name,
         "joint": joint.name,
-        "kp": written([ratio * servo.stiffness]),
-        "kv": written([ratio * servo.damping]),
+        "kp": written([joint.stiffness]),
+        "kv": written([joint.servo_damping]),
         "ctrlrange": written([joint.lower, joint.upper]),
         "forcerange": written([-joint.effort, joint.effort]),
     }

@@ -22,6 +22,7 @@ from phasmid.robot import load_robot as load_own_robot
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.file import OTHER_FORMATS
 from phasmid.robot.glb import glb
+from phasmid.robot.unread import UNREAD, refuse_unread
 from phasmid.scenario import Scenario
 from phasmid.scenario import load_scenario as load_own_scenario
 from phasmid.scenario.tables import ImportOptions
@@ -29,12 +30,6 @@ from phasmid.toml import read_bytes
 
 ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)
 """Endings of robot files; an ``.xml`` is MJCF or URDF by its root element."""
-
-UNREAD = {
-    ".xacro": "is a xacro template; phasmid reads the URDF that xacro makes of it.",
-    ".sdf": "is an SDF file; phasmid reads URDF, MJCF and STEP.",
-}
-"""Endings of robot descriptions that are not read, with the reasons."""
 
 
 def is_foreign(source: str | Path) -> bool:
@@ -95,11 +90,12 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     if imported.robot is not None:
         return imported.robot
     first, *others = imported.impossible
+    every = f"phasmid check {source}, which lists all findings"
     more = f" (and {len(others)} more like it)" if others else ""
     raise InvalidRobot(
         f"{first.sentence}{more}",
         where=first.where or Path(source).name,
-        hint=f"phasmid check {source}, which lists all findings",
+        hint=f"{first.hint}; or {every}" if first.hint else every,
     )
 
 
@@ -153,13 +149,8 @@ _READERS: dict[str, Callable[[Path, ImportOptions], Tree]] = {
 
 def _tree(path: Path, options: ImportOptions) -> Tree:
     """Read a file of another program with the reader of its format."""
+    refuse_unread(path)
     suffix = path.suffix.lower()
-    if suffix in UNREAD:
-        # robot.xacro and robot.urdf.xacro both become robot.urdf.
-        expanded = f"{path.stem.removesuffix('.urdf')}.urdf"
-        xacro = f"xacro {path.name} > {expanded}"
-        hint = xacro if suffix == ".xacro" else "convert it to URDF or MJCF"
-        raise InvalidInput(f"{path} {UNREAD[suffix]}", hint=hint)
     if suffix == ".xml":
         root = read_xml(read_bytes(path, LARGEST_FILE), path.name)
         return (read_urdf if root.tag == "robot" else read_mjcf)(path, options)
@@ -247,8 +238,9 @@ def _files(robot: Robot, path: Path) -> dict[str, bytes]:
 
 
 _NUMBERS = (
-    "keeps geometry, masses, meshes, limits, effort, speed and friction; neutral feet, names of "
-    "legs and the servos' own laws are lost."
+    "keeps geometry, masses, meshes, limits, effort, speed, friction and stance; the servos' own "
+    "laws, voltages and zeros, the trunk's box, and names of legs that do not follow their places, "
+    "are lost."
 )
 _SOLIDS = (
     "STEP keeps solids of phasmid's shaping; joints, masses and the servo are in the file "

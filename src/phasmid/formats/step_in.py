@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from annotated_types import Gt, Le, Len
+from annotated_types import Ge, Gt, Le, Len
 from jaxtyping import Float
 
 from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
@@ -24,7 +24,7 @@ from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.table import Limits, Name, ServoTable, Tensor, Vector
 from phasmid.scenario.tables import ImportOptions
-from phasmid.tables import Angle, Density, Mass, Number, Table, in_file, validate
+from phasmid.tables import Angle, Density, Length, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml
 
 LONGEST_PATTERN = 400
@@ -84,10 +84,11 @@ class StepJointTable(Table):
 
 
 class FootTable(Table):
-    """``[feet.NAME]``: a foot, at a point of the drawing."""
+    """``[feet.NAME]``: a foot, at a point of the drawing, and the radius of the ball about it."""
 
     link: str
     point: Vector
+    radius: Annotated[Length, Ge(0)] = 0.0
 
 
 class Sidecar(Table):
@@ -173,7 +174,8 @@ class SidecarReader:
             self._check_link(f"feet.{name}.link", foot.link, where)
             if name in links:
                 raise InvalidInput(f"feet.{name} is called as a link is.", where=where)
-            links[name] = TreeLink(name, where=where)
+            balls = ((0.0, 0.0, 0.0, foot.radius),) if foot.radius else ()
+            links[name] = TreeLink(name, where=where, balls=balls)
             X = np.eye(4)
             X[:3, 3] = (inverse(poses[foot.link]) @ np.array([*foot.point, 1.0]))[:3]
             joints.append(TreeJoint(f"{name}_joint", "fixed", foot.link, name, X, where=where))

@@ -112,8 +112,10 @@ def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") ->
             )
             parent = child
         foot = poses[f"{leg.name}.tibia"] @ np.array([leg.tibia.length, 0, 0, 1])
-        place = f"point_m = {_row(foot[:3])}"
-        lines += _table("feet", f"{leg.name}_foot", f"link = {toml_string(parent)}", place)
+        place = [f"link = {toml_string(parent)}", f"point_m = {_row(foot[:3])}"]
+        if robot.foot_radius:
+            place.append(f"radius_m = {robot.foot_radius!r}")
+        lines += _table("feet", f"{leg.name}_foot", *place)
     return "\n".join(lines)
 
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.errors import InvalidRobot
+from phasmid.errors import InvalidRobot, Unreachable
 from phasmid.formats.findings import Finding
 from phasmid.kinematics import joint_angles
-from phasmid.robot import JOINTS, Link, Part, Robot, Servo
+from phasmid.robot import JOINTS, Leg, Link, Part, Robot, Servo
 from phasmid.robot.inertial import Inertial, merged
 
 HINGES = frozenset({"revolute", "continuous"})
@@ -39,8 +39,8 @@ class TreeLink:
         inertial: Its mass; None where the file gives none.
         parts: Its look, in the link's frame.
         where: File and line.
-        balls: Centre in the link's frame and radius of its collision spheres [m], four numbers
-            each.
+        balls: Centre in the link's frame and radius of its collision spheres, and of the ends of
+            its capsules [m], four numbers each.
     """
 
     name: str
@@ -69,6 +69,10 @@ class TreeJoint:
         damping: Viscous friction [N·m·s/rad].
         friction: Dry friction [N·m].
         armature: Inertia of the rotor behind the gears [kg·m²].
+        stiffness: Torque over angle error of its position control [N·m/rad]; 0 where it is unknown.
+        servo_damping: Torque over speed error of that control [N·m·s/rad]; 0 where it is unknown.
+        home: Angle of the stance that the file gives [rad]; None without one.
+        follows: Name of the joint whose angle it takes, by a gear or linkage; empty for none.
         where: File and line.
     """
 
@@ -85,6 +89,10 @@ class TreeJoint:
     damping: float = 0.0
     friction: float = 0.0
     armature: float = 0.0
+    stiffness: float = 0.0
+    servo_damping: float = 0.0
+    home: float | None = None
+    follows: str = ""
     where: str = ""
 
 
@@ -232,6 +240,32 @@ def fixed_to(
     return poses, tuple(moving)
 
 
+def with_link_turned(tree: Tree, name: str, quarters: int) -> Tree:
+    """Return a tree in which a link's frame is turned about its z by quarter turns.
+
+    Args:
+        tree: The tree.
+        name: Name of the link.
+        quarters: Number of turns of 90° of all that it has and carries, to the left in its frame.
+    """
+    if not quarters:
+        return tree
+    X = np.eye(4)
+    X[:2, :2] = np.linalg.matrix_power(np.array([[0.0, -1.0], [1.0, 0.0]]), quarters % 4)
+    link = tree.links[name]
+    turned = replace(
+        link,
+        inertial=link.inertial and link.inertial.at(X),
+        parts=tuple(part.at(X) for part in link.parts),
+        balls=tuple((*(X[:3, :3] @ ball[:3]).tolist(), ball[3]) for ball in link.balls),
+    )
+    joints = (
+        replace(joint, X_parent_child=X @ joint.X_parent_child) if joint.parent == name else joint
+        for joint in tree.joints
+    )
+    return replace(tree, links={**tree.links, name: turned}, joints=tuple(joints))
+
+
 def inverse(X: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
     """Return the inverse of a pose."""
     R = X[:3, :3].T
@@ -273,13 +307,20 @@ def tree_of(robot: Robot) -> Tree:
             _end(leg.femur),
         )
         parent = "base_link"
-        for joint, link, X, limits, ratio in zip(
-            JOINTS, leg.links, poses, leg.joint_limits, leg.strength.tolist(), strict=True
+        stance = _stance(leg)
+        for joint, link, X, limits, ratio, home in zip(
+            JOINTS, leg.links, poses, leg.joint_limits, leg.strength.tolist(), stance, strict=True
         ):
             name = f"{leg.name}_{joint}"
             child = f"{name}_link"
             parts = look.link(leg.name, joint) if look else ()
-            links[child] = TreeLink(child, Inertial(link.mass, link.com, link.inertia), parts)
+            inertial = Inertial(link.mass, link.com, link.inertia)
+            balls = (
+                ((*link.end.tolist(), robot.foot_radius),)
+                if joint == "tibia" and robot.foot_radius
+                else ()
+            )
+            links[child] = TreeLink(child, inertial, parts, balls=balls)
             joints.append(
                 TreeJoint(
                     name,
@@ -294,6 +335,9 @@ def tree_of(robot: Robot) -> Tree:
                     friction=robot.servo.friction,
                     damping=robot.servo.viscous_friction,
                     armature=robot.servo.armature,
+                    stiffness=ratio * robot.servo.stiffness,
+                    servo_damping=ratio * robot.servo.damping,
+                    home=home,
                 )
             )
             parent = child
@@ -303,6 +347,14 @@ def tree_of(robot: Robot) -> Tree:
     return Tree(robot.name, links, tuple(joints))
 
 
+def _stance(leg: Leg) -> list[float | None]:
+    """Return the angles of a leg at its neutral foot [rad]; None where that is out of reach."""
+    try:
+        return list(map(float, joint_angles(leg, leg.neutral_foot)))
+    except Unreachable:
+        return [None] * 3
+
+
 def _end(link: Link, R: list[list[float]] | None = None) -> np.ndarray:
     """Return the pose of the next link's frame, or of the foot, in a link's frame."""
     X = np.eye(4)
@@ -310,12 +362,3 @@ def _end(link: Link, R: list[list[float]] | None = None) -> np.ndarray:
         X[:3, :3] = R
     X[:3, 3] = link.end
     return X
-
-
-def neutral_angles(robot: Robot) -> dict[str, float]:
-    """Return angles of the tree's hinges with which all feet are at their neutral places [rad]."""
-    return {
-        f"{leg.name}_{joint}": float(angle)
-        for leg in robot.legs
-        for joint, angle in zip(JOINTS, joint_angles(leg, leg.neutral_foot), strict=True)
-    }

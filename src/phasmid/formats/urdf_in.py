@@ -34,7 +34,7 @@ _KNOWN = {
     "collision": {"origin", "geometry", "material"},
     "geometry": {"box", "cylinder", "sphere", "capsule", "mesh"},
     "material": {"color"},
-    "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "phasmid"},
+    "joint": {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "phasmid"},
 }
 """Elements that are read, by their parent; others are counted."""
 
@@ -101,13 +101,16 @@ class _Reader:
             for material in owner.all("material"):
                 color = material.find("color")
                 if color is not None and "name" in material.attributes:
-                    self.colors.setdefault(material.attributes["name"], _rgba(color))
+                    self.colors.setdefault(material.attributes["name"], self._rgba(color))
 
     def link(self, element: Element) -> TreeLink:
         name = element.need_name()
         inertial = element.find("inertial")
         parts = self._parts(element, "visual")
-        if not parts and element.find("collision") is not None:
+        own = any(
+            look.attributes.get("name", "").startswith(OWN_SHAPE) for look in element.all("visual")
+        )
+        if not parts and not own and element.find("collision") is not None:
             parts = self._parts(element, "collision")
             if parts:
                 what = "shows its collision shape, as no visual one was read."
@@ -117,7 +120,7 @@ class _Reader:
             None if inertial is None else self._inertial(inertial, name),
             parts,
             element.where,
-            _balls(element),
+            self._balls(element),
         )
 
     def _inertial(self, element: Element, link: str) -> Inertial:
@@ -158,13 +161,42 @@ class _Reader:
                 ]
         return tuple(parts)
 
+    def _balls(self, link: Element) -> tuple[tuple[float, float, float, float], ...]:
+        """Return the balls of a link's collision shapes; of its visual ones where it has none."""
+        balls = _balls(link, "collision")
+        if balls or link.find("collision") is not None:
+            return balls
+        balls = _balls(link, "visual")
+        if balls:
+            subject = f"link {link.need_name()}"
+            what = "has no collision shape; its visual spheres and capsules count as such."
+            self.findings.note(subject, what, link.where)
+        return balls
+
     def _color(self, material: Element | None) -> meshes.Color | None:
         if material is None:
             return None
         color = material.find("color")
         if color is not None:
-            return _rgba(color)
+            return self._rgba(color)
         return self.colors.get(material.attributes.get("name", ""))
+
+    def _rgba(self, color: Element) -> meshes.Color:
+        """Return a colour, with numbers beyond 0 to 1 clipped; grey where it has no four numbers.
+
+        Materials repeat in every link, so that a note is made once.
+        """
+        try:
+            written = color.numbers("rgba", 4)
+        except InvalidInput as error:
+            written, what = list(Part.color), f"{error.what.rstrip('.')}; grey was taken."
+        else:
+            what = f'<color>: rgba is "{color.attributes["rgba"]}"; it was clipped to 0 to 1.'
+        r, g, b, a = (min(max(part, 0.0), 1.0) for part in written)
+        told = {finding.what for finding in self.findings}
+        if what not in told and ([r, g, b, a] != written or "grey" in what):
+            self.findings.note("material", what, color.where)
+        return r, g, b, a
 
     def _shapes(self, shape: Element, link: Element) -> tuple[Part, ...]:
         if shape.tag in {"box", "sphere", "cylinder", "capsule"}:
@@ -194,10 +226,8 @@ class _Reader:
             )
         lower, upper = self._limits(element, name, kind)
         limit, dynamics = element.get("limit"), element.get("dynamics")
-        effort, velocity = (
-            limit.number(key, math.inf, least=0.0, largest=math.inf)
-            for key in ("effort", "velocity")
-        )
+        effort, velocity = (self._most(limit, key, name) for key in ("effort", "velocity"))
+        mimic, own = element.find("mimic"), element.get("phasmid")
         return TreeJoint(
             name,
             kind,
@@ -207,13 +237,23 @@ class _Reader:
             self._axis(element.get("axis"), name, kind),
             lower,
             upper,
-            effort if effort < UNLIMITED else None,
-            velocity if velocity < UNLIMITED else None,
+            effort,
+            velocity,
             dynamics.number("damping", 0.0, least=0.0),
             dynamics.number("friction", 0.0, least=0.0),
-            element.get("phasmid").number("armature", 0.0, least=0.0),
-            element.where,
+            own.number("armature", 0.0, least=0.0),
+            home=own.number("home") if "home" in own.attributes else None,
+            follows=mimic.need_name("joint") if mimic is not None else "",
+            where=element.where,
         )
+
+    def _most(self, limit: Element, key: str, name: str) -> float | None:
+        """Return the effort or speed of a joint; None where the file gives none."""
+        most = limit.number(key, math.inf, least=-math.inf, largest=math.inf)
+        if most < 0:
+            what = f"{key} {most:g} was taken for none."
+            self.findings.suspect(f"joint {name}", what, limit.where)
+        return most if 0 < most < UNLIMITED else None
 
     def _axis(self, element: Element, name: str, kind: str) -> Float[np.ndarray, "3"]:
         if kind in {"fixed", "floating"}:
@@ -223,7 +263,7 @@ class _Reader:
         if length < 1e-9:
             raise InvalidInput(f"joint {name}: its axis has no direction.", where=element.where)
         if abs(length - 1) > 1e-3:
-            what = f"joint {name}: its axis has length {plain_number(length)}; it was made 1."
+            what = f"its axis has length {plain_number(length)}; it was made 1."
             self.findings.note(f"joint {name}", what, element.where)
         # A unit vector stays as it is, to the last digit.
         return axis if abs(length - 1) < 1e-15 else axis / length
@@ -231,19 +271,24 @@ class _Reader:
     def _limits(self, element: Element, name: str, kind: str) -> tuple[float, float]:
         """Return the lowest and highest angle or place of a joint."""
         limit = element.find("limit")
+        given = limit is not None and {"lower", "upper"} & set(limit.attributes)
         if kind not in {"revolute", "prismatic"}:
+            if kind == "continuous" and given:
+                what = "its limits in the file do not count for a continuous joint."
+                hint = 'type="revolute" in the file, if they are stops'
+                self.findings.note(f"joint {name}", what, element.where, hint)
             return -math.inf, math.inf
         if limit is None:
             what = f"no <limit>, which {kind} joints must have; it may move without end."
             self.findings.suspect(f"joint {name}", what, element.where)
+            return -math.inf, math.inf
+        if kind == "revolute" and not given:
             return -math.inf, math.inf
         lower, upper = (
             limit.number(key, 0.0, least=-math.inf, largest=math.inf) for key in ("lower", "upper")
         )
         if kind == "prismatic" or max(-lower, upper) < ENDLESS:
             return lower, upper
-        what = f"joint {name}: limits beyond {ENDLESS:g} rad were taken for none."
-        self.findings.note(f"joint {name}", what, limit.where)
         return lower if lower > -ENDLESS else -math.inf, upper if upper < ENDLESS else math.inf
 
     def count_ignored(self) -> None:
@@ -279,21 +324,28 @@ def _pose(element: Element) -> Float[np.ndarray, "4 4"]:
     return X
 
 
-def _rgba(color: Element) -> meshes.Color:
-    r, g, b, a = color.numbers("rgba", 4, least=0.0, largest=1.0)
-    return r, g, b, a
+def _balls(link: Element, tag: str) -> tuple[tuple[float, float, float, float], ...]:
+    """Return centres and radii of a link's spheres and ends of capsules.
 
+    Those of our own export are left out.
 
-def _balls(link: Element) -> tuple[tuple[float, float, float, float], ...]:
-    """Return centres and radii of a link's collision spheres, besides those of our own export."""
+    Args:
+        link: The link.
+        tag: ``collision`` or ``visual``.
+    """
     balls = []
-    for collision in link.all("collision"):
-        geometry = collision.find("geometry")
-        sphere = geometry.find("sphere") if geometry is not None else None
-        if sphere is None or collision.attributes.get("name", "").startswith(OWN_SHAPE):
+    for look in link.all(tag):
+        geometry = look.find("geometry")
+        shape = geometry.children[0] if geometry is not None and geometry.children else None
+        own = look.attributes.get("name", "").startswith(OWN_SHAPE)
+        if shape is None or own or shape.tag not in {"sphere", "capsule"}:
             continue
-        x, y, z = _pose(collision.get("origin"))[:3, 3].tolist()
-        balls.append((x, y, z, _sizes(sphere, "radius")[0]))
+        (radius,), X = _sizes(shape, "radius"), _pose(look.get("origin"))
+        # The cylinder of a capsule is as long as its length, along z.
+        half = _sizes(shape, "length")[0] / 2 if shape.tag == "capsule" else 0.0
+        for end in (half, -half)[: 2 if half else 1]:
+            x, y, z = (X[:3, 3] + end * X[:3, 2]).tolist()
+            balls.append((x, y, z, radius))
     return tuple(balls)
 
 

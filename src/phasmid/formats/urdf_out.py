@@ -8,7 +8,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.formats.meshes import Color, StlFiles
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, rpy_of
@@ -17,7 +16,7 @@ from phasmid.formats.xml import written
 from phasmid.robot import Part
 
 FOOT_RADIUS = 0.005
-"""Radius of the ball at a foot, on which simulators let the robot stand [m]."""
+"""Radius of the ball at a foot that is a point, on which simulators let the robot stand [m]."""
 
 _STICK_RADIUS = 0.008
 """Radius of the sticks that show a robot without a look [m]."""
@@ -29,10 +28,11 @@ _NOT_XML = re.compile(r"[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
     """Return a robot's URDF file and its meshes.
 
-    A massless link at the end of a chain is a foot; the link that carries it gets a small ball
-    there as its collision shape, since simulators take the ball's own mass for that of a massless
-    link. A tree without any look is shown as cylinders from joint to joint. The inertia of rotors,
-    which URDF has no word for, is in elements ``<phasmid>``, which other readers ignore.
+    Balls of a link are its collision shapes. A massless link at the end of a chain is a foot; where
+    the link that carries it has no ball it gets a small one there, since simulators take a ball's
+    own mass for that of a massless link. A tree without any look is shown as cylinders from joint
+    to joint. The inertia of rotors, and the stance, for which URDF has no words, are in elements
+    ``<phasmid>``, which other readers ignore.
 
     Args:
         tree: The tree.
@@ -105,20 +105,31 @@ def _add_link(
             look = add_shape("visual", f"{OWN_SHAPE}{joint.name}", "cylinder", Part.color, **sizes)
             # Ry(pitch) and Rz(yaw) turn the cylinder's z to the end.
             _add_origin(look, end / 2, (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
-    for joint in tree.joints_from(link.name):
+    for number, (x, y, z, radius) in enumerate(link.balls, 1):
+        ball = add_shape(
+            "collision", f"{link.name}_ball_{number}", "sphere", radius=written([radius])
+        )
+        _add_origin(ball, [x, y, z])
+    for joint in [] if link.balls else tree.joints_from(link.name):
         foot = tree.links[joint.child]
         if joint.kind == "fixed" and foot.inertial is None and not tree.joints_from(foot.name):
-            radius = written([FOOT_RADIUS])
-            ball = add_shape("collision", f"{OWN_SHAPE}{foot.name}", "sphere", radius=radius)
+            name, size = f"{OWN_SHAPE}{foot.name}", written([FOOT_RADIUS])
+            ball = add_shape("collision", name, "sphere", radius=size)
             _add_origin(ball, joint.X_parent_child[:3, 3])
 
 
 def _add_origin(
     owner: ET.Element,
-    xyz: Float[np.ndarray, "3"],
+    xyz: Iterable[float],
     rpy: Iterable[float] = (0.0, 0.0, 0.0),
 ) -> None:
     ET.SubElement(owner, "origin", xyz=written(xyz), rpy=written(rpy))
+
+
+def _own(joint: TreeJoint) -> dict[str, float]:
+    """Return what only phasmid reads: inertia of the rotor and angle of the stance."""
+    numbers = {"armature": joint.armature or None, "home": joint.home}
+    return {name: number for name, number in numbers.items() if number is not None}
 
 
 def _add_joint(root: ET.Element, joint: TreeJoint) -> None:
@@ -144,7 +155,7 @@ def _add_joint(root: ET.Element, joint: TreeJoint) -> None:
     groups = {
         "limit": limits,
         "dynamics": {"damping": joint.damping, "friction": joint.friction},
-        "phasmid": {"armature": joint.armature} if joint.armature else {},
+        "phasmid": _own(joint),
     }
     for tag, values in groups.items():
         if values:

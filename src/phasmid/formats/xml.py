@@ -128,9 +128,9 @@ class Element:
             values = []
         if len(values) != count:
             problem = f"it must be {'a number' if count == 1 else f'{count} numbers'}"
-        elif not all(map(math.isfinite, values)):
+        elif not all(map(math.isfinite, values)) and not math.isinf(largest):
             problem = f"it must be {'a finite number' if count == 1 else 'finite numbers'}"
-        elif min(values) < least or max(values) > largest:
+        elif not all(least <= value <= largest for value in values):
             problem = f"numbers must be from {least:g} to {largest:g}"
         else:
             return values
@@ -213,7 +213,9 @@ def read_xml(raw: bytes, file: str) -> Element:
         if not inside[0].children:
             raise refusal("this is no XML.", error.lineno) from None
         reason = expat.ErrorString(error.code).removeprefix("not well-formed ").strip("()")
-        raise refusal(f"not well formed ({reason}).", error.lineno) from None
+        fault = refusal(f"not well formed ({reason}).", error.lineno)
+        fault.hint = "a blank between attributes, and &amp; for &" if "token" in reason else ""
+        raise fault from None
     except (LookupError, ValueError) as error:
         raise InvalidInput(f"{file}: its encoding cannot be read ({short(str(error))}).") from None
     return inside[0].children[0]

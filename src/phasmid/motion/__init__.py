@@ -8,7 +8,7 @@ from phasmid.motion.explanation import (
     explain_posture,
     explain_walk,
 )
-from phasmid.motion.feasibility import fastest
+from phasmid.motion.feasibility import fastest, has_room_for, longest_stride
 from phasmid.motion.trajectory import (
     JointTrajectory,
     Motion,
@@ -36,9 +36,11 @@ __all__ = [
     "explain_posture",
     "explain_walk",
     "fastest",
+    "has_room_for",
     "join",
     "lift",
     "load_trajectory",
+    "longest_stride",
     "plan",
     "progress",
     "trajectory_from_text",

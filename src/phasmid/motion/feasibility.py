@@ -13,14 +13,19 @@ from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait, shortfall
 from phasmid.kinematics import hip_from_body, joint_angles, reach, within_reach
 from phasmid.motion.course import Course, LevelCourse, place
-from phasmid.robot import JOINTS, Servo
+from phasmid.robot import JOINTS, Robot, Servo
+from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import Scenario
+from phasmid.scenario.tables import Stride
 
 CHECKED_SAMPLES = 60
 """Instants between two events of a gait at which a plan is checked, and its swings' middles."""
 
 CYCLES_AT_ONCE = 20
 """Cycles of a walk over uneven ground that are checked at once."""
+
+STRIDES, BISECTIONS = 17, 21
+"""Strides that are tried up to the legs' length, and bisections of the first that is too long."""
 
 
 def checked_times(
@@ -31,7 +36,7 @@ def checked_times(
     Yields:
         Times of some cycles [s].
     """
-    phases, period = _checked_phases(course.gait), scenario.period
+    phases, period = checked_phases(course.gait), scenario.period
     if isinstance(course, LevelCourse):
         yield phases * period
         return
@@ -42,8 +47,8 @@ def checked_times(
         yield np.append(times[times < course.end], course.end)
 
 
-def _checked_phases(gait: Gait) -> Float[np.ndarray, " time"]:
-    """Phases of a cycle between which nothing happens.
+def checked_phases(gait: Gait) -> Float[np.ndarray, " time"]:
+    """Return phases of a cycle between which nothing happens.
 
     Between two neighbours of the gait's events and the tops of its lifts all motions are
     polynomials, however short the swing is.
@@ -54,6 +59,57 @@ def _checked_phases(gait: Gait) -> Float[np.ndarray, " time"]:
     return (edges[:-1, None] + np.diff(edges)[:, None] * shares).ravel()
 
 
+def is_in_reach(course: LevelCourse | Course, times: Float[np.ndarray, " time"]) -> bool:
+    """Return whether all feet are within reach, and all joints within their limits."""
+    feet = hip_from_body(course.robot, course.motion(times)[1].position)
+    return bool(within_reach(course.robot, feet).all())
+
+
+def has_room_for(robot: Robot, gait: Gait, stride: Stride) -> bool:
+    """Return whether all legs have room for a stride on level ground throughout a cycle."""
+    return is_in_reach(LevelCourse(robot, gait, stride), checked_phases(gait) * stride.period)
+
+
+def longest_stride(
+    robot: Robot, gait: Gait, stride: Stride | None = None, direction: float = 0.0
+) -> float:
+    """Longest straight step on level ground for which all legs have room throughout a cycle.
+
+    Link lengths, joint limits, the gait's sway and the height of the swings count. Joint speeds,
+    support and legs that touch each other do not.
+
+    Args:
+        robot: The robot, L legs.
+        gait: The gait.
+        stride: Its step height, stance and curve are used; default: those of `StrideTable`.
+        direction: Direction of travel in the body frame, 0 forward [rad].
+
+    Returns:
+        Way of the body while a foot stands [m]; 0 where the robot cannot even step on the spot.
+    """
+    of_one_metre = {
+        "step_length": math.cos(direction),
+        "step_sideways": math.sin(direction),
+        "step_turn": 0.0,
+        "stance_law": "straight",
+    }
+    stride = (stride or Stride(period=1.0)).model_copy(update=of_one_metre)
+
+    def has_room(length: float) -> bool:
+        return has_room_for(robot, gait, stride.scaled(length))
+
+    # Feet may leave their reach and enter it again: only the first gap counts.
+    tried = np.linspace(0.0, 2.0 * float(robot.arrays.lengths.sum(axis=1).max()), STRIDES)
+    first = next((n for n, length in enumerate(tried) if not has_room(length)), STRIDES)
+    if first in (0, STRIDES):
+        return float(tried[first - 1]) if first else 0.0
+    low, high = float(tried[first - 1]), float(tried[first])
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if has_room(middle) else (low, middle)
+    return low
+
+
 def check_reach(
     scenario: Scenario, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
 ) -> None:
@@ -62,13 +118,9 @@ def check_reach(
     Raises:
         InfeasibleWalk: A foot is out of reach, or a joint beyond its limit.
     """
-
-    def targets(course: LevelCourse | Course) -> Float[np.ndarray, "time legs 3"]:
-        return hip_from_body(course.robot, course.motion(times)[1].position)
-
-    wanted = targets(course)
-    if within_reach(course.robot, wanted).all():
+    if is_in_reach(course, times):
         return
+    wanted = hip_from_body(course.robot, course.motion(times)[1].position)
     stride = f"stride of {stride_words(scenario.stride.step)}"
     t, reason = _out_of_reach(course, wanted)
     if isinstance(course, Course):
@@ -80,8 +132,7 @@ def check_reach(
     for _ in range(30):
         middle = (low + high) / 2
         shorter = replace(course, stride=course.stride.scaled(middle))
-        good = bool(within_reach(course.robot, targets(shorter)).all())
-        low, high = (middle, high) if good else (low, middle)
+        low, high = (middle, high) if is_in_reach(shorter, times) else (low, middle)
     if low > 0:
         hint = f"Longest stride in reach: {stride_words(low * course.stride.step, down=True)}."
     else:
@@ -163,7 +214,7 @@ def check_speed(
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} "
-        f"rad/s; the servo {servo.name} allows {limit:.3g} rad/s{supply}.{advice}",
+        f"rad/s; the {servo_words(servo.name)} allows {limit:.3g} rad/s{supply}.{advice}",
         hint=hint,
     )
 

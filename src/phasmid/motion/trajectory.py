@@ -21,6 +21,7 @@ from phasmid.motion.feet import rotated
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.motion.walk import Walk
 from phasmid.robot import JOINTS, Robot, robot_to_toml
+from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import Scenario
 
 LATEST = 1e10
@@ -108,7 +109,7 @@ class JointTrajectory:
             row, column = _largest(speed)
             raise InfeasibleWalk(
                 f"{joints[column]} jumps {jump[row, column]:.2g} rad between rows {row + 1} and "
-                f"{row + 2} ({speed.max():.3g} rad/s; the servo {servo.name} allows "
+                f"{row + 2} ({speed.max():.3g} rad/s; the {servo_words(servo.name)} allows "
                 f"{servo.no_load_speed:.3g})."
             )
         limits = robot.arrays.joint_limits.reshape(-1, 2)

@@ -12,7 +12,7 @@ import numpy as np
 from phasmid import kinematics
 from phasmid.errors import InfeasibleWalk
 from phasmid.formats import load_robot, save_robot
-from phasmid.motion import plan
+from phasmid.motion import longest_stride, plan
 from phasmid.paper.evidence import Evidence
 from phasmid.paper.statement import Finding, Grade, Statement, judged, length
 from phasmid.robot import Robot
@@ -39,7 +39,8 @@ def joint_count(evidence: Evidence) -> Finding:
 def directions(evidence: Evidence) -> Finding:
     """Longest steps and fastest walks ahead, sideways and around."""
     robot = evidence.robot
-    ahead, side = (kinematics.longest_stride(robot, a) for a in (0.0, np.pi / 2))
+    gait = evidence.scenario.load_gait()
+    ahead, side = (longest_stride(robot, gait, direction=a) for a in (0.0, np.pi / 2))
     turn = _largest_turn(evidence)
     radius = float(np.linalg.norm(kinematics.neutral_feet(robot)[:, :2], axis=1).mean())
     speeds = [

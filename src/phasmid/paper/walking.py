@@ -11,6 +11,7 @@ from phasmid.paper.evidence import GAITS, Evidence, Trial
 from phasmid.paper.statement import Finding, Grade, Statement, judged
 from phasmid.paper.trajectory import FIRST, SECOND
 from phasmid.reporting.steps import SETTLING, away_from_switches, rms
+from phasmid.robot.servo_words import servo_quantity
 
 CLOSE = 0.1
 """Forces whose rms difference is less are alike [N]."""
@@ -229,7 +230,7 @@ def torques(evidence: Evidence) -> Finding:
         f"coxa, femur, tibia in swing up to {_listed(swing)}, in support {_listed(support)}, "
         f"within {ms:g} ms of the switches {_listed(peak)} N·m",
         f"Prescribed joints; at most {100 * peak.max() / stall:.0f} % of the "
-        f"{evidence.robot.servo.name}'s stall torque.",
+        f"{servo_quantity(evidence.robot.servo.name, 'stall torque')}.",
     )
 
 

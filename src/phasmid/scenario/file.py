@@ -8,7 +8,8 @@ from typing import Any
 
 from phasmid.errors import InvalidInput, located
 from phasmid.gait import is_gait_file
-from phasmid.robot.file import robot_from_table
+from phasmid.robot.file import OTHER_FORMATS, robot_from_table
+from phasmid.robot.unread import refuse_unread
 from phasmid.scenario.scenario import Scenario
 from phasmid.scenario.terrain import beside
 from phasmid.tables import Table, in_file, key_of, validate
@@ -32,6 +33,9 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
         InvalidInput: There is no such preset or file, or it is not well formed.
     """
     path = find_file(source, "phasmid.scenario", "scenario")
+    if path.suffix.lower() in OTHER_FORMATS:
+        raise InvalidInput(f"{path} is a robot file, no scenario.", hint=f"--robot {path}")
+    refuse_unread(path)
     raw, content = read_toml(path)
     terrain = raw.get("terrain")
     if isinstance(terrain, dict) and isinstance(terrain.get("height_map"), str):

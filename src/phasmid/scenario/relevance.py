@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Set
 
 from phasmid.robot import Robot
+from phasmid.robot.servo_words import servo_label
 from phasmid.scenario.scenario import Scenario, option_keys
 from phasmid.tables import Of, Table
 
@@ -42,7 +43,7 @@ def idle_fields(scenario: Scenario, robot: Robot | None = None) -> list[str]:
         found += _idle("simulation", scenario.simulation, gains, f'drive "{drive}"')
     if drive == "servo":
         servo = (robot or scenario.base_robot()).servo
-        what = f'the {servo.name}, whose law is "{servo.law}"'
+        what = f'the {servo_label(servo.name)}, whose law is "{servo.law}"'
         found += _idle("servo", scenario.servo, GAINS[servo.law], what)
     else:
         names = type(scenario.servo).model_fields.keys() - JUDGED

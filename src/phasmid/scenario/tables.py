@@ -539,6 +539,9 @@ class ImportOptions(Table):
         total_mass: What the robot weighs on a scale [kg]; all masses are scaled to it.
         servo_model: Name of the servo; empty: efforts and speeds of the file.
         package: Folders that package:// names, such as my_robot=../my_robot; commas between.
+        forward: Axis of the file's trunk that points forward (x, y, -x or -y).
+        joint_limit: Largest angle to either side of joints whose limits the file leaves out, gives
+            as 0 to 0 or as a turn or more [rad]; absent: half a turn.
         mesh_unit: Unit of the mesh files (as-given, m or mm).
     """
 
@@ -547,6 +550,8 @@ class ImportOptions(Table):
     total_mass: Annotated[Mass, Gt(0), Le(1000)] | None = None
     servo_model: str = ""
     package: str = ""
+    forward: Literal["x", "y", "-x", "-y"] = "x"
+    joint_limit: Annotated[Angle, Gt(0), Le(np.pi)] | None = None
     mesh_unit: Literal["as-given", "m", "mm"] = "as-given"
 
     @property

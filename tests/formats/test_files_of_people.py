@@ -1,0 +1,271 @@
+"""Robot files as people have them are read, and each number that was not used is told at once."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from formats.urdf_hexapod import BOX, LEGS, LIMIT, hexapod, saved
+from phasmid.errors import InvalidRobot
+from phasmid.formats import Imported, ImportOptions, Severity, import_robot, load_robot
+from phasmid.gait import gaits_of
+from phasmid.kinematics import joint_angles, neutral_feet, trunk_clearance
+from phasmid.motion import longest_stride, plan
+from phasmid.robot import HEXAPOD_LEGS, Robot
+from phasmid.scenario import load_scenario
+
+TRIPOD = gaits_of(6)["tripod"]
+
+
+def read(folder: Path, text: str, **options: object) -> Imported:
+    return import_robot(saved(folder, text), ImportOptions(**options))  # type: ignore[arg-type]
+
+
+def robot_of(folder: Path, text: str, **options: object) -> Robot:
+    imported = read(folder, text, **options)
+    assert imported.robot is not None, imported.findings
+    return imported.robot
+
+
+def told(imported: Imported, severity: Severity, words: str) -> list[str]:
+    return [f.sentence for f in imported.findings if f.severity is severity and words in f.sentence]
+
+
+def with_limit(lower: float, upper: float) -> str:
+    return f'<limit lower="{lower}" upper="{upper}" effort="2.2" velocity="6"/>'
+
+
+# Limits -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"),
+    [
+        (with_limit(-9.5, 9.5), "limits -9.5 to 9.5 rad are a turn or more and no stops; ±180°"),
+        (with_limit(-6.283185307, 6.283185307), "are a turn or more and no stops; ±180°"),
+        ('<limit effort="2.2" velocity="6"/>', "no limits in the file; ±180° was assumed."),
+        (with_limit(-1e9, 1e9), "no limits in the file; ±180° was assumed."),
+    ],
+)
+def test_joints_without_stops_turn_by_half_a_turn_and_are_told(
+    limit: str, words: str, tmp_path: Path
+) -> None:
+    imported = read(tmp_path, hexapod(limit))
+    assert imported.robot is not None
+    np.testing.assert_array_equal(imported.robot.arrays.joint_limits[..., 1], np.pi)
+    assert len(told(imported, Severity.NOTE, words)) == 1
+
+
+def test_an_option_gives_the_stops_that_a_file_leaves_out(tmp_path: Path) -> None:
+    """In angles of the file: the tibia's zero is 1.2 rad below the femur's line."""
+    for limit in (with_limit(0, 0), '<limit effort="2.2" velocity="6"/>'):
+        robot = robot_of(tmp_path, hexapod(limit), joint_limit=math.pi / 2)
+        quarter = math.pi / 2
+        wanted = [[-quarter, quarter], [-quarter, quarter], [-quarter - 1.2, quarter - 1.2]]
+        np.testing.assert_allclose(robot.legs[0].joint_limits, wanted, atol=1e-12)
+
+
+def test_limits_of_nothing_are_impossible_with_a_remedy_that_works(tmp_path: Path) -> None:
+    imported = read(tmp_path, hexapod(with_limit(0, 0)))
+    (impossible,) = imported.impossible
+    assert impossible.what == "limits 0 to 0 rad let it not move."
+    assert impossible.subject.endswith("and 15 more")
+    assert impossible.hint.startswith("--joint-limit-deg 90")
+
+
+def test_limits_in_degrees_are_suspect_and_not_used(tmp_path: Path) -> None:
+    imported = read(tmp_path, hexapod(with_limit(-90, 90)))
+    (suspect,) = [f for f in imported.findings if f.severity is Severity.SUSPECT]
+    assert suspect.hint == "-1.571 to 1.571 in the file, if these are degrees"
+
+
+def test_limits_of_a_continuous_joint_do_not_count_and_are_told(tmp_path: Path) -> None:
+    imported = read(tmp_path, hexapod().replace("revolute", "continuous"))
+    assert told(imported, Severity.NOTE, "limits in the file do not count for a continuous joint")
+    assert not told(imported, Severity.NOTE, "no limits in the file")
+
+
+# Linkages, numbers of joints ----------------------------------------------------------------------
+
+
+def test_a_joint_that_follows_another_is_suspect_by_name(tmp_path: Path) -> None:
+    one = '<child link="left_rear_tibia"/>'
+    text = hexapod().replace(one, f'{one}<mimic joint="left_rear_femur_joint"/>')
+    (sentence,) = told(read(tmp_path, text), Severity.SUSPECT, "follows another joint")
+    assert sentence.startswith("joint left_rear_tibia_joint: ")
+
+
+def test_efforts_speeds_and_limits_that_differ_are_seen(tmp_path: Path) -> None:
+    other = LIMIT.replace("2.2", "4.4").replace('velocity="6"', 'velocity="5"')
+    head, tail = hexapod().split("left_front_tibia_joint")
+    imported = read(tmp_path, f"{head}left_front_tibia_joint{tail.replace(LIMIT, other)}")
+    (sentence,) = told(imported, Severity.NOTE, "the joints differ")
+    assert "effort 2.2 to 4.4 N·m (each joint keeps its own)" in sentence
+    assert "speed 5 to 6 rad/s (every joint has the least)" in sentence
+
+
+def test_all_findings_come_at_once(tmp_path: Path) -> None:
+    """Masses, servo, limits and a mesh: four faults of four kinds, in one round."""
+    text = hexapod(LIMIT.replace("2.2", "0"))
+    text = text.replace('<mass value="0.06"/>', '<mass value="0"/>')
+    text = text.replace(BOX, '<mesh filename="/there/a.stl"/>')
+    text = text.replace(LIMIT.replace("2.2", "0"), with_limit(0, 0).replace("2.2", "0"), 1)
+    imported = read(tmp_path, text)
+    assert imported.robot is None
+    assert sorted(f.what for f in imported.impossible) == [
+        "limits 0 to 0 rad let it not move.",
+        "moves but has no mass.",
+        "the joints have no effort, so their servos are not known.",
+    ]
+    assert told(imported, Severity.SUSPECT, "a.stl")
+
+
+# Stance -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("lengths", [(0.05, 0.08, 0.13), (0.04, 0.1, 0.1), (0.05, 0.08, 0.07)])
+@pytest.mark.parametrize("half", [math.radians(90), math.radians(60)])
+def test_the_chosen_stance_has_room_for_a_step(
+    half: float, lengths: tuple[float, float, float], tmp_path: Path
+) -> None:
+    """±90° are the limits of every hobby servo."""
+    text = hexapod(with_limit(-half, half), lengths)
+    imported = read(tmp_path, text)
+    assert imported.robot is not None
+    assert longest_stride(imported.robot, TRIPOD) >= 0.04
+    assert longest_stride(imported.robot, TRIPOD, direction=math.pi / 2) >= 0.04
+    plan(load_scenario("paper").for_robot(imported.robot))
+    assert told(imported, Severity.NOTE, "a step of 40 mm and a lift of 30 mm keep")
+
+
+def test_a_stance_without_room_has_the_longest_stride_and_is_suspect(tmp_path: Path) -> None:
+    """Legs that reach 60 mm cannot lift by 30 mm on a step of 40 mm within ±25°."""
+    half = math.radians(25)
+    imported = read(tmp_path, hexapod(with_limit(-half, half), (0.01, 0.02, 0.03)))
+    assert imported.robot is not None
+    stride = longest_stride(imported.robot, TRIPOD)
+    assert stride < 0.04
+    (sentence,) = told(imported, Severity.SUSPECT, "no stance within the joint limits has room")
+    assert sentence.endswith(f"here it is {1000 * stride:.0f} mm.")
+
+
+def test_one_sided_coxae_stand_in_the_middle_of_their_range(tmp_path: Path) -> None:
+    """A coxa of -5° to 75° has no room for a step at its zero, and at 35° it has."""
+    coxa = with_limit(math.radians(-5), math.radians(75))
+    text = hexapod()
+    for name in LEGS:
+        head, tail = text.split(f'name="{name}_coxa_joint"')
+        text = f'{head}name="{name}_coxa_joint"{tail.replace(LIMIT, coxa, 1)}'
+    robot = robot_of(tmp_path, text)
+    q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
+    np.testing.assert_allclose(q[:, 0], math.radians(35), atol=1e-12)
+
+
+def test_the_feet_stand_below_a_deep_trunk(tmp_path: Path) -> None:
+    box = '<origin xyz="0 0 0.05"/><geometry><box size="0.23 0.15 0.4"/>'
+    robot = robot_of(tmp_path, hexapod().replace(f"<geometry>{BOX}", box))
+    np.testing.assert_allclose(robot.body.box[:, 2], [-0.15, 0.25], atol=1e-12)
+    height = -float(neutral_feet(robot)[:, 2].mean())
+    assert trunk_clearance(robot, height, np.zeros(6)) >= 0.02
+    assert longest_stride(robot, TRIPOD) >= 0.04
+
+
+def test_a_trunk_below_all_feet_is_the_reason(tmp_path: Path) -> None:
+    text = hexapod().replace(BOX, '<box size="0.23 0.15 0.6"/>')
+    with pytest.raises(InvalidRobot, match="the trunk reaches below the feet in every stance"):
+        load_robot(saved(tmp_path, text))
+
+
+# Forward ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("axis", "turn"), [("y", 90), ("-x", 180), ("-y", -90)])
+def test_names_against_the_axis_are_told_and_the_option_turns_the_robot(
+    axis: str, turn: float, tmp_path: Path
+) -> None:
+    text = hexapod(turn=math.radians(turn))
+    imported = read(tmp_path, text)
+    (found,) = [f for f in imported.findings if f.severity is Severity.SUSPECT]
+    assert f"say that {axis} points forward; x was taken." in found.what
+    assert found.hint == f"--forward {axis}"
+    turned, plain = read(tmp_path, text, forward=axis), robot_of(tmp_path, hexapod())
+    assert turned.robot is not None
+    assert not told(turned, Severity.SUSPECT, "forward")
+    assert turned.robot.leg_names == HEXAPOD_LEGS
+    assert [leg.joints[0].removesuffix("_coxa_joint") for leg in turned.legs] == [*HEXAPOD_LEGS]
+    hips, own = turned.robot.arrays.p_body_hip, plain.arrays.p_body_hip
+    np.testing.assert_allclose(hips, own, atol=1e-12)
+
+
+NAMES = {
+    "short": ("rf", "rm", "rr", "lr", "lm", "lf"),
+    "dogs": ("FR", "MR", "RR", "RL", "ML", "FL"),
+    "hind": ("RF", "RM", "RH", "LH", "LM", "LF"),
+    "camel": ("frontRight", "midRight", "backRight", "backLeft", "midLeft", "frontLeft"),
+    "german": (
+        "vorne_rechts", "mitte_rechts", "hinten_rechts", "hinten_links", "mitte_links",
+        "vorne_links",
+    ),
+    "sides": ("R1", "R2", "R3", "L3", "L2", "L1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("names", NAMES.values(), ids=NAMES)
+@pytest.mark.parametrize("turn", [0, 180])
+def test_names_of_many_kinds_are_understood(
+    names: tuple[str, ...], turn: float, tmp_path: Path
+) -> None:
+    text = hexapod(turn=math.radians(turn))
+    for own, name in zip(LEGS, names, strict=True):
+        text = text.replace(own, name)
+    found = told(read(tmp_path, text), Severity.SUSPECT, "say that -x points forward")
+    assert len(found) == (turn == 180)
+
+
+def test_where_names_say_nothing_two_rows_of_legs_do(tmp_path: Path) -> None:
+    for turn, count in ((0.0, 0), (math.pi / 2, 1)):
+        text = hexapod(turn=turn)
+        for number, own in enumerate(LEGS):
+            text = text.replace(own, f"leg{number}_links")
+        imported = read(tmp_path, text)
+        assert len(told(imported, Severity.NOTE, "two rows along y; x is forward")) == count
+        assert not told(imported, Severity.SUSPECT, "forward")
+
+
+def test_names_that_mirror_the_robot_are_told(tmp_path: Path) -> None:
+    text = hexapod().replace("right", "other").replace("left", "right").replace("other", "left")
+    assert told(read(tmp_path, text), Severity.SUSPECT, "call left what is on the right")
+
+
+# Feet and masses ----------------------------------------------------------------------------------
+
+SHIN = '<link name="{}_tibia">'
+ROD = '<visual><origin xyz="0.08 0 0"/><geometry><box size="0.16 0.02 0.02"/></geometry></visual>'
+
+
+def test_a_foot_s_frame_in_mid_shin_is_not_the_foot(tmp_path: Path) -> None:
+    """Exporters of drawings give all parts of a leg one frame: shapes reach 160 mm, it 130."""
+    text = hexapod()
+    for name in LEGS:
+        text = text.replace(SHIN.format(name), SHIN.format(name) + ROD)
+    imported = read(tmp_path, text)
+    assert imported.robot is not None
+    np.testing.assert_allclose(imported.robot.arrays.lengths[:, 2], 0.16, rtol=1e-9)
+    (sentence,) = told(imported, Severity.SUSPECT, "was not taken for the foot")
+    assert "is 130 mm from the tibia's axis, and its shapes reach to 160 mm" in sentence
+    named = robot_of(tmp_path, text, foot="_foot")
+    np.testing.assert_allclose(named.arrays.lengths[:, 2], 0.13, rtol=1e-9)
+
+
+def test_a_motor_beside_a_hip_without_length_is_possible(tmp_path: Path) -> None:
+    """As in the shoulders of quadrupeds: coxae of 10 mm, their motors 150 mm aside."""
+    text = hexapod(lengths=(0.01, 0.08, 0.13))
+    for name in LEGS:
+        head, tail = text.split(f'<link name="{name}_coxa">')
+        tail = tail.replace('<origin xyz="0.005 0 0"/>', '<origin xyz="0 0.15 0"/>', 1)
+        text = f'{head}<link name="{name}_coxa">{tail}'
+    robot = robot_of(tmp_path, text)
+    np.testing.assert_allclose(np.abs(robot.arrays.com[:, 0]).max(axis=1), 0.15, rtol=1e-9)

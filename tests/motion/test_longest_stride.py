@@ -1,0 +1,43 @@
+"""The longest stride is the one that a plan allows, with its lift and sway."""
+
+import numpy as np
+import pytest
+
+from phasmid import load_scenario
+from phasmid.errors import InfeasibleWalk
+from phasmid.gait import gaits_of
+from phasmid.motion import longest_stride
+from phasmid.motion.feasibility import check_reach, checked_times
+from phasmid.motion.walk import course_of
+from phasmid.robot import load_robot, preset_names
+
+
+def check(robot, gait, step):
+    scenario = load_scenario("paper").for_robot(robot)
+    scenario = scenario.replace(gait=gait, step_length=step[0], step_sideways=step[1])
+    course = course_of(scenario)
+    (times,) = checked_times(scenario, course)
+    check_reach(scenario, course, times)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("direction", [0.0, 0.7])
+def test_a_plan_allows_the_longest_stride_and_no_longer_one(preset, direction):
+    robot = load_robot(preset)
+    gait = next(iter(gaits_of(len(robot.legs)).values()))
+    longest = longest_stride(robot, gait, direction=direction)
+    way = np.array([np.cos(direction), np.sin(direction)])
+    # 20 bisections of a 16th of a leg's length, which is at most 0.6 m: 4e-8 m.
+    check(robot, gait.name, (longest - 1e-7) * way)
+    with pytest.raises(InfeasibleWalk) as refused:
+        check(robot, gait.name, (longest + 1e-6) * way)
+    told = f"Longest stride in reach: {np.trunc(1000 * longest):g} mm."
+    assert told in f"{refused.value.what} {refused.value.hint}"
+
+
+def test_no_step_is_possible_where_a_lift_has_no_room():
+    # The PhantomX's feet come 130 mm up from 100 mm below their hips at the most.
+    robot = load_robot("phantomx-ax")
+    gait = next(iter(gaits_of(6).values()))
+    high = load_scenario("paper").replace(step_height=0.5).planned_stride
+    assert longest_stride(robot, gait, high) == 0.0
