@@ -123,6 +123,18 @@ def test_all_findings_come_at_once(tmp_path: Path) -> None:
     assert told(imported, Severity.SUSPECT, "a.stl")
 
 
+def test_a_link_that_no_stand_in_replaces_is_impossible(tmp_path: Path) -> None:
+    """A tibia of 130 mm whose shape is 3 m long: neither its own mass nor a box of it fits."""
+    tibia = '<link name="left_rear_tibia">'
+    rod = '<visual><origin xyz="1.5 0 0"/><geometry><box size="3 0.1 0.1"/></geometry></visual>'
+    text = hexapod().replace(tibia, tibia + rod)
+    head, tail = text.split(tibia)
+    text = head + tibia + tail.replace('<mass value="0.05"/>', '<mass value="0"/>', 1)
+    imported = read(tmp_path, text)
+    assert imported.robot is None
+    assert imported.impossible
+
+
 # Stance -------------------------------------------------------------------------------------------
 
 

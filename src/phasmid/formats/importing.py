@@ -199,6 +199,8 @@ def _robot(
         link or _link(piece.spread(STAND_IN), Findings())
         for piece, link in zip(pieces, made, strict=True)
     ]
+    if None in filled:
+        return None
     parts = {piece.name: piece.parts for piece in pieces if piece.parts}
     body, *links = filled
     robot = Robot(
