@@ -124,15 +124,14 @@ def test_all_findings_come_at_once(tmp_path: Path) -> None:
 
 
 def test_a_link_that_no_stand_in_replaces_is_impossible(tmp_path: Path) -> None:
-    """A tibia of 130 mm whose shape is 3 m long: neither its own mass nor a box of it fits."""
-    tibia = '<link name="left_rear_tibia">'
-    rod = '<visual><origin xyz="1.5 0 0"/><geometry><box size="3 0.1 0.1"/></geometry></visual>'
-    text = hexapod().replace(tibia, tibia + rod)
-    head, tail = text.split(tibia)
-    text = head + tibia + tail.replace('<mass value="0.05"/>', '<mass value="0"/>', 1)
+    """A coxa of 10 mm without mass whose motor is 400 mm wide: a box of it has 116 mm of radius."""
+    coxa = '<link name="left_rear_coxa">'
+    motor = '<visual><geometry><box size="0.02 0.4 0.02"/></geometry></visual>'
+    head, tail = hexapod(lengths=(0.01, 0.08, 0.13)).split(coxa)
+    text = head + coxa + motor + tail.replace('<mass value="0.06"/>', '<mass value="0"/>', 1)
     imported = read(tmp_path, text)
     assert imported.robot is None
-    assert imported.impossible
+    assert [f.subject for f in imported.impossible] == ["link left_rear_coxa"]
 
 
 # Stance -------------------------------------------------------------------------------------------

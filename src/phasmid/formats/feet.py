@@ -32,7 +32,7 @@ TILT = math.radians(30.0)
 """Angle by which a tibia leans to either side in its stance."""
 
 PRINTED = 1e-9
-"""Lengths below this are round-off [m]."""
+"""Angles and lengths below this are round-off and not mentioned [rad, m]."""
 
 EXAMPLE = '--foot "1-3=0,0,-0.13; 4-6=0,0,0.13"'
 

@@ -194,17 +194,13 @@ def _judge_symmetry(robot: Robot, found: Findings, *, assumed: bool) -> None:
         found.note("robot", f"{len(right)} legs are on its right side and {len(left)} on its left.")
         return
     for one, other in zip(right, left, strict=True):
-        unlike = _differences(one, other, middle)
-        if assumed:
-            # Feet that were chosen say nothing about the file.
-            unlike = [words for words in unlike if "neutral feet" not in words]
-        if unlike:
+        if unlike := _differences(one, other, middle, assumed=assumed):
             what = f"is not the mirror image of leg {other.name}: {'; '.join(unlike)}."
             hint = "give both the same measures, unless the robot is built so"
             found.suspect(f"leg {one.name}", what, hint=hint)
 
 
-def _differences(one: Leg, other: Leg, middle: float) -> list[str]:
+def _differences(one: Leg, other: Leg, middle: float, *, assumed: bool) -> list[str]:
     """Describe the differences between a leg and the mirror image of its counterpart."""
     mirror = np.array([1.0, -1.0, 1.0])
     hip = other.mount_position * mirror + [0.0, 2 * middle, 0.0] - one.mount_position
@@ -215,8 +211,10 @@ def _differences(one: Leg, other: Leg, middle: float) -> list[str]:
         ("the hips' places", 1000 * np.linalg.norm(hip), PLACES, " mm"),
         ("their directions", math.degrees(math.acos(np.clip(cosine, -1, 1))), DIRECTIONS, "°"),
         ("their joint limits", limits, LIMITS, "°"),
-        ("their neutral feet", 1000 * np.linalg.norm(foot), PLACES, " mm"),
     ]
+    if not assumed:
+        # Feet that were chosen say nothing about the file.
+        differences.append(("their neutral feet", 1000 * np.linalg.norm(foot), PLACES, " mm"))
     for a, b in zip(one.links, other.links, strict=True):
         differences += [
             (f"the {a.name}s' lengths", 1000 * abs(a.length - b.length), PLACES, " mm"),

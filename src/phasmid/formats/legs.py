@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidRobot
 from phasmid.formats.chains import Chain
-from phasmid.formats.feet import Foot
+from phasmid.formats.feet import PRINTED, Foot
 from phasmid.formats.findings import Findings
 from phasmid.formats.tree import rpy_of
 from phasmid.kinematics import rotation_rpy
@@ -24,9 +24,6 @@ off, the slack of hobby servos is 0.25° to 0.5°; 1° moves a foot 200 mm away 
 
 LEVELLED = math.radians(0.1)
 """Coxa axes this near the vertical are made vertical."""
-
-PRINTED = 1e-9
-"""Angles and lengths below this are round-off and not mentioned [rad, m]."""
 
 OFFSET = 0.02
 """Feet nearer to the leg's plane than this part of the leg's length are moved into it: at half its

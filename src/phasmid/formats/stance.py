@@ -212,11 +212,15 @@ def _chosen(robot: Robot, *, is_solid: bool) -> Choice:
         )
     gait, usual = _gait(robot), Stride(period=1.0)
     for share in SHARES:
+        room = [
+            (spare, feet, _has_room(robot, feet, share, spare))
+            for spare, feet in product(SPARES, stances)
+        ]
         found = [
             (feet[n], out[n], down[n], spare)
-            for spare, feet in product(SPARES, stances)
             for least in (CLEARANCES[:2] if is_solid else CLEARANCES)
-            for n in np.flatnonzero(_has_room(robot, feet, share, spare) & (clearance >= least))
+            for spare, feet, fits in room
+            for n in np.flatnonzero(fits & (clearance >= least))
         ][:TRIED]
         for feet, r, h, spare in found:
             if has_room_for(_on_feet(robot, feet), gait, usual):
