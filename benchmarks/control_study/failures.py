@@ -8,7 +8,7 @@ from phasmid import load_robot
 from phasmid.control import Command, LocomotionEngine, SafetyFilter, Sequencer
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation import drive
+from phasmid.simulation import Ending, drive
 
 from .study import Case
 
@@ -46,7 +46,7 @@ def measure(joints: str, leg: str, joint: str) -> Case:
     dies, since = (min(int(np.searchsorted(time, t)), len(time) - 1) for t in (DIES, JUDGED))
     speed = float((place[-1, 0] - place[since, 0]) / max(time[-1] - time[since], 1e-9))
     return {
-        "walks": run.attrs["ending"] == "COMPLETED" and speed > WALKS,
+        "walks": Ending[run.attrs["ending"]].is_full_length and speed > WALKS,
         "ending": run.attrs["ending"],
         "velocity": velocity,
         "speed": speed,

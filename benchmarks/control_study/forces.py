@@ -7,7 +7,7 @@ import math
 from phasmid.control import Command, EngineSettings, LocomotionEngine
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation import drive
+from phasmid.simulation import Ending, drive
 
 from .study import Case, markdown
 from .tracking import track
@@ -44,7 +44,7 @@ def measure(robot: str, joints: str, dynamics: str) -> Case:
     largest = engine.largest_velocity((1.0, 0.0, 0.0)).velocity
     velocity = tuple(SHARE * part for part in largest)
     run = drive(scenario, engine, Command(velocity=velocity))
-    if run.attrs["ending"] != "COMPLETED":
+    if not Ending[run.attrs["ending"]].is_full_length:
         return {"ending": run.attrs["ending"]}
     found = track(run, velocity, period=PERIOD, cycles=CYCLES)
     return {"ending": "COMPLETED", "speed": velocity[0]} | found._asdict()

@@ -17,7 +17,7 @@ from phasmid.gait import gaits_of, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet, quaternion_rotation
 from phasmid.robot import Robot, load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation import drive
+from phasmid.simulation import Ending, drive
 from phasmid.terrain import Flat, Ground
 
 from .study import Case
@@ -100,7 +100,7 @@ def measure(
     run = drive(scenario, None, Command(velocity=tuple(velocity)))
     time, z = run["time"].values, run["body_position"].values[:, 2]
     since = int(np.searchsorted(time, SETTLED))
-    if run.attrs["ending"] != "COMPLETED":
+    if not Ending[run.attrs["ending"]].is_full_length:
         return {"ending": run.attrs["ending"]}
     R = quaternion_rotation(run["body_orientation"].values)
     tilt = np.degrees(np.arccos(np.clip(R[:, 2, 2], -1, 1)))

@@ -12,6 +12,7 @@ import numpy as np
 from phasmid.control import Command, LocomotionEngine
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
+from phasmid.simulation import Ending
 from phasmid.simulation import drive as simulate
 
 from .study import Case, grouped, markdown
@@ -85,7 +86,7 @@ def _simulated(robot, timed, duration: float, world: str) -> Case:
     place = run["body_position"].values[:, :2]
     events = [sentence for _, sentence in json.loads(str(run.attrs["events"]))]
     return {
-        "fell": run.attrs["ending"] != "COMPLETED",
+        "fell": not Ending[run.attrs["ending"]].is_full_length,
         "reason": run.attrs["ending_reason"],
         "joint_speed": float(speed / robot.servo.no_load_speed),
         "beyond": bool(beyond > 0),

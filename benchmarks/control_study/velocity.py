@@ -14,7 +14,7 @@ from phasmid.gait import GAITS
 from phasmid.reporting.style import JOINT_COLOURS, LIMIT_COLOUR, leg_colour, save_figure, styled
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation import drive
+from phasmid.simulation import Ending, drive
 
 from .study import Case, grouped, markdown
 from .tracking import track
@@ -81,7 +81,7 @@ def measure(
         "ending": run.attrs["ending"],
         "events": [sentence for _, sentence in json.loads(str(run.attrs["events"]))],
     }
-    if run.attrs["ending"] != "COMPLETED":
+    if not Ending[run.attrs["ending"]].is_full_length:
         return found
     tracking = track(run, velocity, period=period, cycles=CYCLES)
     slip = phasmid.summarise(run)["slip"]

@@ -81,7 +81,7 @@ class Replayer:
         self._done += 1
         if self._progress is not None:
             self._progress(self._done)
-        if run.attrs["ending"] != Ending.COMPLETED.name:
+        if not Ending[run.attrs["ending"]].is_full_length:
             raise InvalidInput(
                 f"the replay did not come to its end: {run.attrs['ending_reason']}",
                 hint="a log of a walk, from the beginning, and the robot's own scenario",

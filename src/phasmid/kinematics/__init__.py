@@ -23,9 +23,16 @@ from phasmid.kinematics.frames import (
     yaw_quaternion,
 )
 from phasmid.kinematics.leg import foot_position, jacobian, joint_angles, joint_motion
+from phasmid.kinematics.tracking import (
+    CommandTracking,
+    share_words,
+    track_command,
+    track_velocity,
+)
 from phasmid.kinematics.workspace import reach, within_reach
 
 __all__ = [
+    "CommandTracking",
     "FootExplanation",
     "LinkFrames",
     "Violation",
@@ -50,8 +57,11 @@ __all__ = [
     "reach",
     "rotation_rpy",
     "rpy_quaternion",
+    "share_words",
     "step_pose",
     "step_twist",
+    "track_command",
+    "track_velocity",
     "trunk_clearance",
     "within_reach",
     "yaw_quaternion",

@@ -8,7 +8,6 @@ from typing import Any
 
 from phasmid.errors import plain
 from phasmid.recording.channels import JOINTS
-from phasmid.reporting.numbers import SHORTEST_DISTANCE
 from phasmid.reporting.run import Source, short
 from phasmid.robot.servo_words import servo_quantity
 from phasmid.scenario import idle_fields
@@ -101,30 +100,24 @@ def _feet(summary: dict[str, Any], source: Source) -> Iterator[str]:
 
 
 def _way(summary: dict[str, Any]) -> Iterator[str]:
-    """Warn of a completed walk that missed its commanded distance or turn."""
+    """Warn of a completed run that does not follow its command."""
     run, way = summary["run"], summary["travel"]
-    # A trajectory commands joints only.
-    if run.get("ending") != "COMPLETED" or run.get("follows") == "trajectory":
+    if run.get("ending") != "COMPLETED":
         return
-    found = []
-    if "distance" in way and "commanded_distance" in way:
-        made, planned = way["distance"], way["commanded_distance"]
-        if "progress" in way:
-            made = way["progress"]
-            planned = math.hypot(way["commanded_forward"], way["commanded_sideways"])
-        found.append(("walked", "way", made, planned))
-    if run.get("controller"):
+    shares = (("walked", "way", "way_share"), ("turned", "turn", "turn_share"))
+    for verb, noun, name in shares:
+        share = way.get(name)
+        if share is None:
+            continue
+        made = f"The robot {verb} {100 * share:z.0f} % of its commanded {noun}"
         # A driven robot reports infeasible commands itself, and may have reason to be slower.
-        if found and planned > SHORTEST_DISTANCE and made < LEAST_PROGRESS * planned:
-            yield f"The robot went {100 * made / planned:.0f} % of its commanded way."
-        return
-    if "heading_change" in way:
-        found.append(("turned", "turn", way["heading_change"], way["commanded_turn"]))
-    allowed = NOTABLE_LAG + WITHIN_STEP / max(way["commanded_steps"], 1e-9)
-    for verb, noun, made, planned in found:
-        if abs(planned) > SHORTEST_DISTANCE and abs(made / planned - 1) > allowed:
-            share = f"{100 * made / planned:.0f} %"
-            yield f"The robot {verb} {share} of its {noun}: it does not follow its plan."
+        if run.get("controller"):
+            if share < LEAST_PROGRESS:
+                yield f"{made}."
+            continue
+        allowed = NOTABLE_LAG + WITHIN_STEP / max(way["commanded_steps"], 1e-9)
+        if abs(share - 1) > allowed:
+            yield f"{made}: it does not follow its plan."
 
 
 def _ground(summary: dict[str, Any], source: Source) -> Iterator[str]:

@@ -111,10 +111,9 @@ def velocity(run: Run) -> dict[str, Any]:
 
 
 def travel(run: Run) -> dict[str, Any]:
-    """Return distance, drift, heading and tilt of the body.
+    """Return distance, drift, heading and tilt of the body, and its shares of the commanded motion.
 
-    ``progress`` is the displacement in the commanded direction [m], where the commanded way is not
-    nearly a circle.
+    ``way_share`` and ``turn_share`` are those of `CommandTracking`.
     """
     time = run.time
     duration = float(time[-1] - time[0])
@@ -130,19 +129,18 @@ def travel(run: Run) -> dict[str, Any]:
     if orientation is not None:
         yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
     if position is not None:
+        path = position[:, :2]
         # The sway of a driven robot follows its controller's clock.
         if run.gait.sway and not {"trajectory", "controller"} & set(run.recording.attrs):
             neutral, period = kinematics.neutral_feet(run.robot), run.scenario.period
-            ahead, left = sway(run.gait, neutral, period, time).way.T
-            aside = _turned(ahead, left, yaw)
-            position = position - np.stack([*aside, np.zeros(len(time))], axis=-1)
-        dx, dy = (position[-1] - position[0])[:2]
+            path = sway(run.gait, neutral, period, time).removed_from(position, yaw)
+        dx, dy = path[-1] - path[0]
         forward, sideways = map(float, _turned(dx, dy, -yaw[0]))
         # Chords of one step each follow a curved path without the oscillation within a step.
         # No more chords than samples: times of a damaged file may lie far apart.
         step = max(run.step_time, duration / len(time))
         marks = np.append(np.arange(time[0], time[-1] - 1e-9, step), time[-1])
-        places = np.stack([np.interp(marks, time, position[:, k]) for k in range(2)], axis=-1)
+        places = np.stack([np.interp(marks, time, path[:, k]) for k in range(2)], axis=-1)
         distance = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
         height = position[:, 2]
         found |= {
@@ -154,10 +152,9 @@ def travel(run: Run) -> dict[str, Any]:
             "body_height_change": float(height[-1] - height[0]),
             "body_height_range": float(height.max() - height.min()),
         }
-        ahead = math.hypot(way["forward"], way["sideways"]) if way else 0.0
-        if ahead > 0 and ahead > way["distance"] / 2:
-            along = way["forward"] * forward + way["sideways"] * sideways
-            found["progress"] = along / ahead
+        if way and orientation is not None:
+            tracking = command_tracking(run, way["steps"], path, orientation)
+            found |= {"way_share": tracking.way_share, "turn_share": tracking.turn_share}
     if orientation is not None:
         upright = kinematics.quaternion_rotation(orientation)[:, 2, 2]
         found |= {
@@ -165,6 +162,31 @@ def travel(run: Run) -> dict[str, Any]:
             "largest_tilt": float(np.arccos(np.clip(upright, -1, 1)).max()),
         }
     return found
+
+
+def command_tracking(
+    run: Run,
+    steps: float,
+    path: Float[np.ndarray, "time 2"],
+    orientation: Float[np.ndarray, "time 4"],
+) -> kinematics.CommandTracking:
+    """Return how a body followed its commanded velocity, or the mean one of its plan.
+
+    Args:
+        run: The run.
+        steps: Number of steps of the plan in its time.
+        path: The body without its sway [m], shape (N, 2).
+        orientation: w x y z, shape (N, 4).
+    """
+    time, command = run.time, run.channel("velocity_command")
+    if command is not None:
+        return kinematics.track_command(time, command, path, orientation)
+    if "trajectory" in run.recording.attrs or len(time) < 2:
+        return kinematics.CommandTracking()
+    planned = kinematics.step_twist(run.scenario.stride.step) * steps / (time[-1] - time[0])
+    heading = planned[2] * (time - time[0])
+    command = np.tile(planned, (len(time), 1))
+    return kinematics.track_command(time, command, path, orientation, heading)
 
 
 def state_estimate(run: Run, distance: float | None) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 
 from phasmid.errors import InvalidInput, plain
+from phasmid.kinematics import share_words
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import Summary
@@ -23,9 +24,6 @@ LABEL_WIDTH = 17
 """Width of a label [columns]."""
 
 ABSENT = "-"
-
-STRAIGHT = 0.9
-"""Share of the distance below which the progress in the commanded direction is printed, too."""
 
 MOST_EVENTS = 5
 """Events of a controller, and waypoints, that are printed."""
@@ -107,7 +105,8 @@ def head(summary: Summary) -> Iterator[tuple[str, str]]:
     """Yield label and text of the first five lines."""
     run, warnings = summary["run"], summary.get("warnings", ())
     ended, reason = run.get("ending", "no end recorded"), run.get("ending_reason", "")
-    yield "Walked?", plain(f"{ended}: {reason}" if reason else ended)
+    told = f" ({ended})" if ended == "COMPLETED" or not reason else f". {ended}: {reason}"
+    yield "Walked?", plain(f"{_share(summary)}{told}")
     yield "How far?", _distance(summary)
     verdict = summary.get("servo_verdict", {}).get("lines") or ("not judged",)
     for label, line in zip(["Servos hold?", *[""] * len(verdict)], verdict, strict=False):
@@ -115,6 +114,20 @@ def head(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "Model agrees?", _agreement(summary)
     more = f" And {len(warnings) - 1} more, at the end." if len(warnings) > 1 else ""
     yield "Warnings", plain(f"{warnings[0]}{more}") if warnings else "none"
+
+
+def _share(summary: Summary) -> str:
+    """Return the share of what was commanded that the robot did."""
+    run, way = summary["run"], summary.get("travel", {})
+    if run.get("waypoints"):
+        reached = sum(place.get("reached") is not None for place in run["waypoints"])
+        return f"{reached} of {len(run['waypoints'])} waypoints"
+    if run.get("follows") == "trajectory":
+        return "A trajectory commands no way"
+    words = share_words(way.get("way_share"), way.get("turn_share"))
+    if words or "distance" not in way:
+        return words or "Not recorded"
+    return "Nothing was commanded"
 
 
 def _distance(summary: Summary) -> str:
@@ -126,13 +139,9 @@ def _distance(summary: Summary) -> str:
             return "not recorded"
         return f"{_mm(commanded)} commanded, in {way['commanded_steps']:.3g} steps"
     line = _mm(way["distance"])
-    if commanded is not None:
+    if commanded is not None and summary["run"].get("follows") != "trajectory":
         line += f", commanded {_mm(commanded)}"
-        line += f" ({100 * way['distance'] / commanded:.1f} %)" if commanded > 1e-3 else ""
-    line += f"; {1000 * way['mean_speed']:.1f} mm/s" if "mean_speed" in way else ""
-    if "progress" in way and way["progress"] < STRAIGHT * way["distance"]:
-        line += f"; only {_mm(way['progress'])} of that in the commanded direction"
-    return line
+    return line + (f"; {1000 * way['mean_speed']:.1f} mm/s" if "mean_speed" in way else "")
 
 
 def _agreement(summary: Summary) -> str:

@@ -36,6 +36,7 @@ from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run, Watcher
+from phasmid.simulation.shortfall import Following
 from phasmid.simulation.start import SHORTEST_PRACTICAL
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
@@ -170,6 +171,8 @@ class ClosedLoopRun(Run):
         self._controller_failure: Failure | None = None
         self._must_lie = True
         super().__init__(scenario, begin, endless=endless)
+        # The controller commands where the robot goes, not the motion at which it begins.
+        self.following = Following(None)
         self.controller, self.now = controller, self.step
         self._commands, self._attributes = commands, attributes or {}
         self.override: Callable[[], tuple[float, float, float] | None] | None = None
@@ -408,11 +411,14 @@ class ClosedLoopRun(Run):
             final["waypoints"] = json.dumps(rows)
         return final
 
-    def shortfall(self) -> Failure | None:
-        """Return which waypoint was not reached, or None."""
+    def shortfall(self, command: Command | None = None, event: str = "") -> Failure | None:
+        """Return which waypoint was not reached, or why the robot fell short of its command."""
         follower, commands = self._follower, self._commands
         if follower is None or not isinstance(commands, CommandScript):
-            return None
+            if len(self.command_changes) == 1:
+                command = self.command_changes[0][1]
+            events = getattr(self.controller, "events", ())
+            return super().shortfall(command, str(events[-1][1]) if events else event)
         reached, count = len(follower.reached), len(commands.waypoint)
         if reached == count:
             return None

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Shaped
 
 from phasmid.arguments import numbers
+from phasmid.control import Command
 from phasmid.errors import InvalidInput
 from phasmid.forces.analysis import recording_attributes
 from phasmid.interrupts import held_signals
@@ -49,6 +50,7 @@ from phasmid.simulation.loop import (
 from phasmid.simulation.model import build_model
 from phasmid.simulation.model_reference import ModelReference
 from phasmid.simulation.servo import ServoDrive
+from phasmid.simulation.shortfall import Following, shortfall_reason
 from phasmid.simulation.start import start_offset
 from phasmid.simulation.termination import Ending, Failure, check_termination
 
@@ -95,6 +97,7 @@ class Run:
         failure: Why the robot could not settle, or None.
         ended: Whether the run is over before its last step, without a failure.
         lies: Whether the trunk may touch the ground at present.
+        following: How the recorded part follows its command.
         simulator: Name of the simulator.
     """
 
@@ -121,6 +124,7 @@ class Run:
         self.failure: Failure | None = None
         self.ended = False
         self._watcher: Watcher | None = None
+        self.following = Following(walk)
         self.lies = scenario.simulation.can_lie
         self._warnings: list[str] = []
         self._step_error = ""
@@ -461,6 +465,7 @@ class Run:
     def _watched(self, rows: Samples) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Return times and channels of the samples that are recorded next, and pass them on."""
         time, channels = self.time[self.done : self.done + len(rows)], self.channels(rows)
+        self.following.add(time, channels)
         if self._watcher:
             self._watcher(time, channels)
         return time, channels
@@ -510,9 +515,21 @@ class Run:
         """Return attributes that are known at the end of the run only."""
         return {}
 
-    def shortfall(self) -> Failure | None:
-        """Return why a run that came to its end is incomplete, or None."""
-        return None
+    def shortfall(self, command: Command | None = None, event: str = "") -> Failure | None:
+        """Return why a run that came to its end did not do what it should, or None.
+
+        Args:
+            command: As in `shortfall_reason`.
+            event: The controller's last event.
+        """
+        time = min(self.step, self.steps) * self.dt
+        # The gait begins in the first cycle.
+        if time < self.scenario.period:
+            return None
+        reason = shortfall_reason(self.scenario, self.following, command, event)
+        if reason is None:
+            return None
+        return Failure(Ending.SHORT, self.step, f"by {time:.4g} s: {reason}")
 
     def _outcome(self, failure: Failure | None) -> Attributes:
         return {**ending_attributes(failure), **self.final_attributes()}

@@ -32,7 +32,8 @@ SMALLER_STEP = "Try a smaller time step (--dt)"
 class Ending(Enum):
     """How a run ended, and the sentence for it."""
 
-    COMPLETED = "The walk was completed."
+    COMPLETED = "The run came to its end."
+    SHORT = "The robot fell short of its command."
     INCOMPLETE = "The drive did not reach all waypoints."
     FELL = "The robot fell."
     DIVERGED = "The simulation diverged."
@@ -40,6 +41,11 @@ class Ending(Enum):
     STOPPED = "The run was stopped by the user."
     ABORTED = "The driver ended the walk."
     CUT = "The run was cut off."
+
+    @property
+    def is_full_length(self) -> bool:
+        """Whether the run lasted as long as it should."""
+        return self in (Ending.COMPLETED, Ending.SHORT, Ending.INCOMPLETE)
 
 
 @dataclass(frozen=True)

@@ -181,7 +181,7 @@ def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
     runs = []
     for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2)):
         runs.append(simulate(shorter, walk))
-        if runs[-1].attrs["ending"] != Ending.COMPLETED.name:
+        if not Ending[runs[-1].attrs["ending"]].is_full_length:
             return None
     coarse, fine = runs
 

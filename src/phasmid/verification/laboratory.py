@@ -36,7 +36,7 @@ def walked(scenario: Scenario, *, to_the_end: bool = True) -> Recording:
         CannotMeasure: It ended early.
     """
     recording = simulate(scenario, plan(scenario))
-    if to_the_end and recording.attrs["ending"] != Ending.COMPLETED.name:
+    if to_the_end and not Ending[recording.attrs["ending"]].is_full_length:
         raise CannotMeasure(str(recording.attrs["ending_reason"]))
     return recording
 
