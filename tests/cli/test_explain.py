@@ -2,9 +2,12 @@
 
 import xml.etree.ElementTree as ET
 
+import numpy as np
 import pytest
 
 from phasmid.cli import main
+from phasmid.kinematics import foot_position
+from phasmid.robot import load_robot
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")
 
@@ -36,7 +39,8 @@ def test_a_foot_in_either_frame_gets_the_same_answer(here, capsys):
     assert body[1].splitlines()[0] == out.splitlines()[0]
     rows = [line.split() for line in out.splitlines() if line.startswith("right_front  ")]
     # The tibia bends by 23° at least: sqrt(82² + 140² + 2·82·140 cos 23°) = 217.9 mm.
-    assert rows == [["right_front", "reach", "223", "mm", "58", "to", "217.9", "mm", *rows[0][8:]]]
+    table = ["right_front", "reach", "223", "mm", "58", "to", "217.9", "mm"]
+    assert (rows[0][:8], len(rows)) == (table, 2)
     picture = here / "results/paper_explain_right_front_0.25_0.1_0.05/explanation.svg"
     assert "nearest possible foot" in words_of(picture)
     assert f"Written to {picture.relative_to(here)}" in out
@@ -47,8 +51,56 @@ def test_a_possible_foot_has_status_0(capsys):
     status, out = explained(capsys, "--foot-at", "right_front", "0.2,-0.15,-0.1", "--quiet")
     assert status == 0
     assert out.splitlines() == [
-        "right_front can place its foot there: its tibia is 57.8° from a limit, the nearest one."
+        "right_front can place its foot there; nearest to a limit is its tibia at -122.2°, 57.8° "
+        "from its limit of -180°."
     ]
+
+
+def test_a_possible_foot_and_posture_get_their_joint_angles(capsys):
+    """The angles that the command prints put the feet where they should be."""
+    leg = load_robot("phantomx-paper").legs[0]
+    _, out = explained(capsys, "--foot-at", "1", "0.2,0.03,-0.1", "--frame", "hip")
+    row = next(line.split() for line in out.splitlines() if line.startswith("right_front  "))
+    q = np.radians([float(cell.removesuffix("°")) for cell in row[1:]])
+    # Tenths of a degree at up to 0.27 m.
+    np.testing.assert_allclose(foot_position(leg, q), [0.2, 0.03, -0.1], atol=3e-4)
+    _, out = explained(capsys, "--pose", "0,0,0.02")
+    assert sum(line.endswith("°") for line in out.splitlines()) == 6
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        ["--foot-at", "right_front", "0.45,-0.32,-0.10"],
+        ["--foot-at", "right_front", "0.06,-0.07,-0.02"],
+        ["--foot-at", "1", "0.25,0.1,0.05", "--frame", "hip"],
+        ["--foot-at", "left_middle", "0,0.05,0.3"],
+        ["--pose", "0,0,0.10"],
+        ["--pose", "0.05,0.02,-0.15"],
+        ["--pose", "0,0,0.05", "--rpy-deg", "0,20,0"],
+        ["--step-length-mm", "400"],
+        ["--step-length-mm", "300", "--step-sideways-mm", "100", "--step-turn-deg", "20"],
+        ["--robot", "quadruped", "--gait", "crawl", "--step-length-mm", "250"],
+    ],
+    ids=" ".join,
+)
+def test_what_is_advised_is_possible(capsys, wanted):
+    """Typed in the place of the options that it names."""
+    status, out = explained(capsys, *wanted)
+    assert status == 1
+    (advice,) = (line.removeprefix("  try  ") for line in out.splitlines() if "  try  " in line)
+    flags = [word for word in advice.split() if word.startswith("--")]
+    kept, words = [], list(wanted)
+    while words:
+        flag = words.pop(0)
+        values = [words.pop(0) for _ in range(2 if flag == "--foot-at" else 1)]
+        kept += [flag, *values] if flag not in flags else []
+    assert explained(capsys, *kept, *advice.split())[0] == 0
+
+
+def test_a_posture_that_the_ground_forbids_says_so(capsys):
+    _, out = explained(capsys, "--pose", "0,0,-0.15")
+    assert "the trunk is 0.1 mm over the ground" in out
 
 
 def test_a_posture_gets_its_largest_share(here, capsys):

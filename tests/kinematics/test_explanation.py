@@ -76,7 +76,9 @@ def test_too_far_ahead_is_nearest_at_the_straightest_permitted_leg():
     assert violation.excess == pytest.approx(0.348 - radius)
     # The squared distance, near 0.02 m², is least within 1e-15 of the leg's squared length.
     np.testing.assert_allclose(found.nearest, [0.052 + radius, 0, 0], atol=1e-7)
-    assert "130.1 mm too far: the limit is 217.9 mm by the tibia's limits" in found.sentence
+    limit = "the limit is 217.9 mm, with the tibia at its limit of -23°"
+    assert f"130.1 mm too far: {limit}" in found.sentence
+    assert found.binding == ("the tibia at its limit of -23°",)
     assert f"is {1000 * (0.348 - radius):.1f} mm away" in found.sentence
 
 
@@ -107,7 +109,28 @@ def test_a_possible_foot_has_the_margin_of_its_joints():
     assert found.is_possible
     joint, room = found.margin
     assert (joint, math.degrees(room)) == ("femur", pytest.approx(10))
-    assert found.sentence.endswith("its femur is 10.0° from a limit, the nearest one.")
+    assert found.sentence.endswith("is its femur at 90.0°, 10.0° from its limit of 100°.")
+
+
+@pytest.mark.parametrize(
+    ("limits", "wanted", "binding"),
+    [
+        # Stretched: 52 + 82 + 140 mm ahead.
+        ([[-75, 75], [-100, 100], [-180, 90]], [0.4, 0.0, 0.0], ["the tibia at the stretched leg"]),
+        # Folded flat with the femur up: the foot is 140 - 82 mm below the femur's axis.
+        ([[-75, 75], [-100, 100], [-400, 0]], [0.052, 0, -0.03], ["the tibia at half a turn"]),
+        # The femur turns up only, the coxa to the left only.
+        ([[-75, 75], [0, 100], [-180, -23]], [0.2, 0.0, -0.19], ["the femur at its limit of 0°"]),
+        ([[0, 75], [-100, 100], [-180, -23]], [0.1, -0.1, -0.1], ["the coxa at its limit of 0°"]),
+    ],
+)
+def test_the_limit_that_binds_is_named(limits, wanted, binding):
+    """Also at the straight and the folded leg, and with limits on one side of 0 only."""
+    leg = replace(LEG, joint_limits=np.radians(limits))
+    found = explain_foot(leg, np.array(wanted))
+    assert list(found.binding) == binding
+    for words in binding:
+        assert words in found.sentence
 
 
 def test_a_leg_of_an_offset_does_not_reach_within_it():

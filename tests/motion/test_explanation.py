@@ -105,7 +105,7 @@ def test_a_possible_walk_has_the_joint_nearest_to_a_limit():
     low, high = np.moveaxis(ROBOT.arrays.joint_limits, -1, 0)
     room = np.minimum(walk.q - low, high - walk.q).min()
     assert found.feet[0].margin[1] == pytest.approx(room, abs=1e-9)
-    assert f"{math.degrees(room):.1f}° away" in found.sentence
+    assert f"{math.degrees(room):.1f}° from its limit of" in found.sentence
 
 
 @pytest.mark.parametrize("pose", [(0, 0, 0), (0, 0, math.inf, 0, 0, 0)])

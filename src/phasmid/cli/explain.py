@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -81,6 +82,9 @@ def _foot(scenario: Scenario, options: argparse.Namespace) -> int:
     if not options.quiet:
         say(f"\nWanted, in {options.frame} axes: ({_millimetres(foot.wanted, foot, options)}) mm")
         _print_feet([foot], options)
+        _print_angles([foot])
+        if (possible := _rounded(foot, options.frame)) is not None:
+            say(f"  try  --foot-at {plain(name)} {','.join(f'{x:.4f}' for x in possible)}")
     words = ["explain", plain(leg.name), text]
     _draw(robot, [foot], f"A foot position of {leg.name}", options, scenario, words)
     return 0 if foot.is_possible else 1
@@ -101,11 +105,16 @@ def _posture(scenario: Scenario, options: argparse.Namespace) -> int:
         if found.obstacles:
             say()
             _print_feet(found.obstacles, options)
+        nearest = found
         if not found.is_possible:
             share = math.floor(1000 * found.share) / 1000
             place = ", ".join(f"{1000 * x:z.1f}" for x in share * shift)
             angles = ", ".join(f"{angle:z.1f}" for angle in share * tilt)
-            say(f"\nLargest share: ({place}) mm, ({angles})°")
+            nearest = explain_posture(robot, share * found.pose)
+            say(f"\nLargest share: ({place}) mm, ({angles})°; {nearest.margin_words}")
+        _print_angles(nearest.feet)
+        if not found.is_possible and nearest.is_possible:
+            say(f"  try  {_posture_options(share * shift, share * tilt)}")
         say(f"Trunk over the ground: {1000 * found.clearance:.1f} mm")
         if math.isfinite(found.support_margin):
             say(f"Support margin: {1000 * found.support_margin:.1f} mm")
@@ -165,6 +174,7 @@ def _walk(scenario: Scenario, options: argparse.Namespace) -> int:
             say(f"Longest possible step: {longest}, which is {' and '.join(words)}")
             if found.limit:
                 say(f"A longer one is impossible: {plain(found.limit)}.")
+            say(f"  try  {_step_options(step)}")
     if found.feet:
         title = f"A {plain(gait.name)} walk, stride {stride_words(scenario.stride.step)}"
         _draw(robot, found.feet, title, options, scenario, ["explain"])
@@ -228,6 +238,66 @@ def _print_feet(feet: Sequence[FootExplanation], options: argparse.Namespace) ->
             name, nearest = "", ["", ""]
     if rows[1:]:
         print_table(rows)
+
+
+def _print_angles(feet: Sequence[FootExplanation]) -> None:
+    """Print the joint angles of each foot, or of the nearest possible position."""
+    import numpy as np
+
+    from phasmid.robot import JOINTS
+
+    rows = [
+        [plain(foot.leg.name), *(f"{angle:z.1f}°" for angle in np.degrees(foot.nearest_q))]
+        for foot in feet
+        if np.isfinite(foot.nearest_q).all()
+    ]
+    if rows:
+        at = "" if all(foot.is_possible for foot in feet) else " at the nearest position"
+        say(f"\nJoint angles{at}:")
+        print_table([["leg", *JOINTS], *rows], right=(1, 2, 3))
+
+
+def _rounded(foot: FootExplanation, frame: str) -> Float[np.ndarray, "3"] | None:
+    """Return a possible position near the nearest one in tenths of a millimetre, in a frame [m].
+
+    None where the wanted one is possible, or the joint limits permit no position.
+    """
+    import numpy as np
+
+    from phasmid.kinematics import foot_position, foot_violations
+    from phasmid.kinematics.workspace import usable_limits
+
+    if foot.is_possible or not np.isfinite(foot.nearest).all():
+        return None
+    leg, (low, high) = foot.leg, usable_limits(foot.leg).T
+    X = np.eye(4) if frame == "hip" else leg.X_body_hip
+    # In a corner of the workspace no rounded position is possible: farther from the limits one is.
+    for room in np.radians([0.0, 0.1, 0.2, 0.5, 1.0, 2.0]):
+        q = np.clip(foot.nearest_q, np.minimum(low + room, high), np.maximum(high - room, low))
+        p = 1e4 * (X[:3, :3] @ foot_position(leg, q) + X[:3, 3])
+        for corner in product(*zip(np.floor(p), np.ceil(p), strict=True)):
+            rounded = np.array(corner) / 1e4
+            if not foot_violations(leg, (rounded - X[:3, 3]) @ X[:3, :3]):
+                return rounded
+    return None
+
+
+def _posture_options(shift: Float[np.ndarray, "3"], tilt: Float[np.ndarray, "3"]) -> str:
+    """Return the options of a posture [m, °]."""
+    given = (("--pose", shift), ("--rpy-deg", tilt))
+    return " ".join(
+        f"{flag} {','.join(f'{x:z.6g}' for x in values)}" for flag, values in given if values.any()
+    )
+
+
+def _step_options(step: Float[np.ndarray, "3"]) -> str:
+    """Return the options of a step [m, m, rad], rounded down."""
+    import numpy as np
+
+    length, sideways, turn = np.trunc([1000 * step[0], 1000 * step[1], 10 * np.degrees(step[2])])
+    texts = [f"--step-length-mm {length:g}"]
+    texts += [f"--step-sideways-mm {sideways:g}"] * bool(step[1])
+    return " ".join(texts + [f"--step-turn-deg {turn / 10:g}"] * bool(step[2]))
 
 
 def _draw(

@@ -25,6 +25,12 @@ GRID = 61
 STARTS = 3
 """Local minima of the grid from which the search goes on."""
 
+AT_LIMIT = 1e-6
+"""Distance from a limit up to which an angle of the nearest position is on it [rad]: the search
+ends nearer than this."""
+
+TIBIA = JOINTS.index("tibia")
+
 LEAST_OUT = 1e-6
 """Least distance of the nearest foot position from the coxa axis, in lengths of the leg; on the
 axis the coxa's angle is undefined."""
@@ -40,12 +46,14 @@ class Violation:
         needed: The angle [rad] or distance [m] that the foot position needs.
         lowest: Lower limit [rad or m].
         highest: Upper limit [rad or m].
+        bound: Posture of the tibia at the limit of a reach, in words.
     """
 
     what: str
     needed: float
     lowest: float
     highest: float
+    bound: str = ""
 
     @property
     def is_angle(self) -> bool:
@@ -69,10 +77,11 @@ class Violation:
             return f"its {self.what} would turn to {needed:.1f}°, {excess:.1f}° beyond {limit:.4g}°"
         near = self.needed < self.lowest
         side, limit = ("near", self.lowest) if near else ("far", self.highest)
-        axis, reason = ("femur", " by the tibia's limits") if self.what == "reach" else ("coxa", "")
+        axis = "femur" if self.what == "reach" else "coxa"
+        bound = f", {self.bound}" if self.bound else ""
         return (
             f"the foot would be {1000 * self.needed:.1f} mm from the {axis} axis, "
-            f"{1000 * self.excess:.1f} mm too {side}: the limit is {1000 * limit:.1f} mm{reason}"
+            f"{1000 * self.excess:.1f} mm too {side}: the limit is {1000 * limit:.1f} mm{bound}"
         )
 
 
@@ -113,28 +122,69 @@ class FootExplanation:
 
         A tibia in line with the femur counts as a limit: the leg is stretched.
         """
-        low, high = usable_limits(self.leg).T
-        room = np.minimum(self.nearest_q - low, high - self.nearest_q)
-        joint = int(np.argmin(room))
-        return JOINTS[joint], float(room[joint])
+        joint, _ = self._nearest_limit
+        return JOINTS[joint], float(self._room.flat[2 * joint : 2 * joint + 2].min())
+
+    @property
+    def _room(self) -> Float[np.ndarray, "3 2"]:
+        """Angles from the nearest possible position to both limits of each joint [rad]."""
+        return np.abs(self.nearest_q[:, None] - usable_limits(self.leg))
+
+    @property
+    def _nearest_limit(self) -> tuple[int, int]:
+        """Joint and side, 0 low and 1 high, of the nearest limit."""
+        joint, side = divmod(int(np.argmin(self._room)), 2)
+        return joint, side
+
+    @property
+    def margin_words(self) -> str:
+        """The nearest limit: ``tibia at -51.0°, 39.0° from its limit of -90°``."""
+        joint, side = self._nearest_limit
+        room = math.degrees(self._room[joint, side])
+        angle = math.degrees(self.nearest_q[joint])
+        limit = limit_words(self.leg, joint, side)
+        return f"{JOINTS[joint]} at {angle:z.1f}°, {room:.1f}° from {limit}"
+
+    @property
+    def binding(self) -> tuple[str, ...]:
+        """The limits at the nearest possible position, in words; empty where that is the wanted."""
+        if self.is_possible:
+            return ()
+        return tuple(
+            f"the {JOINTS[joint]} at {limit_words(self.leg, joint, side)}"
+            for joint, side in np.argwhere(self._room < AT_LIMIT).tolist()
+        )
 
     @property
     def sentence(self) -> str:
         """The explanation in one sentence or two."""
         name = self.leg.name
         if self.is_possible:
-            joint, room = self.margin
             return (
-                f"{name} can place its foot there: its {joint} is {math.degrees(room):.1f}° from a "
-                "limit, the nearest one."
+                f"{name} can place its foot there; nearest to a limit is its {self.margin_words}."
             )
         reasons = "; ".join(violation.reason for violation in self.violations)
         if not math.isfinite(self.distance):
             return f"{name} cannot place its foot anywhere within its joint limits: {reasons}."
+        binding = f", with {' and '.join(self.binding)}" if self.binding else ""
         return (
             f"{name} cannot place its foot there: {reasons}. "
-            f"The nearest possible position is {1000 * self.distance:.1f} mm away."
+            f"The nearest possible position is {1000 * self.distance:.1f} mm away{binding}."
         )
+
+
+def limit_words(leg: Leg, joint: int, side: int) -> str:
+    """Return a limit of a joint in words.
+
+    Args:
+        leg: The leg.
+        joint: Index of the joint.
+        side: 0 for the lower limit, 1 for the upper one.
+    """
+    own, usable = leg.joint_limits[joint, side], usable_limits(leg)[joint, side]
+    if own == usable:
+        return f"its limit of {math.degrees(own):.4g}°"
+    return "the stretched leg" if joint == TIBIA and side == 1 else "half a turn"
 
 
 def explain_foot(leg: Leg, p_hip_foot: object) -> FootExplanation:
@@ -192,11 +242,17 @@ def _distance_violations(leg: Leg, foot: np.ndarray) -> list[Violation]:
         return [Violation("offset", aside, offset, math.inf)]
     out = math.sqrt(aside**2 - offset**2) - coxa
     # The distance grows as the knee stretches: the limits of the tibia bound it.
+    low, high = usable_limits(leg)[TIBIA]
     bent, stretched = (
         math.sqrt(femur**2 + tibia**2 + 2 * femur * tibia * math.cos(angle))
-        for angle in usable_limits(leg)[2]
+        for angle in (low, high)
     )
-    return [Violation("reach", math.hypot(out, foot[2]), bent, stretched)]
+    far = math.hypot(out, foot[2])
+    side = 0 if far < bent else 1
+    bound = f"with the tibia at {limit_words(leg, TIBIA, side)}"
+    if bound.endswith("the stretched leg"):
+        bound = "with the leg stretched"
+    return [Violation("reach", far, bent, stretched, bound)]
 
 
 def nearest_angles(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:

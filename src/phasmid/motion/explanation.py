@@ -40,6 +40,9 @@ from phasmid.scenario.tables import Stride
 POSTURE_SHARES = 200
 """Shares of a posture that are tried from the neutral one, before the last is refined."""
 
+NEAR = 1e-3
+"""Clearance or support margin that is named before the limits of the joints [m]."""
+
 BISECTIONS = 20
 """Bisections of a share, which give it within a millionth."""
 
@@ -83,10 +86,20 @@ class PostureExplanation:
         return min(self.feet, key=lambda foot: round(foot.margin[1], 9))
 
     @property
+    def margin_words(self) -> str:
+        """What is nearest to forbidding the posture, in words."""
+        if self.clearance < NEAR:
+            return f"the trunk is {1000 * self.clearance:z.1f} mm over the ground"
+        if self.support_margin < NEAR:
+            margin = f"{1000 * self.support_margin:z.1f} mm"
+            return f"the centre of mass is {margin} inside the support polygon"
+        return _margin_words(self.tightest)
+
+    @property
     def sentence(self) -> str:
         """The explanation in one sentence or two."""
         if self.is_possible:
-            return f"the posture is possible: {_margin_words(self.tightest)}."
+            return f"the posture is possible; {self.margin_words}."
         reasons = []
         if self.obstacles:
             first, others = self.obstacles[0], len(self.obstacles) - 1
@@ -154,8 +167,7 @@ def _largest_share(is_possible: Callable[[float], bool], low: float, high: float
 
 
 def _margin_words(foot: FootExplanation) -> str:
-    joint, room = foot.margin
-    return f"the nearest limit is that of {foot.leg.name}.{joint}, {math.degrees(room):.1f}° away"
+    return f"nearest to a limit is {foot.leg.name}.{foot.margin_words}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +202,7 @@ class WalkExplanation:
         """The explanation in one sentence or two."""
         if self.refusal is not None:
             return self.refusal.what
-        return f"the walk is possible: {_margin_words(self.feet[0])}."
+        return f"the walk is possible; {_margin_words(self.feet[0])}."
 
 
 def explain_walk(scenario: Scenario) -> WalkExplanation:
