@@ -22,7 +22,7 @@ from phasmid.recording import (
 from recording.samples import ODD, everything, files_of_at_most
 
 CUT = {"ending": "CUT", "ending_reason": "The run was cut off."}
-DONE = {"ending": "COMPLETED", "ending_reason": "The walk was completed."}
+DONE = {"ending": "COMPLETED", "ending_reason": "The run came to its end."}
 
 
 def write(path, samples=20, frame=5, *, finish=True, channels=None, **attributes):
