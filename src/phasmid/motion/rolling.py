@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.gait import Gait
+from phasmid.gait.gait import PHASE_TOLERANCE
 from phasmid.kinematics import hip_from_body, joint_motion
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.motion.curves import Path
@@ -94,8 +95,9 @@ def rolling(
 
     first = gait.swing_fraction
     phase = np.linspace(first, 1.0, SAMPLES)
-    # The last sample belongs to the swing that follows.
-    times = (np.asarray(gait.offsets)[:, None] + np.minimum(phase, 1.0 - 1e-9)) * period
+    # The end of the stance belongs to the swing that follows, and so does what is close to it.
+    last = 1.0 - 2 * PHASE_TOLERANCE
+    times = (np.asarray(gait.offsets)[:, None] + np.minimum(phase, last)) * period
     turn = np.einsum("lml->lm", heading(times.ravel()).reshape(*times.shape, -1))
     c, s = np.cos(turn), np.sin(turn)
     found: Rolling | None = None
