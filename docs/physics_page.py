@@ -133,6 +133,8 @@ causes are computed beside the simulated squeeze:
   square it does not cancel. In MuJoCo sticking friction does not depend on the load, and it
   cancels. Most of the squeeze of {squeeze_simscape:.2f} N under `simscape`, and of the
   {torque_simscape:.3f} N·m by which its torques differ from the model's, comes from this.
+  A foot whose tibia tilts stands on an edge of its square; a gait that goes around the body
+  [turns](gaits.md#heading) by it.
 
 The minimum norm is the limit of all laws for point feet on hard, freely creeping ground.
 """

@@ -7,6 +7,7 @@ import pytest
 
 from phasmid.errors import InvalidGait
 from phasmid.gait import (
+    GAITS,
     HEXAPOD_GAITS,
     Gait,
     load_gait,
@@ -40,6 +41,15 @@ def test_every_gait_holds_every_preset_up(preset, name):
     # Three feet of four leave less to stand on than three of six.
     least = 0.02 if len(robot.legs) == 4 else 0.03
     assert support_margin(feet, gait.stance(phase), com).min() > least
+
+
+@pytest.mark.parametrize("gaits", GAITS.values())
+def test_the_usual_gait_of_so_many_legs_is_its_own_mirror_image_half_a_cycle_later(gaits):
+    # Legs are numbered around the body, so that the mirror image of the first is the last. What
+    # turns the robot to one side in a half of the cycle turns it back in the other.
+    offsets = np.array(next(iter(gaits.values())).offsets)
+    half = (offsets[::-1] - offsets + 0.5) % 1.0
+    np.testing.assert_allclose((half + 0.5) % 1.0, 0.5, rtol=0, atol=1e-15)
 
 
 def test_without_its_sway_a_crawl_stands_on_an_edge():

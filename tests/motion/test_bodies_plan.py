@@ -21,12 +21,13 @@ TILTED = tilted_robot()
 def test_a_sway_goes_about_the_path_and_ends_where_it_began():
     walk = plan(PAPER.replace(robot="quadruped", gait="crawl", duration=4.0))
     start, end = walk.sample(np.array([0.0, 4.0])).trunk.position
-    # Two cycles of 40 mm / (5/6) each.
-    assert end - start == pytest.approx([0.096, 0, 0], abs=1e-12)
-    # Between whole cycles it is aside by up to 2 · 0.08 of a foot's distance from the middle.
+    # Two cycles of 40 mm / 0.85 each.
+    assert end - start == pytest.approx([0.08 / 0.85, 0, 0], abs=1e-12)
+    # The feet of a side add up to two waves 0.15 of a cycle apart, those of the other to as much:
+    # aside the body moves by 0.1 · 2 · 2 cos(0.15 π) of a foot's distance, less the samples' gaps.
     aside = walk.trunk.position[:, 1]
-    arm = float(np.hypot(*neutral_feet(walk.robot)[0, :2]))
-    assert 0.02 < np.abs(aside).max() <= 0.16 * arm + 1e-12
+    most = 0.4 * math.cos(0.15 * math.pi) * abs(neutral_feet(walk.robot)[0, 1])
+    assert 0.99 * most < np.abs(aside).max() <= most + 1e-12
     # On an arc it is that of the gait in the body's own axes.
     walk = plan(PAPER.replace(robot="quadruped", gait="crawl", step_turn_deg=12, period=4.0))
     stride, time = walk.scenario.stride, walk.time
@@ -83,8 +84,8 @@ def test_a_stance_is_as_wide_and_high_as_told_in_the_bodys_axes():
             "Longest stride in reach: 236 mm.",
         ),
         (
-            {"robot": "quadruped", "gait": {"name": "crawl", "sway": 0.0}},
-            "at phase 0.75 the centre of mass is 2.2 mm outside the support polygon.",
+            {"robot": "quadruped", "gait": {"name": "crawl", "sway": 0.0}, "step_length_mm": -40},
+            "at phase 0.00 the centre of mass is 6.1 mm outside the support polygon.",
         ),
     ],
 )

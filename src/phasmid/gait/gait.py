@@ -19,7 +19,7 @@ STANDS, LIFTED = "█", "·"
 """A foot on the ground, and in the air."""
 
 COLUMNS = 48
-"""Parts of a cycle: the fractions of all gaits of four, six and eight legs divide it."""
+"""Parts of a cycle: the fractions of the gaits of six and eight legs divide it."""
 
 FEWEST_FEET = 3
 """Smallest number of standing feet that is statically stable."""

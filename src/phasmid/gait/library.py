@@ -83,8 +83,8 @@ def _by_name(*gaits: Gait) -> dict[str, Gait]:
 
 
 QUADRUPED_GAITS = _by_name(
-    # One foot after the other around the body, which sways ahead of them.
-    Gait("crawl", 5 / 6, (0, 3 / 4, 2 / 4, 1 / 4), sway=0.08),
+    # Each side's rear foot, then its front foot, half a cycle apart: its own mirror image.
+    Gait("crawl", 0.85, (0, 0.85, 0.35, 0.5), sway=0.1),
 )
 """The gaits of a quadruped: right front, right rear, left rear, left front."""
 
