@@ -14,6 +14,7 @@ from phasmid.control import (
     SafetyFilter,
     Sequencer,
 )
+from phasmid.control.types import LegUse
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 
@@ -99,3 +100,26 @@ def test_by_default_a_robot_gets_up_and_its_safety_and_its_sequences_are_recorde
     assert run["body_position"].values[300, 2] > 0.095
     said = [sentence for _, sentence in json.loads(run.attrs["events"])]
     assert "servo right_front.tibia answers no more; its leg is lost." in said
+
+
+def test_a_robot_that_loses_its_third_leg_while_it_walks_stands():
+    """It walks on four legs. A cycle of these later, 4 s, it rests and lost feet bear no load.
+
+    Of the feet that it lifts, none touches the ground; the second that follows moves the body by
+    less than 0.1 mm.
+    """
+    losses = {2.0: [5], 5.0: [2, 5], 9.0: [2, 5, 6]}
+    script = CommandScript(
+        command=[
+            {"time": 0.0, "ahead_mm_per_s": 80},
+            *({"time": time, "lost_legs": legs} for time, legs in losses.items()),
+        ]
+    )
+    run = drive(scenario("servo", 15.0), None, script)
+    after = run["time"].values >= 13.0
+    use, force = run["leg_use"].values[after], run["foot_normal_force"].values[after]
+    assert set(np.unique(use[:, [1, 4, 5]])) <= {LegUse.LOST, LegUse.NEEDED}
+    assert (use[:, [0, 2, 3]] == LegUse.IN_USE).all()
+    assert force[use == LegUse.LOST].max() == 0.0
+    places = run["body_position"].values[after]
+    assert np.linalg.norm(places - places[0], axis=1).max() < 1e-4

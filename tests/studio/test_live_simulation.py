@@ -174,6 +174,20 @@ def test_a_leg_is_lost_and_there_again_and_dead_until_the_robot_is_put_back(hear
     heard.wait_for(lambda: heard.newest("state")["dead"] == [])
 
 
+def test_a_lost_leg_without_which_the_robot_falls_is_named(heard):
+    """Without all three legs of a side it would fall: it needs at least one of them."""
+    for leg in (1, 2, 3):
+        heard.submit(Limb(leg=leg, how="lose"))
+    heard.wait_for(lambda: heard.newest("state")["status"] == "cannot walk")
+    heard.event("is lost and stays on the ground: without it the robot falls")
+    assert heard.newest("state")["lost"] == [1, 2, 3]
+    heard.wait_for(lambda: heard.newest("state")["needed"])
+    assert set(heard.newest("state")["needed"]) <= {1, 2, 3}
+    for leg in (1, 2, 3):
+        heard.submit(Limb(leg=leg, how="restore"))
+    heard.wait_for(lambda: heard.newest("state")["needed"] == [])
+
+
 @pytest.fixture
 def held(heard, monkeypatch):
     """A stage whose changes are ready only when this event is set."""

@@ -29,10 +29,22 @@ def com_in_odom(state: State) -> tuple[float, float]:
 
 
 @internal
-def standing_feet(state: State, used: np.ndarray) -> np.ndarray:
-    """Return which of the used feet stand, shape (L,)."""
-    legs = state.leg_count
-    return (state.leg_phase[:legs] == LegPhase.STANCE.value) & (used[:legs] == 1)
+def bears_load(state: State, reference: Reference, leg: int) -> bool:
+    """Return whether a foot stands on which the robot may rely.
+
+    A robot that walks does not rely on lost legs; one that only stands relies on needed ones.
+    """
+    relied = reference.used[leg] == 1 or (reference.walks == 0 and state.needed[leg] == 1)
+    return bool(state.leg_phase[leg] == LegPhase.STANCE and relied)
+
+
+@internal
+def standing_feet(state: State, reference: Reference) -> np.ndarray:
+    """Return which feet bear load, shape (L,)."""
+    stance = np.zeros(state.leg_count, dtype=np.bool_)
+    for leg in range(state.leg_count):
+        stance[leg] = bears_load(state, reference, leg)
+    return stance
 
 
 @compiled

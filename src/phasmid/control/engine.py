@@ -23,7 +23,16 @@ from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
 from phasmid.control.settings import EngineSettings
 from phasmid.control.targets import JointTargets
 from phasmid.control.terrain_map import SOURCES, TerrainMapView, clear_map
-from phasmid.control.types import STANDING, STATE, LegPhase, Model, Reference, State, model_of
+from phasmid.control.types import (
+    STANDING,
+    STATE,
+    LegPhase,
+    LegUse,
+    Model,
+    Reference,
+    State,
+    model_of,
+)
 from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import Gait
 from phasmid.kinematics import (
@@ -285,6 +294,7 @@ class LocomotionEngine:
         state, clock = self.state, self.state.clock
         return {
             "stance": state.leg_phase == LegPhase.STANCE,
+            "leg_use": np.where(self.reference.used, LegUse.IN_USE, state.needed * LegUse.NEEDED),
             "velocity_command": np.array(self._commanded),
             "velocity_reference": clock.time_scale * state.velocity_filter[2],
             "slow_down": clock.time_scale,
@@ -334,7 +344,7 @@ class LocomotionEngine:
     @property
     def is_lame(self) -> bool:
         """Whether the remaining legs cannot walk, so that the robot stands still."""
-        return self._log.is_active("lame")
+        return not self._next_reference.walks
 
     # Reference of a command
 
@@ -379,20 +389,8 @@ class LocomotionEngine:
         """Write the reference of a command, with its feasible velocity."""
         reference, next_reference = self.reference, self._next_reference
         self._command, self._commanded = command, command.velocity
-        try:
-            shift, nominal = self._gaits.write(
-                next_reference, command.gait, command.period, command.lost_legs
-            )
-            if command.lost_legs:
-                self._require_steps(next_reference, shift, nominal)
-        except InvalidGait as error:
-            if not command.lost_legs:
-                raise
-            # A robot that cannot walk any more stands still.
-            self._log.set("lame", True, f"stands: {error.what}")
-            reference.velocity[:] = next_reference.velocity[:] = 0.0
-            return
-        self._log.set("lame", False, "")
+        shift, nominal = self._write_gait(command)
+        commanded, share = float(next_reference.walks) * np.array(command.velocity), 1.0
         if not np.array_equal(nominal, self.model.nominal):
             self.model.nominal[:] = self.model.neutral[:] = nominal
             # The foothold regions are other ones.
@@ -402,15 +400,15 @@ class LocomotionEngine:
             self.settings.step_height if height is None else height
         )
         self._resting = not self.state.clock.gait_running
-        standing = self._resting and not any(command.velocity)
-        self._set_pose(np.array(command.pose, dtype=float), shift, standing)
+        if next_reference.walks:
+            standing = self._resting and not commanded.any()
+            self._set_pose(np.array(command.pose, dtype=float), shift, standing)
         differs = any(
             not np.array_equal(getattr(next_reference, name), getattr(reference, name))
-            for name in ("duty_factor", "period", "sway", "lift_phase", "used")
+            for name in ("duty_factor", "period", "sway", "lift_phase", "used", "walks")
         )
         reference.gait_pending = int(differs)
         self._changing = differs
-        commanded, share = np.array(command.velocity, dtype=float), 1.0
         blocking = self._blocked.blocking_leg(commanded)
         leg = self.robot.leg_names[blocking or 0]
         sentence = f"goes no farther: leg {leg} finds no ground there"
@@ -434,6 +432,31 @@ class LocomotionEngine:
             share * commanded
         )
         self._applied_scale = math.nan
+
+    def _write_gait(
+        self, command: Command
+    ) -> tuple[Float[np.ndarray, "2"], Float[np.ndarray, "legs 3"]]:
+        """Write the gait of a command, or a stance where the remaining legs cannot walk.
+
+        Returns:
+            Shift of the body [m] and neutral feet, as of `GaitSelector.write`.
+        """
+        following, lost = self._next_reference, command.lost_legs
+        shift, nominal, reason = np.zeros(2), self.model.nominal, ""
+        try:
+            shift, nominal = self._gaits.write(following, command.gait, command.period, lost)
+            if lost:
+                self._require_steps(following, shift, nominal)
+        except InvalidGait as error:
+            if not lost:
+                raise
+            reason, nominal = f"stands: {error.what}", self.model.nominal
+            self._gaits.write_stance(following, self.reference, lost)
+        self._log.set("lame", bool(reason), reason)
+        for name, needed in zip(self.robot.leg_names, self.state.needed, strict=True):
+            sentence = f"leg {name} is lost and stays on the ground: without it the robot falls"
+            self._log.set(f"{name} needed", needed and self.is_standing, sentence)
+        return shift, nominal
 
     def _require_steps(
         self,

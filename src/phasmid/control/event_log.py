@@ -45,10 +45,6 @@ class EventLog:
             self._active.add(cause)
             self.events.append((self._state.clock.time, sentence))
 
-    def is_active(self, cause: str) -> bool:
-        """Return whether a cause is active."""
-        return cause in self._active
-
     def add_update(self, result: int, limit_reason: str, tipping: bool) -> None:
         """Add the events of an update.
 

@@ -9,6 +9,7 @@ import numpy as np
 from phasmid.compiled import internal
 from phasmid.control.body_motion import (
     SWAY_BANDWIDTH,
+    bears_load,
     com_in_odom,
     standing_feet,
     sway_wave,
@@ -51,6 +52,9 @@ ON_ITS_WAY = 2e-3
 LEAST_STEP_SHARE = 0.4
 """Share of the step height that a foot should reach."""
 
+LOST_SWING = 0.3
+"""Duration of the swing in which a lost leg leaves the ground [s]."""
+
 ALMOST = 1e-9
 """Difference of phases that counts as none."""
 
@@ -83,7 +87,7 @@ def margin_without_legs(
     In that time [s] the phase of the gait changes by `turn`.
     """
     legs, path = len(lifted), state.path
-    stance = standing_feet(state, reference.used) & ~lifted
+    stance = standing_feet(state, reference) & ~lifted
     x, y = com_in_odom(state)
     edges = np.empty((legs * legs, 5))
     count = support_edges(state.foot, stance, edges)
@@ -200,11 +204,10 @@ def update_running(
     near = STAYS if clock.gait_running == 0 else HOME
     for leg in range(state.leg_count):
         phase = state.leg_phase[leg]
-        if reference.used[leg]:
-            stands = phase == LegPhase.STANCE
-            away = away or not stands or is_away(state, model, reference, leg, near)
+        if bears_load(state, reference, leg):
+            away = away or (reference.walks == 1 and is_away(state, model, reference, leg, near))
         else:
-            away = away or phase != LegPhase.HELD
+            away = away or reference.used[leg] == 1 or phase != LegPhase.HELD
     if not (moving or away):
         clock.gait_running = 0
     elif clock.gait_running == 0:
@@ -216,6 +219,33 @@ def update_running(
 
 
 @internal
+def spare_lost_legs(state: State, model: Model, reference: Reference) -> None:
+    """Lift the lost leg that can best be spared, and write which others are needed.
+
+    A lost leg is needed while it stands and the centre of mass would leave the support polygon
+    without it. In that polygon a robot that only stands also has its other needed legs.
+    """
+    lifted = np.zeros(state.leg_count, dtype=np.bool_)
+    for leg in range(state.leg_count):
+        stands = state.leg_phase[leg] == LegPhase.STANCE
+        state.needed[leg] = 1 if stands and reference.used[leg] == 0 else 0
+    if reference.tipping == 1:
+        return
+    best, most = -1, SUPPORT_MARGIN
+    for leg in range(state.leg_count):
+        if state.needed[leg] == 1:
+            lifted[leg] = True
+            time = 0.5 * reference.period
+            margin = margin_without_legs(state, model, reference, lifted, time, 0.0)
+            lifted[leg] = False
+            if margin > most:
+                best, most = leg, margin
+    if best >= 0:
+        state.needed[best] = 0
+        lift_off(state, model, reference, best, 0.0, LOST_SWING)
+
+
+@internal
 def advance_phase(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance the gait's clock by a time step, and lift the feet that are due.
 
@@ -223,25 +253,26 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
     """
     legs, clock, period = state.leg_count, state.clock, reference.period
     moving = not is_zero(reference.velocity) or np.abs(state.velocity_filter[2]).max() > 1e-4
+    spare_lost_legs(state, model, reference)
     update_running(state, model, reference, h, moving)
+    step, time = h / period, (1.0 - reference.duty_factor) * period
+    for leg in range(legs):
+        if reference.used[leg] and state.leg_phase[leg] == LegPhase.HELD:
+            # A leg that is no longer lost stands again before others may lift.
+            lift_off(state, model, reference, leg, 0.0, time)
+    if reference.walks == 0:
+        clock.lift_wait = 0.0
+        return
     if clock.gait_running == 0:
         clock.lift_wait = 0.0
         clock.lean *= 1 - min(UPRIGHT * h, 1.0)
         return
-    step, time = h / period, (1.0 - reference.duty_factor) * period
     lifted = np.zeros(legs, dtype=np.bool_)
     due, wait, short = 0, reference.tipping == 1, False
     clock.pose_hinders = 0
     for leg in range(legs):
         stands = state.leg_phase[leg] == LegPhase.STANCE
         if not reference.used[leg]:
-            # A leg that is no longer used leaves the ground as soon as it can be spared.
-            if stands and not reference.tipping:
-                lifted[leg] = True
-                margin = margin_without_legs(state, model, reference, lifted, 0.5 * period, 0.0)
-                if margin > SUPPORT_MARGIN:
-                    lift_off(state, model, reference, leg, 0.0, 0.3)
-                lifted[leg] = False
             continue
         wait = wait or is_searching(state, leg)
         if reference.sway != 0.0 and state.leg_phase[leg] == LegPhase.PROBING:
@@ -249,16 +280,15 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
             wait = wait or height_above_ground(state, leg) < -DEEP
         if time_to_lift(reference, leg, clock.phase) > h:
             continue
-        held = state.leg_phase[leg] == LegPhase.HELD
-        if not stands and not held:
+        if not stands:
             # One that has only just lifted is not late.
             wait = wait or state.swing_elapsed[leg] > 0.25 * state.swing_duration[leg]
         elif not stays_at_foothold(state, reference, leg) and (
-            held or moving or is_away(state, model, reference, leg, HOME)
+            moving or is_away(state, model, reference, leg, HOME)
         ):
             lifted[leg] = True
             due += 1
-            if stands and is_hindered_by_pose(state, model, reference, leg):
+            if is_hindered_by_pose(state, model, reference, leg):
                 clock.pose_hinders = 1
     if due > 0 and not wait:
         turn = 1.0 - reference.duty_factor

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from phasmid.control.settings import EngineSettings
 from phasmid.control.types import Model, Reference
@@ -80,10 +80,23 @@ class GaitSelector:
             used[:] = 0
             used[limp.indices] = 1
             offsets[limp.indices] = found.offsets
-        reference.lift_phase[:], reference.used[:] = offsets, used
+        reference.lift_phase[:], reference.used[:], reference.walks = offsets, used, 1
         reference.duty_factor, reference.period = found.duty_factor, period
         reference.sway = found.sway
         return shift, nominal
+
+    def write_stance(self, reference: Reference, present: Reference, lost: frozenset[int]) -> None:
+        """Write that the remaining legs stand and do not step.
+
+        Args:
+            reference: Its gait, used legs and `walks` are written.
+            present: The present reference, whose times stay.
+            lost: Numbers of legs that are not used.
+        """
+        reference.lift_phase[:] = present.lift_phase
+        reference.duty_factor, reference.period = present.duty_factor, present.period
+        reference.sway, reference.walks = 0.0, 0
+        reference.used[:] = ~_is_lost(lost, len(reference.used))
 
     def _find(self, gait: str | Gait | None) -> Gait:
         legs = len(self._robot.legs)
@@ -116,7 +129,12 @@ class GaitSelector:
     def _without(
         self, gait: Gait, lost: frozenset[int], nominal: Float[np.ndarray, "legs 3"]
     ) -> Limp:
-        held = np.isin(np.arange(1, len(nominal) + 1), list(lost))[:, None]
+        held = _is_lost(lost, len(nominal))[:, None]
         com = centre_of_mass(self._robot, np.where(held, self._model.folded, self._home))
         # The nearest shift: legs under a body farther from its neutral place have less reach.
         return without_legs(gait, lost, nominal, com[:2], nearest=True)
+
+
+def _is_lost(lost: frozenset[int], count: int) -> Bool[np.ndarray, " legs"]:
+    """Return which of the legs are lost, shape (L,)."""
+    return np.isin(np.arange(1, count + 1), list(lost))

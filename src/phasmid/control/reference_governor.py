@@ -15,6 +15,7 @@ from phasmid.control.body_motion import (
     POSE_BANDWIDTH,
     VELOCITY_BANDWIDTH,
     approach,
+    bears_load,
     follow,
     place_body,
     sway_wave,
@@ -64,9 +65,9 @@ def is_recoverable(
     speed, pose = state.velocity_filter.copy(), state.pose_filter.copy()
     path = state.path[0], state.path[1], state.path[2]
     rest, least, stays = np.zeros(3), np.full(legs, ENOUGH), np.full(legs, math.inf)
-    stance, left = np.zeros(legs, dtype=np.bool_), 0.0
+    stance, left = np.zeros(legs, dtype=np.bool_), 0.0 if reference.walks == 1 else math.inf
     for leg in range(legs):
-        if state.leg_phase[leg] == LegPhase.STANCE and reference.used[leg]:
+        if bears_load(state, reference, leg):
             R, body, stance[leg] = state.R_odom_body, state.body_position, True
             least[leg] = leg_margin(model, leg, R, body, state.foot[leg])
             # At rest and while a lift waits it stays.
@@ -76,6 +77,8 @@ def is_recoverable(
             # From then on it stands where it lands.
             stays[leg] = state.swing_duration[leg] - state.swing_elapsed[leg]
             left = max(left, stays[leg])
+        elif state.leg_phase[leg] == LegPhase.HELD and reference.used[leg]:
+            left = math.inf
     speed[0], pose[0] = velocity, goal
     edges = np.empty((legs * legs, 5))
     count = support_edges(state.foot, stance, edges) if left > 0.0 else 0

@@ -34,6 +34,14 @@ class LegPhase(IntEnum):
     PROBING = 4
 
 
+class LegUse(IntEnum):
+    """Use of a leg: lost, in use, or lost and needed: without it the robot would fall."""
+
+    LOST = 0
+    IN_USE = 1
+    NEEDED = 2
+
+
 class Contact(IntEnum):
     """Contact of a foot; obstacle: contact during a swing, at this update."""
 
@@ -112,7 +120,8 @@ class Reference:
     pose: Float[np.ndarray, "6"]  # Pose of the body relative to its path [m, rad]
     pose_correction: Float[np.ndarray, "6"]  # Addition to it by ground estimation
     lift_phase: Float[np.ndarray, " legs"]  # Phases at which the legs in use lift
-    used: Int[np.ndarray, " legs"]  # 1 for legs that the robot walks on, 0 for others
+    used: Int[np.ndarray, " legs"]  # 1 for legs in use, 0 for lost ones
+    walks: int  # 1 where the legs in use can walk, 0 where they only stand
     duty_factor: float  # Duty factor of the gait
     period: float  # Time of a cycle [s]
     sway: float  # Sway of the gait
@@ -166,6 +175,7 @@ class State:
     angular_acceleration: Float[np.ndarray, "3"]  # Of the body in odom [rad/s²]
     com: Float[np.ndarray, "3"]  # Centre of mass in the body frame [m]
     leg_phase: Int[np.ndarray, " legs"]  # `LegPhase` of each leg
+    needed: Int[np.ndarray, " legs"]  # 1 for lost legs without which the robot would fall
     manoeuvre: Int[np.ndarray, " legs"]  # `Manoeuvre` of each foot
     foot: Float[np.ndarray, "legs 3"]  # Feet in odom [m]
     foot_velocity: Float[np.ndarray, "legs 3"]  # Velocities of the feet in odom [m/s]
@@ -200,7 +210,7 @@ MODEL, REFERENCE, STATE = record_of(Model), record_of(Reference), record_of(Stat
 STANDING = np.zeros(1, REFERENCE)
 """Reference of standing on level ground without contact sensing, shape (1,)."""
 
-STANDING["used"] = STANDING["duty_factor"] = STANDING["period"] = 1
+STANDING["used"] = STANDING["walks"] = STANDING["duty_factor"] = STANDING["period"] = 1
 STANDING["contact"], STANDING["touchdown_height"] = Contact.UNKNOWN, np.nan
 STANDING["ground_normal"] = 0.0, 0.0, 1.0
 STANDING["least_rise"] = -math.inf

@@ -91,7 +91,7 @@ def advance_body(state: State, model: Model, reference: Reference, h: float) -> 
         returns = returns or is_returning(state, leg)
     velocity = return_velocity(state) if returns else reference.velocity.copy()
     share = region_speed_share(state, model, reference, velocity, clock.phase)
-    share = min(share, support_speed_share(state, reference.used, velocity))
+    share = min(share, support_speed_share(state, reference, velocity))
     if reference.gait_pending:
         share = min(share, clock.velocity_share * math.exp(-4 * h))
     if not returns and (looking or (clock.lift_wait > 0.0 and not probing)):
@@ -186,21 +186,36 @@ def measure_support(state: State) -> float:
 
 
 @internal
+def stop_walking(state: State, model: Model, reference: Reference) -> None:
+    """Let all feet land, and the body stay at its present pose and sway."""
+    land_swing_legs(state, model, reference)
+    reference.pose[:] = state.pose_filter[0] - reference.pose_correction
+    state.clock.lean[:] = state.sway_filter[1]
+
+
+@internal
 def change_gait(
     state: State, model: Model, reference: Reference, next_reference: Reference
 ) -> None:
-    """Change to the pending gait as soon as all feet stay in their foothold regions in it."""
+    """Change to the pending gait as soon as all feet stay in their foothold regions in it.
+
+    A robot whose remaining legs cannot walk stops at once.
+    """
     if not reference.gait_pending:
         return
     phase, share = best_phase(state, model, next_reference)
     speed = speed_of(state.velocity_filter[2], model.radius)
     commanded = speed_of(next_reference.velocity, model.radius)
     ready = state.clock.gait_running == 0 or share >= 1.0 - 1e-9 or speed < 1e-4
+    ready = ready or next_reference.walks == 0
     if ready or (share > 0 and speed <= share * commanded):
         reference.duty_factor, reference.period = next_reference.duty_factor, next_reference.period
         reference.sway, reference.gait_pending = next_reference.sway, 0
         reference.lift_phase[:] = next_reference.lift_phase
         reference.used[:] = next_reference.used
+        if reference.walks == 1 and next_reference.walks == 0:
+            stop_walking(state, model, reference)
+        reference.walks = next_reference.walks
         if share >= 0:
             state.clock.phase = phase
 

@@ -75,6 +75,8 @@ def lift_lag(reference: Reference) -> float:
 @internal
 def time_to_lift(reference: Reference, leg: int, phase: float) -> float:
     """Return the time until a leg lifts, where the gait's clock is at a phase [s]."""
+    if reference.walks == 0:
+        return math.inf
     return float((1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period)
 
 
@@ -104,7 +106,7 @@ def region_speed_share(
 
 
 @internal
-def support_speed_share(state: State, used: np.ndarray, velocity: np.ndarray) -> float:
+def support_speed_share(state: State, reference: Reference, velocity: np.ndarray) -> float:
     """Return the share of a velocity, at most 1, that keeps the centre of mass supported.
 
     It stays over the stance feet until the last foot in the air has landed.
@@ -118,7 +120,7 @@ def support_speed_share(state: State, used: np.ndarray, velocity: np.ndarray) ->
     rx, ry = com_in_odom(state)
     wx, wy = point_velocity(state.path, velocity, rx, ry)
     edges = np.empty((legs * legs, 5))
-    count = support_edges(state.foot, standing_feet(state, used), edges)
+    count = support_edges(state.foot, standing_feet(state, reference), edges)
     share = 1.0
     for k in range(count):
         x, y, dx, dy = edges[k, 0], edges[k, 1], edges[k, 2], edges[k, 3]

@@ -102,7 +102,15 @@ def without_legs(
             f"so that {FEWEST_FEET} stand while one steps."
         )
     com, way = tuple(map(float, centre_of_mass[:2])), tuple(map(float, step))
-    return _limp(gait, legs, tuple(map(tuple, feet.tolist())), com, way, nearest)
+    limp = _limp(gait, legs, tuple(map(tuple, feet.tolist())), com, way, nearest)
+    if limp.margin <= 0:
+        names = ", ".join(map(str, sorted(lost)))
+        raise InvalidGait(
+            f"without leg{'s' if ',' in names else ''} {names} the others do not hold the robot: "
+            f"{shortfall(limp.margin)}.",
+            hint="feet that stand closer to where the legs are missing",
+        )
+    return limp
 
 
 @lru_cache(maxsize=256)
@@ -114,7 +122,7 @@ def _limp(
     step: tuple[float, ...],
     nearest: bool,
 ) -> Limp:
-    """Return a limp, cached: each new command asks for the gait of the remaining legs again."""
+    """Return the best limp, cached: each new command asks for it again, also where it falls."""
     lost = ", ".join(str(leg) for leg in range(1, len(places) + 1) if leg not in legs)
     name = f"{gait.name} without {lost}" if lost else gait.name
     feet = np.array(places)
@@ -130,12 +138,6 @@ def _limp(
         if best is None or found.margin > best.margin:
             best = found
     assert best is not None
-    if best.margin <= 0:
-        raise InvalidGait(
-            f"without leg{'s' if ',' in lost else ''} {lost} the others do not hold the robot: "
-            f"{shortfall(best.margin)}.",
-            hint="feet that stand closer to where the legs are missing",
-        )
     return rest.nearer(best, ENOUGH * size) if nearest and best.margin > ENOUGH * size else best
 
 

@@ -70,6 +70,7 @@ CHANNELS: dict[str, Channel] = {
     "foot_normal_force_model": Channel(_LEG, "N", "normal force on the foot by the model"),
     "foot_position": Channel(_FOOT, "m", "foot in the world"),
     "stance": Channel(_LEG, "1", "whether the foot is planned to stand", "bool"),
+    "leg_use": Channel(_LEG, "1", "0 lost, 1 in use, 2 lost but needed, lest the robot fall"),
     "contact": Channel(_LEG, "1", "whether the foot touches the ground", "bool"),
     "body_position": Channel(_BODY, "m", "origin of the body frame in the world"),
     "body_velocity": Channel(_BODY, "m/s", "velocity of the body frame's origin, world axes"),

@@ -13,6 +13,7 @@ import numpy as np
 
 from phasmid.control import Command, LocomotionEngine, Player, SafetyFilter, Sequencer
 from phasmid.control.sequences import Stage as Sequence
+from phasmid.control.types import LegUse
 from phasmid.errors import InvalidGait
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import plan
@@ -279,6 +280,12 @@ class LiveRobot:
     def telemetry(self) -> dict[str, Any]:
         """Telemetry of the controller's last update."""
         return dict(self._controller.telemetry())
+
+    @property
+    def needed(self) -> frozenset[int]:
+        """Numbers of the lost legs that stay on the ground: without them the robot would fall."""
+        use = np.atleast_1d(self.telemetry.get("leg_use", ()))
+        return frozenset((np.flatnonzero(use == LegUse.NEEDED) + 1).tolist())
 
     @property
     def status(self) -> str:

@@ -575,6 +575,7 @@ class LiveSimulation:
             "sentence": self._sentence or self._notice,
             "lost": sorted(self._lost),
             "dead": sorted(self._dead),
+            "needed": sorted(live.needed) if live else [],
             "servos": self.setting.servo_verdict,
         }
         if state != self._state:

@@ -61,7 +61,7 @@ def update_load_shares(
         share = 1.0
         if transfer > 0.0:
             time = min(state.time_since_touchdown[leg], transfer)
-            if clock.gait_running:
+            if clock.gait_running == 1 and reference.walks == 1:
                 time = min(time, (reference.lift_phase[leg] - clock.phase) % 1.0 * reference.period)
             x = time / transfer
             # Zero slope and curvature at both ends.

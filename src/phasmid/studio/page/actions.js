@@ -71,13 +71,16 @@
     }
 
     const WORDS = { walks: "", lost: "lost", limp: "limp" };
+    let needed = [];
     function showLegs(buttons = [...document.querySelectorAll("#legs .leg")]) {
       for (const button of buttons) {
         const leg = parseInt(button.querySelector(".name").textContent, 10) - 1;
         const state = limbs[leg];
-        button.classList.toggle("off", state !== "walks");
-        button.querySelector(".how").textContent = WORDS[state];
-        button.title = state === "walks" ? "" : state === "lost" ? "Press to give it back" : "Reset gives it back";
+        const stays = needed.includes(leg + 1);
+        button.classList.toggle("off", state !== "walks" && !stays);
+        button.querySelector(".how").textContent = stays ? `${WORDS[state]}, needed` : WORDS[state];
+        const how = state === "walks" ? "" : state === "lost" ? "Press to give it back" : "Reset gives it back";
+        button.title = stays ? `It stays on the ground: without it the robot falls. ${how}` : how;
       }
     }
 
@@ -113,8 +116,9 @@
 
     return {
       begin,
-      // Numbers of the legs that are lost, and of those whose servos died.
-      legs(lost, dead) {
+      // Numbers of the legs that are lost, of those whose servos died, and of those of both that the robot stands on.
+      legs(lost, dead, newNeeded) {
+        needed = newNeeded;
         limbs = limbs.map((_, leg) => (dead.includes(leg + 1) ? "limp" : lost.includes(leg + 1) ? "lost" : "walks"));
         showLegs();
       },

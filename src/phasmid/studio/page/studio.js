@@ -81,7 +81,7 @@
 
   function showState(newState) {
     state = newState;
-    actions.legs(state.lost, state.dead);
+    actions.legs(state.lost, state.dead, state.needed);
     byId("play").textContent = state.playing ? "Pause" : "Play";
     const pace = byId("pace");
     if (![...pace.options].some(({ value }) => Number(value) === state.pace))
