@@ -103,7 +103,7 @@ CHANNELS: dict[str, Channel] = {
         ("time",),
         "1",
         "0 lies, 1 gets up or sits down, 2 stands or walks, 3 stops, 4 lifts legs, 5 has them by "
-        "hand, 6 gathers its legs",
+        "hand, 6 gathers its legs, 7 starts",
     ),
     "safety_mode": Channel(("time",), "1", "0 free, 1 slow, 2 sits, 3 holds still"),
 }

@@ -42,6 +42,7 @@ WORDS = {
     Sequence.STOPPING: "stops",
     Sequence.LIFTING: "lifts a leg",
     Sequence.MANUAL_LEG: "moves a leg by hand",
+    Sequence.STARTING: "starts",
     Sequence.GATHERING: "puts its feet in their places",
 }
 """Activity of a robot that does not walk."""

@@ -13,17 +13,13 @@ from jaxtyping import Float
 from phasmid.control.command import Command, Posture
 from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
-from phasmid.control.sequences.ground import (
-    GroundPlane,
-    knees_and_feet,
-    resting_ground,
-    up_direction,
-)
+from phasmid.control.sequences.ground import GroundPlane, knees_and_feet, resting_ground
 from phasmid.control.sequences.joint_path import JointPath, Route, SetpointFilter, largest_speed
 from phasmid.control.sequences.leg_loss import LegFaultDetector, lifted_leg
 from phasmid.control.sequences.manual_leg import ManualLegs, lift_legs
 from phasmid.control.sequences.posture import Packing, fold_legs, get_up, packing
 from phasmid.control.sequences.stance import neutral_stance, stance_on, to_neutral
+from phasmid.control.sequences.start import StartJudge
 from phasmid.control.targets import JointTargets
 from phasmid.errors import InfeasibleWalk
 from phasmid.robot import JOINTS, Robot
@@ -34,13 +30,8 @@ STILL_SPEED, STILL_TIME = 0.01, 0.1
 SAME_ANGLE = 1e-6
 """Deviation of joints that are in the neutral stance [rad]."""
 
-AT_HOME, SAG = 1e-3, 0.05
-"""Deviation of feet from neutral that needs no step: commanded [m]; under load at the start, as a
-share of the length of femur and tibia."""
-
-STEEPEST_STANCE, LEVEL_ERROR, STEEPEST_GROUND = np.cos(np.radians([20, 10, 30]))
-"""Least cosines for a robot on its feet: of the ground's normal to the body's z axis, and to the
-measured vertical without and with contact sensors."""
+AT_HOME = 1e-3
+"""Deviation of feet from their commanded neutral places that needs no step [m]."""
 
 LONGEST_STEP = 0.05
 """Longest time step; after a longer gap the motion continues as after this [s]."""
@@ -56,6 +47,7 @@ class Stage(Enum):
     LIFTING = 4
     MANUAL_LEG = 5
     GATHERING = 6
+    STARTING = 7
 
 
 class Sequencer:
@@ -93,6 +85,7 @@ class Sequencer:
         self._faults.reset(time)
         self._targets = _at_rest(self._neutral.q)
         self._route: Route | None = None
+        self._judge: StartJudge | None = None
         self._manual: ManualLegs | None = None
         self._filter: SetpointFilter | None = None
         self._lost: list[int] = []
@@ -115,21 +108,24 @@ class Sequencer:
         if self._packing is None or np.abs(q - self._neutral.q).max() < SAME_ANGLE:
             self._walk_on(observation)
             return
-        up = up_direction(observation.orientation)
-        ground = resting_ground(self.robot, q, up)
-        if _on_feet(ground, up, observation.contact):
-            if ground.contact.all() and self._at_home(
-                SAG * self.robot.arrays.lengths[:, 1:].sum(axis=1).min()
-            ):
-                ends = [q, self._neutral.q]
-                path = JointPath.through(ends, self.robot, loaded=True)
-                self._begin([path], Stage.GATHERING)
-                return
-            if self._gather(observation, ground):
-                return
-        paths = fold_legs(self.robot, q, self._packing.folded, ground)
-        if paths:
-            self._begin(paths, Stage.GATHERING, Stage.LYING)
+        self._judge, self.stage = StartJudge(self.robot, q, observation.time), Stage.STARTING
+        self._start(observation)
+
+    def _start(self, observation: Observation) -> None:
+        """Begin to step to neutral or to fold, as soon as it is known whether the robot stands."""
+        assert self._judge is not None
+        stands, ground, q = self._judge.add(observation), self._judge.ground, self._targets.position
+        if stands is None:
+            return
+        self.stage = Stage.LYING
+        if stands and self._judge.at_home:
+            path = JointPath.through([q, self._neutral.q], self.robot, loaded=True)
+            self._begin([path], Stage.GATHERING)
+        elif not (stands and self._gather(observation, ground)):
+            assert self._packing is not None
+            paths = fold_legs(self.robot, q, self._packing.folded, ground)
+            if paths:
+                self._begin(paths, Stage.GATHERING, Stage.LYING)
 
     def update(self, observation: Observation, command: Command) -> JointTargets:
         """Return joint targets until the next update."""
@@ -140,6 +136,8 @@ class Sequencer:
         packs, numbers = command.posture is Posture.PACKED, tuple(sorted(command.legs))
         self._request = packs, numbers, command.lost_legs
         self._lost = [i for i in range(len(self.robot.legs)) if i + 1 in command.lost_legs]
+        if self.stage is Stage.STARTING:
+            self._start(observation)
         if self.stage in (Stage.STANDING, Stage.STOPPING):
             if not (packs or numbers):
                 self._refused = None
@@ -154,7 +152,7 @@ class Sequencer:
                 self._begin(paths, Stage.GETTING_UP)
         if self.stage is Stage.MANUAL_LEG:
             self._move_legs(command if holds else None, dt)
-        elif self.stage is not Stage.LYING:
+        elif self.stage not in (Stage.STARTING, Stage.LYING):
             forward = {Stage.GETTING_UP: not packs, Stage.LIFTING: holds}.get(self.stage, True)
             self._follow_route(observation, dt, forward=forward)
         return self._targets
@@ -369,17 +367,3 @@ class Sequencer:
 
 def _at_rest(q: Float[np.ndarray, "legs 3"]) -> JointTargets:
     return JointTargets(q, 0 * q)
-
-
-def _on_feet(
-    ground: GroundPlane, up: Float[np.ndarray, "3"] | None, contact: np.ndarray | None
-) -> bool:
-    """Return whether a robot stands on its feet, as far as geometry and sensors show."""
-    touching = ground.contact if contact is None else contact & ground.contact
-    steepest = LEVEL_ERROR if contact is None else STEEPEST_GROUND
-    return bool(
-        not ground.belly_contact
-        and touching.sum() >= 3
-        and ground.normal[2] >= STEEPEST_STANCE
-        and (up is None or ground.normal @ up >= steepest)
-    )
