@@ -168,8 +168,8 @@ def farthest_from_home(readings, count=300):
         # One early sample is not believed: feet in the air, or a tilt that is none.
         ([(30, 0), (30, 6)], True),
         ([(80, None), (10, None)], True),
-        # Feet that chatter touch one after the other.
-        ([(30, 2), (30, 1), (30, 4)], True),
+        # Feet that chatter touch now and then.
+        ([(30, 0), (30, 1), (30, 0)], True),
         # One contact sample among many without is none.
         ([(90, 6)] * 3 + [(90, 0)], False),
     ],

@@ -87,15 +87,15 @@ class StartJudge:
     def _read(self, observation: Observation) -> Reading:
         up, contact = up_direction(observation.orientation), observation.contact
         self.ground = resting_ground(self._robot, self._q, up)
-        has_feet_below = self._has_feet_below(self.ground)
-        touching = self.ground.contact if contact is None else self._touched
         if contact is not None:
             self._touched |= contact
-        on_feet = bool(touching.sum() >= 3) or (contact is None and self.at_home)
+        has_feet_below = self._has_feet_below(self.ground)
+        # On uneven ground a stance may balance on two feet.
+        touches = self._touched.sum() >= (1 if self.at_home else 3)
         upright = 1.0 if up is None else float(self.ground.normal @ up)
         return Reading(
-            has_feet_below and on_feet and upright >= STEEPEST_GROUND,
-            not (has_feet_below or self._may_stand) and not (contact is not None and on_feet),
+            has_feet_below and (contact is None or touches) and upright >= STEEPEST_GROUND,
+            not (has_feet_below or self._may_stand or touches),
             upright >= LEVEL,
         )
 
