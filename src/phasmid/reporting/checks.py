@@ -11,6 +11,7 @@ from phasmid.recording.channels import JOINTS
 from phasmid.reporting.run import Source, short
 from phasmid.robot.servo_words import servo_quantity
 from phasmid.scenario import idle_fields
+from phasmid.scenario.sliding import Slide
 
 NOTABLE_SLIP = 5e-3
 """Notable mean slip per step of ``phantomx-ax`` [m]; that of other robots follows their leg
@@ -84,8 +85,14 @@ def _feet(summary: dict[str, Any], source: Source) -> Iterator[str]:
     slip = summary["slip"].get("mean", 0.0)
     if slip > NOTABLE_SLIP * source.scale.length:
         yield f"Feet slip {1000 * slip:.1f} mm a step on average."
-    creep = summary["standing"].get("creep", 0.0)
-    if creep * source.scenario.period > NOTABLE_CREEP * source.scale.length:
+    creep, slide = summary["standing"].get("creep", 0.0), summary["standing"].get("slide")
+    if slide:
+        found = Slide(**slide)
+        yield (
+            f"The robot slides at {found.speed:.2g} m/s: {found.cause}. "
+            f"{found.remedy(source.scenario)}."
+        )
+    elif creep * source.scenario.period > NOTABLE_CREEP * source.scale.length:
         yield (
             f"The standing robot creeps at {1000 * creep:.2g} mm/s: below its limit, friction is a "
             "damper."

@@ -25,6 +25,7 @@ from phasmid.reporting.steps import (
 )
 from phasmid.robot.servo import HEAT_RANGE
 from phasmid.scenario.contact_law import STANDING_SPEED
+from phasmid.scenario.sliding import find_slide
 
 SHORTEST_DISTANCE = 1e-3
 """Shortest distance with a cost of transport [m]."""
@@ -284,17 +285,22 @@ def contact_displacement(
     return np.asarray(moved + ((R[1:] - R[:-1]) @ arm)[..., 0])
 
 
-def standing(run: Run) -> dict[str, float]:
-    """Return how the robot creeps while it stands for a gait period or longer.
+def standing(run: Run) -> dict[str, Any]:
+    """Return how the robot slides, and creeps while it stands for a gait period or longer.
 
     Returns:
         ``creep``, the speed at which the touching feet move together over the second half of such a
         time, when the robot has settled; the largest of all such times [m/s]. Feet that give way to
-        each other move, but not together. Empty without such a time.
+        each other move, but not together. Absent without such a time. ``slide``, the numbers of
+        `phasmid.scenario.sliding.Slide`, where the robot slides down its ground.
     """
     target, feet, contact = map(run.channel, ("joint_position_target", "foot_position", "contact"))
-    if target is None or feet is None or contact is None or len(run.time) < 2:
+    if feet is None or contact is None or len(run.time) < 2:
         return {}
+    slide = find_slide(run.scenario, run.robot, run.time, feet, contact)
+    found: dict[str, Any] = {} if slide is None else {"slide": vars(slide)}
+    if target is None:
+        return found
     speed = np.gradient(target, run.time, axis=0)
     speeds = []
     for start, stop in intervals(np.abs(speed).max(axis=(1, 2)) < STANDING_SPEED):
@@ -304,7 +310,7 @@ def standing(run: Run) -> dict[str, float]:
         if run.time[last] - run.time[start] >= run.scenario.period and touching.any():
             moved = (feet[last] - feet[middle])[touching].mean(axis=0)
             speeds.append(float(np.linalg.norm(moved)) / time)
-    return {"creep": max(speeds)} if speeds else {}
+    return found | ({"creep": max(speeds)} if speeds else {})
 
 
 def load(run: Run, name: str) -> dict[str, Any]:

@@ -40,6 +40,7 @@ NUMBERS = {
     "state_estimate": "position_drift position_error velocity_error",
     "slip": "largest mean steps",
     "standing": "creep",
+    "standing.slide": "friction slope speed",
     **dict.fromkeys(
         ("normal_force.simulation", "normal_force.model"),
         "cycles largest largest_in_swing mean_sum sum_over_weight swing_margin_time",
@@ -60,7 +61,8 @@ NUMBERS = {
 
 ABSENT = {
     "plan": (
-        *("run.time_step", "robot.supply", "state_estimate", "servos", "standing"),
+        *("run.time_step", "robot.supply", "state_estimate", "servos"),
+        *("standing", "standing.slide"),
         *("energy.electrical_energy", "energy.electrical_power", "energy.friction_work"),
         *("normal_force.simulation", "torque.simulation", "model_against_simulation"),
     ),

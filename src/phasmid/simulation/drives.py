@@ -20,6 +20,8 @@ from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains, joint_gains
 if TYPE_CHECKING:
     import mujoco
 
+    from phasmid.simulation.loop import Samples
+
 
 class Setpoints(NamedTuple):
     """Reference motion of the joints at N steps, for any drive.
@@ -67,6 +69,13 @@ class Drive:
     def output(self) -> Float[np.ndarray, " joints"]:
         """Return the servos' outputs in the last step over the largest one, shape (3 L,)."""
         raise NotImplementedError
+
+    def load(self, samples: Samples) -> Float[np.ndarray, "samples joints"]:
+        """Return shares of the largest torques of joints in N samples; joints below 1 follow.
+
+        Joints that never give way have no largest torque.
+        """
+        return np.zeros(samples["torque"].shape)
 
     def fail(self, joint: int) -> None:
         """Make a joint limp from now on; joints are counted leg by leg."""
@@ -182,6 +191,11 @@ class IdealServoDrive(Drive):
         """Return the motors' torques over the servo's stall torque."""
         force: np.ndarray = self._force
         return force / self._rated
+
+    def load(self, samples: Samples) -> Float[np.ndarray, "samples joints"]:
+        """Return the motors' torques over the stall torque."""
+        motor = np.abs(samples["drive"][:, : len(self._stall)])
+        return np.asarray(motor / np.maximum(self._stall, 1e-9))
 
     def channels(self, states: Float[np.ndarray, "samples state"]) -> dict[str, np.ndarray]:
         """Return the torques of motor and friction of every servo."""

@@ -39,6 +39,7 @@ from phasmid.simulation.drives import (
     standing_torque,
     walking_torque,
 )
+from phasmid.simulation.falls import Past
 from phasmid.simulation.loop import (
     Keep,
     Samples,
@@ -128,6 +129,7 @@ class Run:
         self.lies = scenario.simulation.can_lie
         self._warnings: list[str] = []
         self._step_error = ""
+        self._past = Past(self)
         self._cycle = self._cycle_targets()
         self._place(walk.sample(np.zeros(1)))
         if start is None:
@@ -365,7 +367,10 @@ class Run:
         if count:
             failure = check_termination(self.robot, *states, self.ground, lies=self.lies)
         error = "" if failure else self._error()
-        return Failure(Ending.DIVERGED, max(0, count - 1), error) if error else failure
+        if error:
+            failure = Failure(Ending.DIVERGED, max(0, count - 1), error)
+        self._past.add(self.buffer[: failure.sample if failure else count])
+        return self._past.explain(failure) if failure else None
 
     def _finite(self, sample: int) -> int:
         """Return how many of the buffer's samples to keep: up to one, if its state is finite."""

@@ -24,6 +24,8 @@ from phasmid.simulation.drives import Drive, Setpoints
 if TYPE_CHECKING:
     import mujoco
 
+    from phasmid.simulation.loop import Samples
+
 FIELDS = (
     "angle",
     "speed",
@@ -243,7 +245,7 @@ class ServoDrive(Drive):
         self._dt = dt
         voltage, self._ambient = table.supply(servo), table.ambient_temperature
         self._goal_law = inverse_law(servo, voltage)
-        self._constant = servo.motor.constant
+        self._constant, self._most = servo.motor.constant, servo.torque_limit
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         start = walk.sample(np.zeros(1)).q[0].ravel()
         joints, delay = len(start), round(servo.delay / dt)
@@ -289,6 +291,12 @@ class ServoDrive(Drive):
         """Return the servos' shares of the supply."""
         duty: np.ndarray = self.servos["duty"]
         return duty.copy()
+
+    def load(self, samples: Samples) -> Float[np.ndarray, "samples joints"]:
+        """Return the servos' shares of their largest duty; 1 after a shutdown by overload."""
+        servos = samples["drive"][:, : self._own].view(SERVO_STATE)
+        share = np.abs(servos["duty"]) / self._most
+        return np.asarray(np.where(servos["shutdown"] == OVERLOADED, 1.0, share))
 
     def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].

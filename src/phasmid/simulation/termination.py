@@ -55,17 +55,20 @@ class Failure:
     Attributes:
         ending: How the run ends.
         sample: Index of the first sample concerned.
-        reason: Cause and time, and a remedy.
+        reason: Cause and time.
+        remedy: What to try, or nothing.
     """
 
     ending: Ending
     sample: int
     reason: str
+    remedy: str = ""
 
     @property
     def sentence(self) -> str:
-        """How the run ended, where and why."""
-        return f"{self.ending.value[:-1]} {self.reason}."
+        """How the run ended, where and why, and what to try."""
+        sentence = f"{self.ending.value[:-1]} {self.reason}."
+        return f"{sentence} {self.remedy}." if self.remedy else sentence
 
 
 def check_termination(
@@ -93,28 +96,25 @@ def check_termination(
         fast = fast_body | (np.abs(qvel[:, 3:]).max(axis=1) > FASTEST_JOINT)
         finite = np.isfinite(qpos).all(axis=1) & np.isfinite(qvel).all(axis=1)
     checks = (
-        (~finite, Ending.DIVERGED, f"a state is not a finite number. {SMALLER_STEP}"),
+        (~finite, Ending.DIVERGED, "a state is not a finite number", SMALLER_STEP),
         (
             fast,
             Ending.DIVERGED,
             f"the trunk is faster than {FASTEST_BODY:g} m/s or a joint than {FASTEST_JOINT:g} "
-            f"rad/s. {SMALLER_STEP}",
+            "rad/s",
+            SMALLER_STEP,
         ),
         (
             upright < math.cos(STEEPEST_TILT),
             Ending.FELL,
-            f"the trunk tilted past {math.degrees(STEEPEST_TILT):.0f}°. Try a gait with a larger "
-            "duty factor, or a shorter stride",
+            f"the trunk tilted past {math.degrees(STEEPEST_TILT):.0f}°",
+            "Try a gait with a larger duty factor, or a shorter stride",
         ),
-        (
-            clearance < 0,
-            Ending.FELL,
-            "the trunk touched the ground. Try a stronger servo, or a higher stance",
-        ),
+        (clearance < 0, Ending.FELL, "the trunk touched the ground", "Try a higher stance"),
     )
     failures = [
-        Failure(ending, int(np.argmax(failed)), reason)
-        for failed, ending, reason in checks
+        Failure(ending, int(np.argmax(failed)), reason, remedy)
+        for failed, ending, reason, remedy in checks
         if failed.any()
     ]
     return min(failures, key=lambda failure: failure.sample, default=None)
