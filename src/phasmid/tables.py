@@ -9,7 +9,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_origin
 
 from annotated_types import Gt
 from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
@@ -19,6 +19,11 @@ from pydantic_core import InitErrorDetails
 from phasmid import units
 from phasmid.errors import InvalidInput, nearest
 from phasmid.toml import line_of
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,16 @@ Loc: TypeAlias = tuple[str | int, ...]
 """Place of a value in a table."""
 
 
-class Table(BaseModel):
+class _TableType(ModelMetaclass):
+    """Converts an error of a table that is built by its name; tables inside others do not pass."""
+
+    def __call__(self, **fields: Any) -> Any:
+        table: Any = self
+        with speaking(table, fields):
+            return super().__call__(**fields)
+
+
+class Table(BaseModel, metaclass=_TableType):
     """A frozen table; keys may end in a unit, values inside are SI, unknown keys are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.advice.load import ServoLoad, simulate_load
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.forces.servo_verdict import Holding, ServoVerdict, duration_words, servo_verdict
 from phasmid.motion import Walk, plan
@@ -119,6 +120,7 @@ class Advice:
         return min(holding, key=lambda c: math.inf if c.price is None else c.price, default=None)
 
 
+@checked
 def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = CAPACITY) -> Advice:
     """Return advice on the servos of a walking robot.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.arguments import checked
 from phasmid.comparison.bootstrap import BlockBootstrap
 from phasmid.comparison.fit import SKIPPED, Fit, fit_servo
 from phasmid.comparison.log import RobotLog, log_of_recording, read_csv_log
@@ -151,6 +152,7 @@ def servo_stiffness(servo: Servo, voltage: float) -> float:
     return stall * per_tick / servo.resolution
 
 
+@checked
 def compare(
     log: str | Path | Recording,
     scenario: Scenario | str | Path | None = None,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
 from typing import Any
 
+from phasmid.arguments import check_fields, check_kind, described
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 
@@ -68,6 +69,12 @@ class Command:
     time: float | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.lost_legs, frozenset):
+            check_kind(self.lost_legs, Set[int] | Sequence[int], "lost_legs")
+            object.__setattr__(self, "lost_legs", frozenset(self.lost_legs))
+        for name, kind in _CLASSES:
+            if not isinstance(getattr(self, name), kind):
+                check_fields(self)
         _check_numbers("velocity", self.velocity, 3)
         _check_numbers("pose", self.pose, 6)
         for name, least, must in (
@@ -76,11 +83,27 @@ class Command:
             ("step_height", 0.0, ", 0 or more"),
         ):
             value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value >= least):
+            if value is None:
+                continue
+            if not isinstance(value, float):
+                check_kind(value, float, name)
+            if not (math.isfinite(value) and value >= least):
                 raise InvalidInput(f"{name} is {value:g}; it must be a finite number{must}.")
+
+
+_CLASSES: tuple[tuple[str, Any], ...] = (
+    ("posture", Posture),
+    ("gait", str | Gait | None),
+    ("legs", Mapping),
+)
+"""Fields of a command that are looked at closely where their class differs."""
 
 
 def _check_numbers(name: str, values: Any, count: int) -> None:
     # Quick, because a function may give a new command at every update.
-    if len(values) != count or not all(map(math.isfinite, values)):
-        raise InvalidInput(f"{name} is {values}; it must be {count} finite numbers.")
+    try:
+        is_right = len(values) == count and all(map(math.isfinite, values))
+    except TypeError:
+        is_right = False
+    if not is_right:
+        raise InvalidInput(f"{name} is {described(values)}; it must be {count} finite numbers.")

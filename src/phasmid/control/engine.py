@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import checked
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.command import Command
 from phasmid.control.constraints import REACH, SUPPORT, Constraint, VelocityLimit
@@ -20,7 +20,7 @@ from phasmid.control.gait_selection import GaitSelector
 from phasmid.control.memory import MEMORY
 from phasmid.control.observation import Observation
 from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
-from phasmid.control.settings import EngineSettings
+from phasmid.control.settings import EngineSettings, with_settings
 from phasmid.control.targets import JointTargets
 from phasmid.control.terrain_map import SOURCES, TerrainMapView, clear_map
 from phasmid.control.types import (
@@ -76,13 +76,14 @@ class LocomotionEngine:
         InvalidGait: The gait does not fit the robot.
     """
 
+    @checked
     def __init__(
         self,
         robot: Robot,
         settings: EngineSettings | None = None,
         **keywords: Any,
     ) -> None:
-        settings = replace(settings or EngineSettings(), **keywords)
+        settings = with_settings(settings or EngineSettings(), keywords)
         if len(robot.legs) > MAX_LEGS:
             raise InvalidInput(
                 f"the robot has {len(robot.legs)} legs; the locomotion engine walks robots with "

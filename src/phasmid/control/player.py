@@ -7,6 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Bool
 
+from phasmid.arguments import checked
 from phasmid.control.command import Command
 from phasmid.control.observation import Observation
 from phasmid.control.targets import JointTargets
@@ -34,6 +35,7 @@ class Player:
         InvalidInput: The motion is none, or a number is out of range.
     """
 
+    @checked
     def __init__(self, motion: Motion, *, rate: float = 200.0, lead: float | None = None) -> None:
         if not (math.isfinite(rate) and rate > 0):
             raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")

@@ -27,7 +27,6 @@ from phasmid.tables import (
     Velocity,
     dotted,
     in_file,
-    speaking,
     validate,
 )
 from phasmid.toml import parse_toml, read_toml, toml_string
@@ -162,10 +161,6 @@ class CommandScript(Table):
         InvalidInput: There are no commands and no waypoints, or both; a value is out of range, or
             a time does not increase.
     """
-
-    def __init__(self, **fields: Any) -> None:
-        with speaking(CommandScript, fields):
-            super().__init__(**fields)
 
     format: Annotated[Count, Ge(1), Le(1)] = 1
     between: Literal["steps", "linear"] = "steps"

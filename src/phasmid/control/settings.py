@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
+from phasmid.arguments import check_fields
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.terrain_map import SOURCES
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, nearest
 from phasmid.gait import Gait
 
 DYNAMICS = ("feed-forward", "none")
@@ -54,6 +57,7 @@ class EngineSettings:
     terrain_map: str = "none"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.dynamics not in DYNAMICS:
             raise InvalidInput(
                 f'dynamics is "{self.dynamics}"; it must be {" or ".join(DYNAMICS)}.',
@@ -73,6 +77,23 @@ class EngineSettings:
                 raise InvalidInput(
                     f"{name} is {value:g}; it must be at least {least:g} and at most {most:g}."
                 )
+
+
+def with_settings(settings: EngineSettings, changes: Mapping[str, Any]) -> EngineSettings:
+    """Return settings with other values, by field name.
+
+    Raises:
+        InvalidInput: There is no such field, or the value is refused.
+    """
+    known = [field.name for field in fields(settings)]
+    for name in changes:
+        if name not in known:
+            guess = nearest(name, known)
+            raise InvalidInput(
+                f'the engine has no setting "{name}".',
+                hint=f'"{guess}"' if guess else f"settings are {', '.join(known)}",
+            )
+    return replace(settings, **changes)
 
 
 _RANGES = {

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.arguments import checked
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
 from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
@@ -37,6 +38,7 @@ class ModelLoad(NamedTuple):
     normal_force: Float[np.ndarray, "*batch legs"]
 
 
+@checked
 def analyse(scenario: Scenario, walk: Walk) -> Recording:
     """Return the model torques and foot forces of a walk, without simulation.
 

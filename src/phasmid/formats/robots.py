@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from phasmid.arguments import checked
 from phasmid.errors import AlreadyExists, InvalidInput, InvalidRobot
 from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.importing import Imported, robot_from_tree
@@ -38,6 +39,7 @@ def is_foreign(source: str | Path) -> bool:
     return str(source) not in preset_names() and suffix in {*OTHER_FORMATS, *UNREAD}
 
 
+@checked
 def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robot:
     """Load a robot from a preset or a file.
 
@@ -56,6 +58,7 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
     return _own_robot(source, options)
 
 
+@checked
 def load_scenario(source: str | Path = "paper") -> Scenario:
     """Load a scenario from a preset or a file, with its robot where that is no TOML file.
 
@@ -99,6 +102,7 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     )
 
 
+@checked
 def import_robot(
     source: str | Path, options: ImportOptions | None = None, *, strict: bool = False
 ) -> Imported:
@@ -157,6 +161,7 @@ def _tree(path: Path, options: ImportOptions) -> Tree:
     return _READERS[suffix](path, options)
 
 
+@checked
 def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[Finding, ...]:
     """Write a robot to a file of the format that its ending names.
 

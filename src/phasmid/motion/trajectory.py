@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.arguments import numbers
+from phasmid.arguments import check_fields, numbers
 from phasmid.csv_table import MOST_ROWS
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.kinematics import body_from_hip, foot_position
@@ -53,6 +53,7 @@ class JointTrajectory:
     q: Float[np.ndarray, "time legs 3"]
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for name in ("time", "q"):
             array = numbers(getattr(self, name), name)
             array.flags.writeable = False

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.csv_table import MOST_ROWS, check_size, read_csv_table
 from phasmid.errors import InvalidInput, located, nearest, own_words
 from phasmid.motion.trajectory import JointTrajectory, joint_names
@@ -17,6 +18,7 @@ from phasmid.toml import is_file
 from phasmid.units import UNITS, split_unit
 
 
+@checked
 def load_trajectory(
     path: str | Path, robot: Robot | str | Path, *, unit: Literal["rad", "deg"] = "rad"
 ) -> JointTrajectory:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait, support_margin
 from phasmid.kinematics import (
@@ -144,6 +145,7 @@ class Walk:
         return support_margin(feet[..., :2], self.stance, com[..., :2])
 
 
+@checked
 def plan(scenario: Scenario) -> Walk:
     """Plan the walk of a scenario.
 

@@ -3,7 +3,7 @@
 from phasmid.recording.channels import AXES, CHANNELS, JOINTS, QUATERNION, Channel
 from phasmid.recording.file import load_recording, save_recording
 from phasmid.recording.log import DamagedRecording, RecordingLog, check_log
-from phasmid.recording.recording import FORMAT, Recording, new_recording
+from phasmid.recording.recording import FORMAT, Recording, check_time, new_recording
 from phasmid.recording.ros import save_mcap
 from phasmid.recording.table import save_csv
 
@@ -18,6 +18,7 @@ __all__ = [
     "Recording",
     "RecordingLog",
     "check_log",
+    "check_time",
     "load_recording",
     "new_recording",
     "save_csv",

@@ -14,6 +14,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.errors import (
     AlreadyExists,
     InvalidInput,
@@ -25,7 +26,7 @@ from phasmid.errors import (
 from phasmid.interrupts import held_signals
 from phasmid.recording.channels import CHANNELS, COORDINATES, MOST_BYTES
 from phasmid.recording.log import DamagedRecording, check_room, is_log, read_log, sync_folder
-from phasmid.recording.recording import FORMAT, Recording, new_recording
+from phasmid.recording.recording import FORMAT, Recording, check_time, new_recording
 
 CHECKSUM = b"\nphasmid CRC-32 %08x\n"
 """Checksum at the end of a file, after the HDF5 data.
@@ -45,6 +46,7 @@ MOST_FOLDERS = 200
 """Most folders around a file; Python makes them by as many nested calls, of 1000 in all."""
 
 
+@checked
 def save_recording(recording: Recording, path: str | Path) -> None:
     """Write a recording to a file, exactly to the bit.
 
@@ -60,6 +62,7 @@ def save_recording(recording: Recording, path: str | Path) -> None:
         OutputError: The disk is full, the folder is absent or not writable; nothing is left behind.
     """
     path = Path(path)
+    check_time(recording)
     # Encode in memory, so that only the write can fail.
     packed = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
     encoding = {name: packed | {"_FillValue": None} for name in (*recording.data_vars, "time")}
@@ -187,6 +190,7 @@ def cannot_write(path: Path, error: OSError) -> OutputError:
     return OutputError(f"cannot write {path}: {reason}.")
 
 
+@checked
 def load_recording(path: str | Path) -> Recording:
     """Read a recording into memory.
 

@@ -74,6 +74,18 @@ def new_recording(
     return recording
 
 
+def check_time(recording: Recording) -> None:
+    """Refuse a dataset without times, which is no recording.
+
+    Raises:
+        InvalidInput: It has none.
+    """
+    if "time" not in recording.coords:
+        raise InvalidInput(
+            "the dataset has no coordinate time; it must be a recording, as of phasmid.simulate."
+        )
+
+
 def _in_order(channels: Mapping[str, np.ndarray]) -> list[str]:
     for name in channels:
         if name not in CHANNELS:

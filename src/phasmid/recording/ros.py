@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.recording.channels import JOINTS
 from phasmid.recording.file import write_whole
@@ -195,6 +196,7 @@ def _imu(sample: Sample) -> tuple[np.ndarray, ...]:
     return sample["imu_orientation"][XYZW], turn, acceleration
 
 
+@checked
 def save_mcap(
     recording: Recording,
     path: str | Path,

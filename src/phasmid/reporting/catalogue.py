@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import string
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.recording import Recording, load_recording
 from phasmid.reporting import path_figures, time_figures
@@ -207,8 +207,9 @@ def can_be_plotted(recording: Recording) -> list[FigureKind]:
     return [kind for kind in KINDS if all(known & set(group) for group in kind.needs)]
 
 
+@checked
 def plot(
-    recordings: Recording | str | Path | list[Any] | tuple[Any, ...],
+    recordings: Recording | str | Path | Sequence[Recording | str | Path],
     name: str,
     *,
     legs: Sequence[int] | None = None,
@@ -234,7 +235,7 @@ def plot(
             width is out of range.
     """
     kind = find_figure(name)
-    given = list(recordings) if isinstance(recordings, list | tuple) else [recordings]
+    given = [recordings] if isinstance(recordings, str | Path | Mapping) else list(recordings)
     loaded = [load_recording(one) if isinstance(one, str | Path) else one for one in given]
     return draw_groups(gather(loaded, labels), kind, legs, Layout(width, title))[0]
 

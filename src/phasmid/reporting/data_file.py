@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.recording import (
     CHANNELS,
     Recording,
+    check_time,
     save_csv,
     save_mcap,
     save_recording,
@@ -26,6 +28,7 @@ MCAP_RATE = 100.0
 """Default of the most messages of a topic per second [1/s]."""
 
 
+@checked
 def export(
     recording: Recording,
     path: str | Path,
@@ -90,6 +93,7 @@ def check_export(path: str | Path, *, force: bool = False) -> str:
 
 def _chosen(recording: Recording, channels: Sequence[str] | None) -> Recording:
     """Return the recording with these channels alone, in the order of the recording."""
+    check_time(recording)
     if channels is None:
         return recording
     if not channels:

@@ -8,6 +8,7 @@ import secrets
 import shutil
 from pathlib import Path
 
+from phasmid.arguments import checked
 from phasmid.errors import AlreadyExists, InvalidInput, OutputError
 from phasmid.interrupts import held_signals
 from phasmid.recording import Recording, save_mcap, save_recording
@@ -32,6 +33,7 @@ ROOM = 10e6
 """Room for figures and page of a run, about twice that of the paper's walk [bytes]."""
 
 
+@checked
 def report(
     recording: Recording,
     folder: str | Path,

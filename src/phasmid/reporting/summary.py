@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, nearest
 from phasmid.recording import Recording
 from phasmid.reporting.checks import warnings
@@ -96,6 +97,7 @@ def check_number(name: str, kind: str) -> None:
         )
 
 
+@checked
 def summarise(recording: Recording) -> Summary:
     """Return the numbers of a walk.
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import units
+from phasmid.arguments import check_fields
 from phasmid.errors import InvalidRobot
 from phasmid.robot.link import Link, frozen_array
 
@@ -74,6 +75,7 @@ class Leg:
 
     def __post_init__(self) -> None:
         what = f"leg {self.name}"
+        check_fields(self, f"{what}: ", InvalidRobot)
         for place, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
             array = frozen_array(getattr(self, place), shape, f"{what}: {place}")
             if np.abs(array).max() > 2.0:

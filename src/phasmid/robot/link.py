@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import units
-from phasmid.errors import InvalidRobot
+from phasmid.arguments import check_fields, numbers
+from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.units import plain_number
 
 LONGEST_LENGTH = 2.0
@@ -28,7 +29,10 @@ LARGEST_MASS = 200.0
 
 def frozen_array(values: object, shape: tuple[int, ...], what: str) -> np.ndarray:
     """Return a read-only array of floats of a shape, or refuse it in a sentence."""
-    array = np.array(values, dtype=float)
+    try:
+        array = numbers(values, what)
+    except InvalidInput as error:
+        raise InvalidRobot(error.what) from None
     if array.shape != shape:
         raise InvalidRobot(f"{what} has shape {array.shape}; it must have shape {shape}.")
     if not np.all(np.isfinite(array)):
@@ -156,6 +160,7 @@ class Link:
 
     def __post_init__(self) -> None:
         what = f"link {self.name}"
+        check_fields(self, f"{what}: ", InvalidRobot)
         check_length(self.length, f"{what}: length", "length", may_be_zero=self.name == "coxa")
         if not abs(self.lateral_offset) <= LONGEST_LENGTH:
             raise InvalidRobot(

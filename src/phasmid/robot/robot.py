@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import units
+from phasmid.arguments import check_fields
 from phasmid.errors import InvalidRobot, nearest
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import Leg
@@ -51,6 +52,7 @@ class Body:
     box_centre: Float[np.ndarray, "3"] = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
+        check_fields(self, "body: ", InvalidRobot)
         check_mass(self.mass, "body: mass")
         shapes = {"com": (3,), "inertia": (3, 3), "size": (3,), "box_centre": (3,)}
         for name, shape in shapes.items():
@@ -141,6 +143,7 @@ class Robot:
     foot_radius: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self, "robot: ", InvalidRobot)
         if len(self.legs) < 4:
             raise InvalidRobot(f"robot: {len(self.legs)} legs given; at least 4 are needed.")
         for a, b in combinations(self.legs, 2):

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator, create_model
 
+from phasmid.arguments import check_kind
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
 from phasmid.robot.friction import Friction
 from phasmid.robot.motor import Motor
@@ -183,6 +184,8 @@ class Servo:
     sources: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
+        check_kind(self.name, str, "servo: name", InvalidRobot)
+        check_kind(self.sources, Mapping[str, str], f"{self.name}: sources", InvalidRobot)
         try:
             validate(
                 ServoNumbers,

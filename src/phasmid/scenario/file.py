@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, located
 from phasmid.gait import is_gait_file
 from phasmid.robot.file import OTHER_FORMATS, robot_from_table
@@ -22,6 +23,7 @@ def scenario_names() -> tuple[str, ...]:
     return preset_names("phasmid.scenario")
 
 
+@checked
 def load_scenario(source: str | Path = "paper") -> Scenario:
     """Load a scenario from a preset or a file; the robot's file is not read.
 

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording, new_recording
 from phasmid.scenario import Scenario
 from phasmid.sensors.models import Sensor, robot_sensors
 
 
+@checked
 def sense(scenario: Scenario, recording: Recording) -> Recording:
     """Add the channels that the robot's sensors would have measured to a recording.
 

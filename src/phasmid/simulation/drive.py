@@ -9,6 +9,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from phasmid.arguments import checked
 from phasmid.control import (
     Command,
     CommandScript,
@@ -42,6 +43,7 @@ OWN, ENGINE, PLAYER = "scenario's own", "locomotion engine", "player"
 """Recorded names of the controllers that a replay can make again."""
 
 
+@checked
 def drive(
     scenario: Scenario,
     controller: Controller | None = None,

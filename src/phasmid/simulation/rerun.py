@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import checked
 from phasmid.control import script_from_text
 from phasmid.errors import InvalidInput, plain
 from phasmid.motion import Motion, plan, trajectory_from_text
@@ -77,6 +78,7 @@ class Replay:
         return f"{text}; {changed}." if changed else f"{text}."
 
 
+@checked
 def replay(recording: str | Path | Recording, *, progress: Progress | None = None) -> Replay:
     """Simulate a recorded run again, as far as it was recorded, and compare it bit by bit.
 

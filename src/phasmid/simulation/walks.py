@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_kind, checked
 from phasmid.cores import cores
 from phasmid.errors import FailedRuns, InvalidInput
 from phasmid.motion import JointTrajectory, Motion, Walk, plan
@@ -21,6 +22,7 @@ from phasmid.simulation.start import check_start, with_time_step
 from phasmid.simulation.termination import Ending
 
 
+@checked
 def simulate(
     scenario: Scenario,
     walk: Motion,
@@ -84,6 +86,7 @@ def new_run(
     return SimscapeRun(scenario, walk, start=start)
 
 
+@checked
 def simulate_many(
     scenarios: Iterable[Scenario | tuple[Scenario, Walk]],
     *,
@@ -106,7 +109,10 @@ def simulate_many(
             others.
         KeyboardInterrupt: The runs were stopped by Ctrl-C.
     """
-    pairs = [(one, None) if isinstance(one, Scenario) else one for one in scenarios]
+    pairs: list[tuple[Scenario, Walk | None]] = []
+    for i, one in enumerate(scenarios):
+        check_kind(one, Scenario | tuple[Scenario, Walk], f"scenarios[{i}]")
+        pairs.append((one, None) if isinstance(one, Scenario) else one)
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     stopped: list[int] = []

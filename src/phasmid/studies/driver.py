@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from phasmid.arguments import checked
 from phasmid.cores import cores
 from phasmid.errors import InvalidInput, OutputError, plain
 from phasmid.formats import load_scenario
@@ -41,6 +42,7 @@ ROOM = 10e6
 """Room for the rows and the page of a study, about ten times those of 1,000 runs [bytes]."""
 
 
+@checked
 def study(
     source: str | Path | Mapping[str, Any],
     *,

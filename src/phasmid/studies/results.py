@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, plain
 from phasmid.recording.file import write_whole
 from phasmid.studies.definition import Study
@@ -86,6 +87,7 @@ class StudyResults:
         return [int(number) for number in best["number"]]
 
 
+@checked
 def load_study(folder: str | Path) -> StudyResults:
     """Read the rows of a study, also while it runs.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.verification import (
     bodies,
@@ -87,6 +88,7 @@ Progress = Callable[[Check], None]
 """Receives the check that begins."""
 
 
+@checked
 def verify(rows: Iterable[int] | None = None, *, progress: Progress | None = None) -> list[Row]:
     """Run the physics against closed forms, conservation laws and independent calculations.
 

@@ -7,6 +7,7 @@ from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, check_new_file
@@ -33,6 +34,7 @@ Progress = Callable[[int, int], object]
 """Function called with the number of finished frames and of all frames."""
 
 
+@checked
 def save_video(
     recording: Recording,
     path: str | Path,
