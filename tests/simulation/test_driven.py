@@ -1,13 +1,15 @@
 """A controller drives the simulated robot in closed loop, recorded."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 from phasmid import drive, load_scenario, plan, simulate
-from phasmid.control import Command, JointTargets, Player
+from phasmid.control import Command, JointTargets, Player, SafetyFilter
 from phasmid.errors import InvalidInput
+from phasmid.simulation.closed_loop import period_steps
 
 PAPER = load_scenario("paper").replace(duration=1.2, drive="prescribed")
 WALK = plan(PAPER)
@@ -181,3 +183,84 @@ def test_a_robot_begins_with_all_feet_near_a_slope_and_the_trunk_along_it():
     assert run.contact[0].all()
     w, _, y, _ = run.body_orientation[0].values
     assert 2 * np.degrees(np.arctan2(y, w)) == pytest.approx(-10, abs=0.1)
+
+
+class Returning(Still):
+    def __init__(self, targets):
+        self.targets = targets
+
+    def update(self, observation, command):
+        return self.targets
+
+
+Q = WALK.q[0]
+
+
+@pytest.mark.parametrize("wrap", [lambda c: c, lambda c: SafetyFilter(c, WALK.robot)])
+@pytest.mark.parametrize(
+    ("targets", "words"),
+    [
+        (Q, "returned an array of shape (6, 3); it must return a phasmid.control.JointTargets"),
+        (None, "returned None; it must return a phasmid.control.JointTargets"),
+        ([0.0, 1.0], "returned [0.0, 1.0]; it must return a phasmid.control.JointTargets"),
+        ({"position": Q}, "it must return a phasmid.control.JointTargets"),
+        (JointTargets(Q[:5], Q[:5]), "has shape (5, 3); it must have shape (6, 3)"),
+        (JointTargets(Q.ravel(), Q.ravel()), "has shape (18,); it must have shape (6, 3)"),
+        (JointTargets(Q, 0.0), "velocity of the controller's JointTargets has shape ()"),
+        (JointTargets(Q, Q, Q[0]), "torque of the controller's JointTargets has shape (3,)"),
+        (JointTargets(None, None, Q), "position of the controller's JointTargets is None"),
+        (JointTargets("q", Q), 'position of the controller\'s JointTargets is "q"'),
+    ],
+)
+def test_what_a_controller_returns_beside_targets_is_named(targets, words, wrap):
+    """Alone and within the safety filter, in place of an AttributeError or a broadcast."""
+    with pytest.raises(InvalidInput, match=re.escape(words)):
+        drive(PAPER, wrap(Returning(targets)))
+
+
+def test_lists_are_targets():
+    """Lists of the right shape are the same targets as arrays."""
+    lists = drive(
+        PAPER.replace(duration=0.02), Returning(JointTargets(Q.tolist(), (0 * Q).tolist()))
+    )
+    arrays = drive(PAPER.replace(duration=0.02), Returning(JointTargets(Q, 0 * Q)))
+    assert (lists.joint_position.values == arrays.joint_position.values).all()
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [((0.1, 0, 0), "returned (0.1, 0, 0)"), ("walk", 'returned "walk"')],
+)
+def test_a_function_of_commands_returns_commands(command, words):
+    """A velocity alone is no command."""
+    with pytest.raises(InvalidInput, match=re.escape(f"the function of commands {words}; it must")):
+        drive(PAPER, Still(), lambda time, observation: command)
+
+
+@pytest.mark.parametrize(
+    ("telemetry", "words"),
+    [
+        ([1.0], "telemetry returned [1.0]; it must return numbers by channel name"),
+        (
+            {"gait_phase": "x"},
+            'gait_phase of the controller\'s telemetry is "x"; it must be a number',
+        ),
+    ],
+)
+def test_telemetry_is_numbers_by_name(telemetry, words):
+    """What is none is named at the first update."""
+    controller = Still()
+    controller.telemetry = lambda: telemetry
+    with pytest.raises(InvalidInput, match=re.escape(words)):
+        drive(PAPER, controller)
+
+
+@pytest.mark.parametrize("dt", [0.0003, 0.00035, 0.0007, 0.0009])
+@pytest.mark.parametrize("rate", [200.0, 123.0, 30.0])
+def test_a_rate_that_is_proposed_is_accepted_as_printed(dt, rate):
+    """Enough digits are printed for a whole number of steps."""
+    scenario = PAPER.replace(dt=dt)
+    with pytest.raises(InvalidInput) as refusal:
+        period_steps(scenario, rate)
+    proposed = float(refusal.value.hint.removeprefix("rate = "))
+    assert period_steps(scenario, proposed) == round(1 / (rate * dt))

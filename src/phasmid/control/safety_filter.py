@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.control.command import Command
 from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
 from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
-from phasmid.control.targets import JointTargets
+from phasmid.control.targets import JointTargets, checked_targets
 from phasmid.robot import JOINTS, Robot
 
 LIMIT_SLACK = 1e-6
@@ -50,6 +51,7 @@ class SafetyFilter:
         last: Last targets; None before the first update.
     """
 
+    @checked
     def __init__(
         self, controller: Controller, robot: Robot, settings: SafetySettings | None = None
     ) -> None:
@@ -57,6 +59,7 @@ class SafetyFilter:
         limits = robot.arrays.joint_limits
         self.limits = np.stack([limits[..., 0] - LIMIT_SLACK, limits[..., 1] + LIMIT_SLACK])
         self.speed = SPEED_SLACK * robot.servo.no_load_speed
+        self._shape = len(robot.legs), len(JOINTS)
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
         self._clear()
 
@@ -105,7 +108,7 @@ class SafetyFilter:
             return self._hold(observation)
         if self._holds:
             self._restart(observation)
-        targets = self.controller.update(observation, command)
+        targets = checked_targets(self.controller.update(observation, command), self._shape)
         self.last = self._permitted(targets, observation)
         return self.last
 

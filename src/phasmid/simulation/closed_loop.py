@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import described
 from phasmid.control import (
     Command,
     CommandScript,
@@ -21,6 +22,7 @@ from phasmid.control import (
     Posture,
     commands_to_text,
 )
+from phasmid.control.targets import checked_targets
 from phasmid.control.waypoints import WaypointFollower, plane_pose
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
@@ -82,7 +84,7 @@ def period_steps(scenario: Scenario, rate: float) -> int:
         raise InvalidInput(
             f"rate is {rate:g} updates a second, {exact:.4g} time steps of {1000 * dt:g} ms; it "
             "must be a whole number of them.",
-            hint=f"rate = {1 / (steps * dt):.6g}",
+            hint=f"rate = {1 / (steps * dt):.9g}",
         )
     return steps
 
@@ -278,7 +280,14 @@ class ClosedLoopRun(Run):
             return self._follower.command(time, plane_pose(position, orientation))
         if isinstance(commands, CommandScript):
             return commands.at(time)
-        return commands(time, observation)
+        command = commands(time, observation)
+        if command is not None and not isinstance(command, Command):
+            raise InvalidInput(
+                f"the function of commands returned {described(command)}; it must return a "
+                "phasmid.control.Command, or None to end the run.",
+                hint="return Command(velocity=(0.05, 0, 0))",
+            )
+        return command
 
     def _decide(self, observation: Observation) -> Decision | None:
         """Return command, targets and telemetry of an update; None where the commands end."""
@@ -296,8 +305,13 @@ class ClosedLoopRun(Run):
         self._must_lie = command.posture is Posture.PACKED
         if self._must_lie:
             self.lies = self.scenario.simulation.can_lie
-        targets = self.controller.update(observation, command)
+        targets = checked_targets(self.controller.update(observation, command), self._shape)
         telemetry: Mapping[str, Any] = getattr(self.controller, "telemetry", dict)()
+        if not isinstance(telemetry, Mapping):
+            raise InvalidInput(
+                f"the controller's telemetry returned {described(telemetry)}; it must return "
+                "numbers by channel name."
+            )
         if self._estimator:
             telemetry = {**telemetry, **self._estimator.channels()}
         return Decision(command, targets, telemetry)
@@ -443,11 +457,27 @@ class ClosedLoopRun(Run):
     def _record_telemetry(self, decision: Decision) -> None:
         """Record command and telemetry of an update; absent channels keep their last values."""
         row = {**decision.telemetry, COMMANDED: decision.command.velocity}
-        self._latest |= {
-            name: np.array(row[name], bool if CHANNELS[name].kind == "bool" else float)
-            for name in row.keys() & (self._latest or row).keys()
-        }
+        for name in row.keys() & (self._latest or row).keys():
+            array = _as_sample(name, row[name])
+            shape = self._latest.get(name, array).shape
+            if array.shape != shape:
+                raise InvalidInput(
+                    f"{name} of the controller's telemetry has shape {array.shape}; before, it had "
+                    f"shape {shape}."
+                )
+            self._latest[name] = array
         self._telemetry.append(dict(self._latest))
+
+
+def _as_sample(name: str, values: object) -> np.ndarray:
+    """Return the sample of a channel of telemetry."""
+    try:
+        return np.array(values, bool if CHANNELS[name].kind == "bool" else float)
+    except (TypeError, ValueError):
+        raise InvalidInput(
+            f"{name} of the controller's telemetry is {described(values)}; it must be a number or "
+            "an array of numbers."
+        ) from None
 
 
 def _not_finite(targets: JointTargets, legs: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import checked
 from phasmid.control.command import Command, Posture
 from phasmid.control.controller import Controller
 from phasmid.control.observation import Observation
@@ -20,7 +21,7 @@ from phasmid.control.sequences.manual_leg import ManualLegs, lift_legs
 from phasmid.control.sequences.posture import Packing, fold_legs, get_up, packing
 from phasmid.control.sequences.stance import neutral_stance, stance_on, to_neutral
 from phasmid.control.sequences.start import StartJudge
-from phasmid.control.targets import JointTargets
+from phasmid.control.targets import JointTargets, checked_targets
 from phasmid.errors import InfeasibleWalk
 from phasmid.robot import JOINTS, Robot
 
@@ -67,11 +68,13 @@ class Sequencer:
         stage: Present stage.
     """
 
+    @checked
     def __init__(self, walker: Controller, robot: Robot) -> None:
         self.walker, self.robot = walker, robot
         self.events: list[tuple[float, str]] = []
         self._faults = LegFaultDetector(robot)
         self._neutral = neutral_stance(robot)
+        self._shape = len(robot.legs), len(JOINTS)
         self._packing: Packing | None = None
         try:
             self._packing = packing(robot)
@@ -212,7 +215,8 @@ class Sequencer:
     # Stages
 
     def _walk(self, observation: Observation, command: Command) -> JointTargets:
-        self._targets = self.walker.update(observation, command)
+        targets = self.walker.update(observation, command)
+        self._targets = checked_targets(targets, self._shape)
         self.events += self._call_walker("take_events") or []
         return self._targets
 
