@@ -205,3 +205,22 @@ def test_a_robot_file_is_looked_for_beside_its_scenario(tmp_path):
 def test_text_that_no_file_can_hold_is_refused(fields):
     with pytest.raises(InvalidInput, match="text that a file can hold"):
         Scenario(**fields)
+
+
+@pytest.mark.parametrize(
+    ("legs", "changes", "name"),
+    [
+        (6, {"offsets": [0, 0.5, 0.05, 0.55, 0.1, 0.6]}, "custom (β = 0.6)"),
+        (6, {"offsets": [0, 0.5] * 3}, "custom (β = 0.6)"),
+        (8, {"offsets": [0, 0.5] * 4}, "custom (β = 0.6)"),
+        (6, {"gait": "tripod"}, "tripod (β = 0.6)"),
+        (6, {"offsets": [0, 0.5] * 3, "duty_factor": 0.5}, "tripod"),
+        (6, {"gait": {"name": "mine", "offsets": [0, 0.5] * 3}}, "mine"),
+        (6, {"gait": "wave", "duty_factor": None}, "wave"),
+    ],
+)
+def test_a_gait_has_the_name_of_the_library_only_with_its_numbers(legs, changes, name):
+    """Offsets of one's own under the default name, or a name of the library, are a custom gait."""
+    gait = load_scenario("paper").replace(**{"duty_factor": 0.6, **changes}).load_gait(legs)
+    assert gait.name == name
+    assert Scenario(gait=gait).load_gait(legs) == gait

@@ -4,6 +4,7 @@ from phasmid.gait.cycle import Sway, least_margin, sway
 from phasmid.gait.file import is_gait_file, offsets_in_order, read_gait
 from phasmid.gait.gait import Gait, gait_diagram
 from phasmid.gait.library import (
+    GAIT_NAMES,
     GAITS,
     HEXAPOD_GAITS,
     alternating_gait,
@@ -18,6 +19,7 @@ from phasmid.gait.support import shortfall, support_margin
 
 __all__ = [
     "GAITS",
+    "GAIT_NAMES",
     "HEXAPOD_GAITS",
     "Gait",
     "Limp",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from phasmid.arguments import check_fields
 from phasmid.errors import InvalidGait
 
 PHASE_TOLERANCE = 1e-9
@@ -46,6 +47,8 @@ class Gait:
     sway: float = 0.0
 
     def __post_init__(self) -> None:
+        check_fields(self, "gait.", InvalidGait)
+        object.__setattr__(self, "offsets", tuple(float(offset) for offset in self.offsets))
         if not 0 < self.duty_factor < 1:
             raise InvalidGait(
                 f"gait.duty_factor is {self.duty_factor:g}; it must be greater than 0 and less "

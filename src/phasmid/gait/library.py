@@ -126,7 +126,7 @@ def gaits_of(leg_count: int) -> Mapping[str, Gait]:
     return {gait.name: gait for gait in made}
 
 
-NAMES = (*(HEXAPOD_GAITS | QUADRUPED_GAITS | OCTOPOD_GAITS), "alternating")
+GAIT_NAMES = (*(HEXAPOD_GAITS | QUADRUPED_GAITS | OCTOPOD_GAITS), "alternating")
 """Names of all gaits."""
 
 
@@ -136,8 +136,8 @@ def check_gait_name(name: str) -> None:
     Raises:
         InvalidGait: There is no such gait; the hint is the nearest name.
     """
-    if name not in NAMES:
-        guess, known = nearest(name, NAMES), ", ".join(NAMES)
+    if name not in GAIT_NAMES:
+        guess, known = nearest(name, GAIT_NAMES), ", ".join(GAIT_NAMES)
         hint = f'"{guess}" (known: {known})' if guess else f"one of {known}"
         raise InvalidGait(f'no gait called "{name}".', hint=hint)
 

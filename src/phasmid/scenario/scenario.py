@@ -12,7 +12,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, nearest
-from phasmid.gait import Gait, load_gait, offsets_in_order
+from phasmid.gait import GAIT_NAMES, Gait, gaits_of, load_gait, offsets_in_order
 from phasmid.recording.channels import MOST_RECORDED
 from phasmid.robot import (
     Robot,
@@ -47,7 +47,6 @@ from phasmid.tables import (
     dotted,
     key_of,
     leaves,
-    speaking,
     validate,
 )
 from phasmid.terrain import Flat, Ground
@@ -85,10 +84,6 @@ class Scenario(Table):
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
-
-    def __init__(self, **fields: Any) -> None:
-        with speaking(Scenario, fields):
-            super().__init__(**fields)
 
     format: Annotated[Count, Ge(1), Le(1), Hint("upgrade phasmid for newer files")] = 1
     name: Annotated[
@@ -324,6 +319,9 @@ class Scenario(Table):
     def load_gait(self, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
         """Return the gait of this scenario.
 
+        A gait of the library with other numbers is no longer called by its name alone: with
+        offsets of its own it is ``custom (β = 0.6)``, else ``tripod (β = 0.6)``.
+
         Args:
             leg_count: Number of legs of the robot.
             leg_names: Their names, in their order, for offsets by name; absent: the robot's own.
@@ -335,7 +333,8 @@ class Scenario(Table):
         if table.offsets is None:
             gait = load_gait(table.name, leg_count)
             if table.duty_factor is not None and table.duty_factor != gait.duty_factor:
-                gait = replace(gait, duty_factor=table.duty_factor)
+                name = _with_duty_factor(table.name, table.duty_factor)
+                gait = replace(gait, name=name, duty_factor=table.duty_factor)
             return gait if table.sway is None else replace(gait, sway=table.sway)
         if table.duty_factor is None:
             raise InvalidGait(
@@ -349,7 +348,14 @@ class Scenario(Table):
             raise InvalidGait(
                 f"gait.offsets has {len(offsets)} values; one per leg, {leg_count} in all."
             )
-        return Gait(table.name, table.duty_factor, offsets, table.sway or 0.0)
+        gait = Gait(table.name, table.duty_factor, offsets, table.sway or 0.0)
+        if table.name in GAIT_NAMES and gait != gaits_of(leg_count).get(table.name):
+            return replace(gait, name=_with_duty_factor("custom", gait.duty_factor))
+        return gait
+
+
+def _with_duty_factor(name: str, duty_factor: float) -> str:
+    return f"{name} (β = {duty_factor:.3g})"
 
 
 @lru_cache(maxsize=16)
