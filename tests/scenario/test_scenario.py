@@ -224,3 +224,25 @@ def test_a_gait_has_the_name_of_the_library_only_with_its_numbers(legs, changes,
     gait = load_scenario("paper").replace(**{"duty_factor": 0.6, **changes}).load_gait(legs)
     assert gait.name == name
     assert Scenario(gait=gait).load_gait(legs) == gait
+
+
+def test_replace_takes_values_of_the_robots_file():
+    """The keys are those of a study's axes: `*` stands for all legs, units end a key."""
+    scenario = load_scenario("paper")
+    changed = scenario.replace(
+        **{"robot.legs.*.tibia_mm": 60, "robot.body.mass_g": 900, "robot.servo": "MG996R"},
+        robot="phantomx-ax",
+        gait="wave",
+    )
+    robot = changed.load_robot()
+    assert {leg.tibia.length for leg in robot.legs} == {0.06}
+    assert (robot.body.mass, robot.servo.name, robot.name) == (0.9, "MG996R", "phantomx-ax")
+    assert changed.gait.name == "wave"
+    assert load_robot("phantomx-ax").legs[0].tibia.length == 0.133
+    for key, sentence in (
+        ("robot.legs.*.tibja_mm", "unknown key"),
+        ("robot.legz.*.tibia_mm", 'the robot has no table "legz"'),
+        ("robot.body.mass_g", "mass is"),
+    ):
+        with pytest.raises(InvalidInput, match=sentence):
+            scenario.replace(**{key: -1})

@@ -1,7 +1,14 @@
 """The robot: body, legs, links and servos."""
 
 from phasmid.robot.appearance import Appearance, Part
-from phasmid.robot.file import load_robot, load_servo, preset_names, robot_to_toml, servo_names
+from phasmid.robot.file import (
+    load_robot,
+    load_servo,
+    preset_names,
+    robot_to_toml,
+    servo_names,
+    with_values,
+)
 from phasmid.robot.friction import Friction
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link
@@ -41,4 +48,5 @@ __all__ = [
     "with_neutral_foot",
     "with_payload",
     "with_servo",
+    "with_values",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import fields
@@ -12,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from phasmid import toml
-from phasmid.errors import InvalidInput, InvalidRobot, located
+from phasmid.arguments import checked
+from phasmid.errors import InvalidInput, InvalidRobot, located, nearest
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length, solid_box
@@ -52,6 +54,7 @@ def load_servo(name: str) -> Servo:
     return servo
 
 
+@checked
 def load_robot(source: str | Path) -> Robot:
     """Load a robot from a preset or a file.
 
@@ -66,7 +69,7 @@ def load_robot(source: str | Path) -> Robot:
     if path.suffix.lower() in OTHER_FORMATS:
         raise InvalidInput(
             f"{path.name} is no TOML file; the robot must be loaded before it is used here.",
-            hint=f'robot=phasmid.load_robot("{path.name}")',
+            hint=f'robot=phasmid.load_robot("{path}")',
         )
     refuse_unread(path)
     raw, content = read_toml(path)
@@ -107,6 +110,50 @@ def robot_from_table(
             _appearance(table.appearance, folder),
             table.foot_radius,
         )
+
+
+def with_values(robot: Robot, values: Mapping[str, Any]) -> Robot:
+    """Return a robot with other values of its file.
+
+    Args:
+        robot: The robot.
+        values: By place in the file, such as ``body.mass_g`` or ``legs.*.tibia_mm``; ``*`` stands
+            for all keys of a level. A link's length changes neither its mass nor its inertia.
+
+    Raises:
+        InvalidInput: There is no such value, or it is refused.
+        InvalidRobot: No machine could have these numbers.
+    """
+    table = toml.parse_toml(robot_to_toml(robot), "robot")
+    for place, value in values.items():
+        _set_value(table, place.split("."), value)
+    return robot_from_table(table, Path("robot"), "")
+
+
+def _set_value(table: dict[str, Any], path: list[str], value: Any) -> None:
+    """Replace a value in a robot's table, whatever unit the table gives it in.
+
+    Args:
+        table: The table, modified in place.
+        path: Keys to the value; ``*`` before the last stands for all keys of a level.
+        value: The value, in the unit that the last key names.
+
+    Raises:
+        InvalidInput: A table on the path is absent.
+    """
+    head, *rest = path
+    if not rest:
+        for key in [key for key in table if split_unit(key)[0] == split_unit(head)[0]]:
+            del table[key]
+        table[head] = copy.deepcopy(value)
+        return
+    for key in list(table) if head == "*" else [head]:
+        if not isinstance(table.get(key), dict):
+            guess = nearest(key, [name for name in table if isinstance(table[name], dict)])
+            raise InvalidInput(
+                f'the robot has no table "{key}".', hint=f'"{guess}"' if guess else ""
+            )
+        _set_value(table[key], rest, value)
 
 
 def _appearance(name: str | None, folder: Path | None) -> Appearance | None:

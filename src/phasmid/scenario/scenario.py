@@ -21,6 +21,7 @@ from phasmid.robot import (
     with_mounts,
     with_neutral_foot,
     with_payload,
+    with_values,
 )
 from phasmid.scenario.contact_law import ContactLaw
 from phasmid.scenario.similarity import Scale, scale_of
@@ -158,7 +159,8 @@ class Scenario(Table):
         Args:
             **changes: Any field by its own name, such as ``duration=4``, ``gait="wave"`` or
                 ``step_length=0.06`` (SI); with a unit also ``step_length_mm=60``. A whole table
-                may be given by its name.
+                may be given by its name, and a value of the robot's file by its place, as in
+                ``**{"robot.legs.*.tibia_mm": 60}``; ``*`` stands for all legs.
 
         Raises:
             InvalidInput: There is no such field, or the value is refused.
@@ -177,6 +179,8 @@ class Scenario(Table):
         if isinstance(changes.get("terrain"), str):
             # The kind of terrain, given by its name alone; its other fields stay.
             changes = {"kind" if k == "terrain" else k: v for k, v in changes.items()}
+        of_robot = {k.removeprefix("robot."): v for k, v in changes.items() if _is_of_robot(k)}
+        changes = {key: value for key, value in changes.items() if not _is_of_robot(key)}
         given: dict[str, str] = {}
         # The gait goes first, so that a duty factor given beside it is kept.
         for key, value in sorted(changes.items(), key=lambda item: item[0] != "gait"):
@@ -197,7 +201,10 @@ class Scenario(Table):
                 )
             table.pop(name, None)
             table[key] = value
-        return validate(Scenario, raw, locate)
+        scenario = validate(Scenario, raw, locate)
+        if of_robot:
+            return scenario.replace(robot=with_values(scenario.base_robot(), of_robot))
+        return scenario
 
     def load_robot(self) -> Robot:
         """Return the robot with this scenario's variants of mass, mounts, payload and stance.
@@ -356,6 +363,11 @@ class Scenario(Table):
 
 def _with_duty_factor(name: str, duty_factor: float) -> str:
     return f"{name} (β = {duty_factor:.3g})"
+
+
+def _is_of_robot(key: str) -> bool:
+    """Return whether a key names a value of the robot's file."""
+    return key.startswith("robot.")
 
 
 @lru_cache(maxsize=16)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import hashlib
 import importlib.util
 import json
@@ -24,15 +23,12 @@ from phasmid.motion import plan
 from phasmid.recording import Recording, save_recording
 from phasmid.reporting import summarise
 from phasmid.robot import robot_to_toml
-from phasmid.robot.file import robot_from_table
 from phasmid.scenario import Scenario
 from phasmid.scenario.file import scenario_to_toml
 from phasmid.simulation import new_drive, new_run
 from phasmid.simulation.drive import scenario_controller
 from phasmid.studies.definition import Point, Study
 from phasmid.tables import dotted
-from phasmid.toml import parse_toml
-from phasmid.units import split_unit
 
 Row = dict[str, Any]
 """Values of the axes, seed, metrics, ending, error, wall time and versions of a run."""
@@ -162,19 +158,12 @@ class Runner:
         axes = self.study.axes
         functions = {key: axes[key].function for key in axes if axes[key].function}
         own = {key: value for key, value in values.items() if key not in functions}
-        changes = {key: v for key, v in own.items() if not key.startswith(("robot.", "engine."))}
+        changes = {key: v for key, v in own.items() if not key.startswith("engine.")}
         if "robot" in changes:
             changes["robot"] = load_robot(self._place(changes["robot"]))
         if "seed" in point:
             changes |= {"terrain_seed": point["seed"], "sensor_seed": point["seed"]}
         scenario = self.scenario.changed(changes, lambda loc: (dotted(loc), ""))
-        of_robot = {k[6:]: value for k, value in own.items() if k.startswith("robot.")}
-        if of_robot:
-            text = robot_to_toml(scenario.base_robot())
-            table = parse_toml(text, "robot")
-            for key, value in of_robot.items():
-                _set_value(table, key.split("."), value)
-            scenario = scenario.replace(robot=robot_from_table(table, Path("robot"), ""))
         for key, place in functions.items():
             scenario = load_function(place, self.folder)(scenario, values[key])
         settings: dict[str, Any] = {}
@@ -241,32 +230,6 @@ def _summary_value(summary: Mapping[str, Any], name: str) -> Any:
             f'the run has no metric "{name}".', hint=f'"{guess}"' if guess else "summary.json"
         )
     return value
-
-
-def _set_value(table: dict[str, Any], path: list[str], value: Any) -> None:
-    """Replace a value in a robot's table, whatever unit the table gives it in.
-
-    Args:
-        table: The table, modified in place.
-        path: Keys to the value; ``*`` before the last stands for all keys of a level.
-        value: The value, in the unit that the last key names.
-
-    Raises:
-        InvalidInput: A table on the path is absent.
-    """
-    head, *rest = path
-    if not rest:
-        for key in [key for key in table if split_unit(key)[0] == split_unit(head)[0]]:
-            del table[key]
-        table[head] = copy.deepcopy(value)
-        return
-    for key in list(table) if head == "*" else [head]:
-        if not isinstance(table.get(key), dict):
-            guess = nearest(key, [name for name in table if isinstance(table[name], dict)])
-            raise InvalidInput(
-                f'the robot has no table "{key}".', hint=f'"{guess}"' if guess else ""
-            )
-        _set_value(table[key], rest, value)
 
 
 @cache
