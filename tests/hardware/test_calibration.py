@@ -97,3 +97,15 @@ def test_a_missing_joint_is_named(tmp_path):
     save_calibration(path, rows[:-1], robot.name)
     with pytest.raises(InvalidInput, match=r"the joint left_front.tibia is missing"):
         load_calibration(path, robot)
+
+
+def test_the_default_servo_is_that_of_the_robot():
+    """The model is the robot's, or one that is named; other numbers of ids are refused."""
+    robot = load_robot("phantomx-mk4")
+    rows = default_calibration(robot)
+    assert rows == default_calibration(robot, "XL430-W250")
+    assert rows == default_calibration(robot, model("XL430-W250"), range(1, 19))
+    with pytest.raises(InvalidInput, match=r"^2 ids are given; the robot has 18 servos\."):
+        default_calibration(robot, ids=[1, 2])
+    with pytest.raises(InvalidInput, match='no control table of a servo called "MG996R"'):
+        default_calibration(load_robot("markwtech"))

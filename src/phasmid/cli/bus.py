@@ -340,11 +340,10 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
 
 def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
     """Return the calibration of the options: the file's, or the default one."""
-    from phasmid.hardware import default_calibration, load_calibration, model
+    from phasmid.hardware import default_calibration, load_calibration
 
     if not options.calibration:
-        name = options.model or robot.servo.name
-        return default_calibration(robot, model(name), _robot_ids(options, robot))
+        return default_calibration(robot, options.model, _robot_ids(options, robot))
     if options.ids or options.model:
         raise InvalidInput("--calibration gives the ids and models; --ids and --model must go.")
     return load_calibration(options.calibration, robot)

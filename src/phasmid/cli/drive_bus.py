@@ -174,7 +174,7 @@ def _refuse(options: argparse.Namespace) -> None:
 
 def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
     """Return the calibration of the options, or the default one of the robot's servo."""
-    from phasmid.hardware import default_calibration, load_calibration, model, models
+    from phasmid.hardware import default_calibration, load_calibration, models
     from phasmid.robot.servo_words import servo_words
 
     if options.calibration:
@@ -190,7 +190,7 @@ def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibra
             f"{robot.name} has the {servo_words(robot.servo.name)}, which has no control table.",
             hint="--robot phantomx-ax",
         )
-    return default_calibration(robot, model(robot.servo.name))
+    return default_calibration(robot)
 
 
 def _protocol(calibration: Sequence[ServoCalibration]) -> int:

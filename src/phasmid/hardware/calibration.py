@@ -13,6 +13,7 @@ from typing import Annotated
 
 from annotated_types import Ge, Le
 
+from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.hardware.control_table import Model, model
 from phasmid.recording.file import check_new_file, write_whole
@@ -79,16 +80,25 @@ class ServoCalibration:
         return low, high
 
 
+@checked
 def default_calibration(
-    robot: Robot, servo_model: Model, ids: Sequence[int] | None = None
+    robot: Robot, servo_model: Model | str | None = None, ids: Sequence[int] | None = None
 ) -> list[ServoCalibration]:
     """Return a calibration with the servos' middle at the middle of the joints' limits.
 
     Args:
         robot: The robot, L legs.
-        servo_model: Model of all servos.
-        ids: Ids leg by leg; None: 1 to 3 L.
+        servo_model: Model of all servos, or its name; None: that of the robot's servo.
+        ids: 3 L ids, leg by leg; None: 1 to 3 L.
+
+    Raises:
+        InvalidInput: The servo has no control table, or there are more or fewer ids.
     """
+    if not isinstance(servo_model, Model):
+        servo_model = model(servo_model or robot.servo.name)
+    count = len(JOINTS) * len(robot.legs)
+    if ids is not None and len(ids) != count:
+        raise InvalidInput(f"{len(ids)} ids are given; the robot has {count} servos.")
     register, bounds = servo_model.register("goal_position"), servo_model.register(POSITIONS)
     rows = []
     for k, leg in enumerate(robot.legs):
@@ -154,6 +164,7 @@ def _json(path: Path, content: str, robot: Robot) -> InvalidInput:
     )
 
 
+@checked
 def load_calibration(path: str | Path, robot: Robot) -> list[ServoCalibration]:
     """Read the calibration of a robot.
 
@@ -241,6 +252,7 @@ HEAD = """\
 """
 
 
+@checked
 def save_calibration(
     path: str | Path,
     calibration: Sequence[ServoCalibration],
