@@ -6,7 +6,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
-from phasmid.learning import WalkEnv, WalkVectorEnv, load_task, task_names
+from phasmid import load_robot, save_robot
+from phasmid.errors import InvalidInput
+from phasmid.learning import Task, WalkEnv, WalkVectorEnv, load_task, task_names
 
 NAMES = [f"Phasmid/{name.capitalize()}-v0" for name in task_names()]
 
@@ -166,3 +168,27 @@ def test_a_tenth_of_the_commands_is_zero():
     assert (np.abs(command) <= [table.forward, table.left, table.yaw]).all()
     single = ((command != 0).sum(axis=1) == 1).sum()
     assert abs(single - 1600) < 155
+
+
+def test_a_robot_is_a_file_of_any_format_or_an_object(tmp_path):
+    """The environments of a file, and of the robot that is read from it, are one."""
+    save_robot(load_robot("quadruped"), tmp_path / "mine.xml")
+    by_file = WalkEnv(robot=str(tmp_path / "mine.xml"))
+    by_object = WalkEnv(robot=load_robot(tmp_path / "mine.xml"))
+    actions = random_actions(1, 3, joints=12)[:, 0]
+    for ours, theirs in zip(
+        *(history(env, actions, 0) for env in (by_file, by_object)), strict=True
+    ):
+        assert (ours[0] == theirs[0]).all()
+    task = load_task().replace(robot=load_robot("quadruped"), rate=40.0)
+    assert task.robot.name == "quadruped"
+    assert Task.model_validate_json(task.model_dump_json()).robot == "quadruped"
+
+
+@pytest.mark.parametrize("action", [np.zeros(17), np.zeros((1, 18)), None, "x", 0.0])
+def test_an_action_of_another_shape_is_refused_in_a_sentence(action):
+    """In place of an error of a compiled function."""
+    env = WalkEnv()
+    env.reset(seed=0)
+    with pytest.raises(InvalidInput, match=r"^action (is|has shape) .*; it must"):
+        env.step(action)

@@ -12,8 +12,11 @@ import mujoco
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
+from jaxtyping import Float
 from mujoco.batch import SimulationError
 
+from phasmid.arguments import checked, described, numbers
+from phasmid.errors import InvalidInput
 from phasmid.learning.control_period import begin_period, end_period
 from phasmid.learning.corrections import Controllers
 from phasmid.learning.episodes import draw_episodes, random_states
@@ -53,6 +56,7 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}
 
+    @checked
     def __init__(
         self,
         num_envs: int = 1,
@@ -66,6 +70,12 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         task = task if isinstance(task, Task) else load_task(task)
         self.task = task = task.replace(**changes)
         self.num_envs, self.render_mode = num_envs, render_mode
+        modes = [mode.value for mode in AutoresetMode]
+        if autoreset_mode not in [*AutoresetMode, *modes]:
+            raise InvalidInput(
+                f"autoreset_mode is {described(autoreset_mode)}; it must be one of "
+                f"{', '.join(modes)}."
+            )
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {
             **type(self).metadata,
@@ -139,7 +149,7 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         running, begun = self._all, self._all[:0]
         if self._mode is AutoresetMode.NEXT_STEP:
             running, begun = np.flatnonzero(~self._ended), np.flatnonzero(self._ended)
-        actions = np.asarray(actions, float)
+        actions = _as_actions(actions, self.action_space, "actions")
         try:
             if self._controllers is None:
                 begin_period(physics.constants, e, actions, running)
@@ -243,7 +253,9 @@ class WalkEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Advance the robot by a control period; as of `WalkVectorEnv.step`."""
-        observations, rewards, fell, over, information = self.batch.step(np.asarray(action)[None])
+        observations, rewards, fell, over, information = self.batch.step(
+            _as_actions(action, self.action_space, "action")[None]
+        )
         return (
             observations[0],
             float(rewards[0]),
@@ -264,6 +276,23 @@ class WalkEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
 def _unbounded(width: int) -> gymnasium.spaces.Box:
     return gymnasium.spaces.Box(-np.inf, np.inf, (width,), np.float32)
+
+
+def _as_actions(
+    values: object, space: gymnasium.Space[np.ndarray], name: str
+) -> Float[np.ndarray, "..."]:
+    """Return the actions of a step as an array.
+
+    Raises:
+        InvalidInput: They are no numbers, or have another shape than their space.
+    """
+    array = numbers(values, name)
+    if array.shape != space.shape:
+        raise InvalidInput(
+            f"{name} has shape {array.shape}; it must have shape {space.shape}, as of "
+            "env.action_space."
+        )
+    return array
 
 
 def _first(information: dict[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from phasmid.learning.episodes import task_constants
 from phasmid.learning.model import FAST_STEP, fast_specification, robot_motor
 from phasmid.learning.observation import joint_names, observation_names
 from phasmid.learning.task import TERMS, Task
-from phasmid.scenario import Scenario
 
 
 def exported_specification(task: Task) -> mujoco.MjSpec:
@@ -22,7 +21,7 @@ def exported_specification(task: Task) -> mujoco.MjSpec:
     are the joints' damping. Delay, Coulomb friction and the friction that grows with the load are
     left out: they are in the task's constants.
     """
-    scenario = Scenario().replace(robot=task.robot)
+    scenario = task.scenario()
     robot = scenario.load_robot()
     constants = task_constants(task, robot)
     spec = fast_specification(robot, scenario.replace(dt=FAST_STEP), constants.terrain)
@@ -60,7 +59,7 @@ def export_task(task: Task, folder: str | Path) -> tuple[Path, Path]:
             f'action.kind is "{task.action.kind}"; only tasks with joint offsets are exported.',
             hint='"joint-offsets"',
         )
-    scenario = Scenario().replace(robot=task.robot)
+    scenario = task.scenario()
     robot = scenario.load_robot()
     c, motor = task_constants(task, robot), robot_motor(scenario, robot)
     constants = {

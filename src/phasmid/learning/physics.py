@@ -24,7 +24,6 @@ from phasmid.learning.model import (
 )
 from phasmid.learning.observation import action_names
 from phasmid.learning.task import Task
-from phasmid.scenario import Scenario
 from phasmid.simulation.loop import collect_engine_warnings
 from phasmid.simulation.servo import FAILED, SERVO_STATE, servo_parameters, servo_step
 
@@ -66,7 +65,7 @@ class Physics:
     """
 
     def __init__(self, task: Task, count: int, threads: int = 1) -> None:
-        scenario = Scenario().replace(robot=task.robot)
+        scenario = task.scenario()
         self.robot = robot = scenario.load_robot()
         self.constants = task_constants(task, robot)
         self.episodes = empty_episodes(count, len(robot.legs), len(action_names(task, robot)))

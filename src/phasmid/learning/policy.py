@@ -20,7 +20,6 @@ from phasmid.learning.episodes import States, empty_episodes, task_constants
 from phasmid.learning.observation import Observer, action_names
 from phasmid.learning.task import Task
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
 
 TASK_KEY = "phasmid_task"
 """Metadata of an ONNX file that holds the task as JSON."""
@@ -140,7 +139,7 @@ class PolicyController:
         if task is None:
             raise InvalidInput("the policy names no task; give the task for which it was trained.")
         self.task = task
-        robot = robot or Scenario().replace(robot=task.robot).load_robot()
+        robot = robot or task.scenario().load_robot()
         exact = {"joint_noise": 0.0, "gyro_noise": 0.0, "gravity_noise": 0.0}
         self._constants = task_constants(task.replace(randomisation=exact), robot)
         self._shape = len(robot.legs), 3

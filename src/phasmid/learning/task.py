@@ -7,8 +7,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le
+from pydantic import ConfigDict, field_serializer
 
+from phasmid.arguments import checked
 from phasmid.errors import located
+from phasmid.formats import with_robot
+from phasmid.robot import Robot
+from phasmid.scenario import Scenario
 from phasmid.tables import (
     Angle,
     AngularVelocity,
@@ -257,7 +262,7 @@ class Task(Table):
     """A learning task.
 
     Attributes:
-        robot: Robot preset, or path of a robot file.
+        robot: A preset, a robot file, or a `Robot`; the file of a policy keeps its name alone.
         fidelity: ``fast``: time steps of 4 ms, one sphere per foot, motors without inner law;
             ``full``: the model of `phasmid.drive`, with time steps of 1 ms, four points per foot,
             and the servo's law, gears, backlash and heat.
@@ -265,7 +270,9 @@ class Task(Table):
         duration: Length of an episode, after which it is truncated.
     """
 
-    robot: str = "phantomx-ax"
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    robot: str | Robot = "phantomx-ax"
     fidelity: Literal["fast", "full"] = "fast"
     rate: Positive = 50.0
     duration: Annotated[Time, Gt(0)] = 20.0
@@ -279,6 +286,19 @@ class Task(Table):
     terrain: TerrainTable = TerrainTable()
     damage: DamageTable = DamageTable()
 
+    @field_serializer("robot")
+    def _name_robot(self, robot: str | Robot) -> str:
+        return robot.name if isinstance(robot, Robot) else robot
+
+    def scenario(self) -> Scenario:
+        """Return the default scenario with the task's robot.
+
+        Raises:
+            InvalidInput: The robot's file is absent or not well formed.
+            InvalidRobot: No machine could have its numbers.
+        """
+        return with_robot(Scenario().replace(robot=self.robot))
+
     def replace(self, **changes: Any) -> Task:
         """Return this task with other values.
 
@@ -289,7 +309,7 @@ class Task(Table):
         Raises:
             InvalidInput: There is no such field, or the value is refused.
         """
-        raw = self.model_dump()
+        raw = self.model_dump() | {"robot": self.robot}
         for name, value in changes.items():
             table = getattr(self, name, None)
             if isinstance(table, Table) and isinstance(value, Mapping):
@@ -304,6 +324,7 @@ def task_names() -> tuple[str, ...]:
     return preset_names("phasmid.learning")
 
 
+@checked
 def load_task(source: str | Path = "walk") -> Task:
     """Load a task from a preset or a file.
 
@@ -318,6 +339,6 @@ def load_task(source: str | Path = "walk") -> Task:
     raw, content = read_toml(path)
     with located(path.name):
         task = validate(Task, raw, in_file(path, content))
-    if Path(task.robot).suffix:
+    if isinstance(task.robot, str) and Path(task.robot).suffix:
         return task.model_copy(update={"robot": str(path.parent / task.robot)})
     return task
