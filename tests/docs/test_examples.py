@@ -54,6 +54,7 @@ def test_the_readmes_python_code_runs(run, tmp_path):
     [
         "architecture",
         "control",
+        "conventions",
         "forces",
         "gaits",
         "learning",
