@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,7 +14,9 @@ class PhasmidError(Exception):
     Attributes:
         what: Cause and requirement, one sentence.
         where: File and line, field or option that it comes from; empty where nothing is known.
-        hint: One thing to try; empty where there is none.
+        hint: One thing to try; empty where there is none. It begins with what is typed: ``key =
+            value`` of a scenario or of the file that `where` names, ``"name"`` in place of the one
+            that `what` quotes, or a command. Of ``key = value`` the command line makes options.
         exit_status: Exit status of the command line.
     """
 
@@ -24,7 +26,26 @@ class PhasmidError(Exception):
         super().__init__(what)
         self.what = what
         self.where = where
-        self.hint = hint
+        self._hint: str | Callable[[], str] = hint
+
+    @property
+    def hint(self) -> str:
+        """One thing to try."""
+        if callable(self._hint):
+            self._hint = self._hint()
+        return self._hint
+
+    @hint.setter
+    def hint(self, text: str) -> None:
+        self._hint = text
+
+    def advise(self, find: Callable[[], str]) -> None:
+        """Set a hint that takes time to find, and is found when it is read.
+
+        Args:
+            find: Returns it.
+        """
+        self._hint = find
 
     def __str__(self) -> str:
         lines = [plain(self.what)]
@@ -168,6 +189,20 @@ def located(where: str) -> Iterator[None]:
         yield
     except PhasmidError as error:
         error.where = error.where or where
+        raise
+
+
+@contextmanager
+def advised(hint: str) -> Iterator[None]:
+    """Give another hint to an error.
+
+    Args:
+        hint: One thing to try.
+    """
+    try:
+        yield
+    except PhasmidError as error:
+        error.hint = hint
         raise
 
 

@@ -265,10 +265,11 @@ def _speak(
         key, inside = _cut(str(loc[-1])), subject.rpartition(".")[0]
         what = f'unknown key "{key}" in {inside}.' if inside else f'unknown key "{key}".'
         return InvalidInput(what, where=where, hint=_hint_for_key(key, table, parent))
+    hints = [m.text for m in field.metadata if isinstance(m, Hint)] if field else []
     if detail["type"] == "missing":
         key = key_of(str(loc[-1]), field) if field else str(loc[-1])
-        return InvalidInput(f"{subject} is missing.", where=where, hint=f"{key} = ...")
-    hints = [m.text for m in field.metadata if isinstance(m, Hint)] if field else []
+        hints += [] if isinstance(loc[-1], int) else [f"{key} = ..."]
+        return InvalidInput(f"{subject} is missing.", where=where, hint=hints[0] if hints else "")
     guess = nearest(value, choices(field)) if field and isinstance(value, str) else ""
     if guess:
         hints.append(f'"{guess}"')

@@ -80,6 +80,17 @@ def plain_number(value: float, digits: int = 4) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
+def rounded_down(value: float, digits: int = 3) -> str:
+    """Return an upper bound in few digits, not above it.
+
+    Args:
+        value: The bound, greater than 0.
+        digits: Significant digits.
+    """
+    place = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
+    return f"{math.floor(value * place * (1 + 1e-9)) / place:.12g}"
+
+
 @lru_cache(4096)
 def split_unit(key: str) -> tuple[str, str]:
     """Split a key into its name and the unit that ends it.

@@ -63,7 +63,7 @@ def test_a_scenario_repeats_without_the_file_of_its_gait(tmp_path):
             "duty_factor = 1.4\noffsets = [0, 0.5, 0, 0.5, 0, 0.5]\n",
             "gait.duty_factor is 1.4; it must be greater than 0 and less than 1.",
             "mine.toml, line 1",
-            "duty_factor = 0.5, the tripod gait of the paper",
+            "duty_factor = 0.5, as the tripod gait of the paper",
             id="G1",
         ),
         pytest.param(

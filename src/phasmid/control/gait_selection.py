@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from phasmid.control.settings import EngineSettings
 from phasmid.control.types import Model, Reference
 from phasmid.errors import InvalidInput
-from phasmid.gait import Gait, Limp, gaits_of, load_gait, without_legs
+from phasmid.gait import Gait, Limp, default_gait, load_gait, without_legs
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import Robot
 
@@ -101,7 +101,7 @@ class GaitSelector:
     def _find(self, gait: str | Gait | None) -> Gait:
         legs = len(self._robot.legs)
         if gait is None:
-            return next(iter(gaits_of(legs).values()))
+            return default_gait(legs)
         if isinstance(gait, str):
             return load_gait(gait, legs)
         if len(gait.offsets) != legs:

@@ -23,8 +23,8 @@ class EngineSettings:
     """Settings of the locomotion engine; a command may replace gait, period and step height.
 
     Attributes:
-        gait: Name of a gait of the library for the robot's number of legs, or the gait; None:
-            tripod, tetrapod or crawl, the first of the library.
+        gait: Name of a gait of the library for the robot's number of legs, or the gait; None: the
+            default, as of `phasmid.gait.default_gait`.
         period: Duration of a cycle [s]; None: a swing takes 0.5 s, with sway 2/3 s.
         step_height: Height to which a foot lifts above the line from lift-off to touchdown [m].
         update_period: Time from one update to the next [s].

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,7 +54,7 @@ class Gait:
             raise InvalidGait(
                 f"gait.duty_factor is {self.duty_factor:g}; it must be greater than 0 and less "
                 "than 1.",
-                hint="duty_factor = 0.5, the tripod gait of the paper",
+                hint="duty_factor = 0.5, as the tripod gait of the paper",
             )
         for i, offset in enumerate(self.offsets):
             if not 0 <= offset < 1:
@@ -71,12 +72,13 @@ class Gait:
             phase = float(middles[np.argmin(standing)])
             # With the lifts as they are, a foot may not be up while more than n - 3 others are.
             count = len(self.offsets)
-            least = 1 - self._longest_swing(count)
+            least = math.ceil(1000 * (1 - self._longest_swing(count))) / 1000
+            even = [round(leg / count, 3) for leg in range(count)]
             raise InvalidGait(
                 f'gait "{self.name}" leaves {standing.min()} to {standing.max()} feet on the '
                 f"ground, {standing.min()} at phase {phase:.2f}; "
                 f"at least {FEWEST_FEET} are needed.",
-                hint=f"duty_factor = {least:.3g} or more" if least < 1 else "other offsets",
+                hint=f"duty_factor = {least:g} or more" if least < 1 else f"offsets = {even}",
             )
 
     def _longest_swing(self, count: int) -> float:

@@ -126,20 +126,47 @@ def gaits_of(leg_count: int) -> Mapping[str, Gait]:
     return {gait.name: gait for gait in made}
 
 
+def default_gait(leg_count: int) -> Gait:
+    """Return the gait of a robot where none is named: the first of `gaits_of`.
+
+    Args:
+        leg_count: Number of the robot's legs.
+
+    Raises:
+        InvalidGait: There is none for that number of legs.
+    """
+    for gait in gaits_of(leg_count).values():
+        return gait
+    raise InvalidGait(
+        f"there is no gait for {leg_count} legs.", hint="a gait file with one offset per leg"
+    )
+
+
 GAIT_NAMES = (*(HEXAPOD_GAITS | QUADRUPED_GAITS | OCTOPOD_GAITS), "alternating")
 """Names of all gaits."""
 
 
-def check_gait_name(name: str) -> None:
+def check_gait_name(name: str, leg_count: int) -> None:
     """Refuse a name that no gait has for any number of legs.
+
+    Args:
+        name: The name.
+        leg_count: Number of the robot's legs, whose gaits are proposed.
 
     Raises:
         InvalidGait: There is no such gait; the hint is the nearest name.
     """
     if name not in GAIT_NAMES:
-        guess, known = nearest(name, GAIT_NAMES), ", ".join(GAIT_NAMES)
-        hint = f'"{guess}" (known: {known})' if guess else f"one of {known}"
-        raise InvalidGait(f'no gait called "{name}".', hint=hint)
+        raise InvalidGait(f'no gait called "{name}".', hint=_known_gaits(name, leg_count))
+
+
+def _known_gaits(name: str, leg_count: int) -> str:
+    """Return the gaits for a number of legs, the one with the nearest name first."""
+    known = gaits_of(leg_count)
+    if not known:
+        return "a gait file with one offset per leg"
+    guess = nearest(name, known) or next(iter(known))
+    return f'"{guess}"' + (f" (known: {', '.join(known)})" if len(known) > 1 else "")
 
 
 def load_gait(name: str | Path, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
@@ -159,12 +186,12 @@ def load_gait(name: str | Path, leg_count: int = 6, leg_names: Sequence[str] = (
     name = str(name)
     known = gaits_of(leg_count)
     if name not in known:
-        check_gait_name(name)
+        check_gait_name(name, leg_count)
         counts = [str(count) for count, gaits in GAITS.items() if name in gaits]
         raise InvalidGait(
             f'gait "{name}" has no meaning for {leg_count} legs; it is one of '
             f"{' or '.join(counts) or '10, 12 or more'} legs.",
-            hint=f"one of {', '.join(known)}" if known else "a gait file with one offset per leg",
+            hint=_known_gaits(name, leg_count),
         )
     return known[name]
 

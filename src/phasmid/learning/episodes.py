@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from phasmid.compiled import compiled, internal
-from phasmid.gait import gaits_of, load_gait
+from phasmid.gait import default_gait, load_gait
 from phasmid.kinematics import body_height, hip_from_body, joint_angles, neutral_feet
 from phasmid.learning.task import TERMS, Task
 from phasmid.learning.terrain import Terrain, training_terrain
@@ -94,7 +94,7 @@ def task_constants(task: Task, robot: Robot) -> Constants:
     """Return the constants of a task with a robot of L legs."""
     feet = neutral_feet(robot)
     legs = len(robot.legs)
-    gait = load_gait(task.gait.name or next(iter(gaits_of(legs))), legs)
+    gait = load_gait(task.gait.name, legs) if task.gait.name else default_gait(legs)
     dt, table = 1 / task.rate, task.commands
     terrain = training_terrain(task.terrain)
     mirrored = feet * np.array([1.0, -1.0, 1.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -11,8 +12,16 @@ from typing import Annotated, Any
 from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
-from phasmid.errors import InvalidGait, InvalidInput, nearest
-from phasmid.gait import GAIT_NAMES, Gait, gaits_of, load_gait, offsets_in_order
+from phasmid.errors import InvalidGait, InvalidInput, advised, nearest
+from phasmid.gait import (
+    GAIT_NAMES,
+    Gait,
+    check_gait_name,
+    default_gait,
+    gaits_of,
+    load_gait,
+    offsets_in_order,
+)
 from phasmid.recording.channels import MOST_RECORDED
 from phasmid.robot import (
     Robot,
@@ -52,7 +61,7 @@ from phasmid.tables import (
 )
 from phasmid.terrain import Flat, Ground
 from phasmid.toml import is_file
-from phasmid.units import split_unit
+from phasmid.units import rounded_down, split_unit
 
 MOST_SAMPLES = 10_000_000
 """Most samples of a planned walk: above it the walk alone would fill the memory."""
@@ -90,7 +99,7 @@ class Scenario(Table):
     name: Annotated[
         str,
         StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"),
-        Hint("letters, digits, and . _ - between them, 64 at most"),
+        Hint('name = "walk", of letters, digits, and . _ - between them, 64 at most'),
     ] = "walk"
     description: str = ""
     robot: str | Robot = "phantomx-paper"
@@ -107,6 +116,18 @@ class Scenario(Table):
     robot_import: ImportOptions = ImportOptions()
 
     @model_validator(mode="after")
+    def _check_gait(self) -> Scenario:
+        name = self.gait.name
+        if name is not None and self.gait.offsets is None:
+            # A robot that cannot be read here refuses the gait, or is refused, when it is read.
+            try:
+                legs = len(self.base_robot().legs)
+            except InvalidInput:
+                return self
+            check_gait_name(name, legs)
+        return self
+
+    @model_validator(mode="after")
     def _check_size(self) -> Scenario:
         dt, most = self.simulation.time_step, self.simulation.max_steps
         steps = (self.duration + SETTLING_TIME) / dt
@@ -114,7 +135,7 @@ class Scenario(Table):
             raise InvalidInput(
                 f"{self.duration:g} s at {1000 * dt:g} ms is {steps:.3g} steps, with "
                 f"{SETTLING_TIME:g} s to settle; the limit is {float(most):g}.",
-                hint="--max-steps, or a shorter duration",
+                hint=self._shorter(),
             )
         if self.stride.period is not None:
             self._check_samples(self.stride.period)
@@ -124,7 +145,8 @@ class Scenario(Table):
         if not is_whole and self.simulation.dt is not None:
             raise InvalidInput(
                 f"record_interval is {interval:g} s; "
-                f"it must be a whole number of steps of {dt:g} s."
+                f"it must be a whole number of steps of {dt:g} s.",
+                hint=f"record_interval = {max(1, round(count)) * dt:.9g}",
             )
         if self.sensors.measured == "everything":
             self.sensors.check_interval(dt * self.record_steps)
@@ -134,9 +156,19 @@ class Scenario(Table):
                 f"{self.duration:g} s recorded every {1000 * dt * self.record_steps:g} ms is "
                 f"{recorded:.3g} samples, about {recorded * 2.1e-6:.3g} GB; the limit is "
                 f"{float(MOST_RECORDED):g}.",
-                hint="a longer --record-interval, or a shorter duration",
+                hint=self._shorter(),
             )
         return self
+
+    def _shorter(self, period: float = math.inf) -> str:
+        """Return a duration within all limits of a run's size, or a time step that allows one."""
+        dt, period = self.simulation.time_step, self.stride.period or period
+        longest = min(
+            self.simulation.max_steps * dt - SETTLING_TIME,
+            MOST_RECORDED * dt * self.record_steps,
+            MOST_SAMPLES * period / self.stride.samples,
+        )
+        return f"duration = {rounded_down(longest)}" if longest > dt else f"dt = {USUAL_STEP}"
 
     def _check_samples(self, period: float) -> None:
         samples = self.duration / period * self.stride.samples
@@ -144,7 +176,7 @@ class Scenario(Table):
             raise InvalidInput(
                 f"{self.duration:g} s at {self.stride.samples} samples a cycle is {samples:.3g} "
                 f"samples; the limit is {float(MOST_SAMPLES):g}.",
-                hint="a shorter duration, or fewer samples",
+                hint=self._shorter(period),
             )
 
     @property
@@ -191,7 +223,8 @@ class Scenario(Table):
             given[name] = key
             if name in Scenario.model_fields:
                 table = raw
-                value = {"name": value} if key == "gait" and isinstance(value, str) else value
+                if key == "gait" and (value is None or isinstance(value, str)):
+                    value = {"name": value}
             elif name in paths:
                 table = raw[paths[name][0]]
             else:
@@ -256,17 +289,22 @@ class Scenario(Table):
         return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
 
     def for_robot(self, robot: str | Robot) -> Scenario:
-        """Return this scenario for another robot, whose contact and period follow it.
+        """Return this scenario for another robot, whose gait, contact and period follow it.
 
         `replace` keeps a period, and contact numbers of ``phantomx-ax``, that the scenario states.
-        The scenario's own robot changes nothing.
+        A gait that is not the default of the scenario's own robot is kept. The scenario's own robot
+        changes nothing.
 
         Args:
             robot: A preset, a robot file, or the robot.
         """
         if robot == self.robot:
             return self
-        return self.replace(robot=robot, period=None, contact_scale="robot")
+        changes: dict[str, Any] = {"period": None, "contact_scale": "robot"}
+        if self.gait.name is not None:
+            own = default_gait(len(self.base_robot().legs)).name
+            changes |= {"gait": None} if self.gait == GaitTable(name=own) else {}
+        return self.replace(robot=robot, **changes)
 
     def scale(self, robot: Robot) -> Scale:
         """Return weight and leg length of a robot relative to ``phantomx-ax``.
@@ -338,15 +376,15 @@ class Scenario(Table):
         """
         table = self.gait
         if table.offsets is None:
-            gait = load_gait(table.name, leg_count)
+            gait = load_gait(table.name, leg_count) if table.name else default_gait(leg_count)
             if table.duty_factor is not None and table.duty_factor != gait.duty_factor:
-                name = _with_duty_factor(table.name, table.duty_factor)
-                gait = replace(gait, name=name, duty_factor=table.duty_factor)
+                name = _with_duty_factor(gait.name, table.duty_factor)
+                own = math.ceil(1000 * gait.duty_factor) / 1000
+                with advised(f"duty_factor = {own:g}, that of the gait"):
+                    gait = replace(gait, name=name, duty_factor=table.duty_factor)
             return gait if table.sway is None else replace(gait, sway=table.sway)
         if table.duty_factor is None:
-            raise InvalidGait(
-                f'gait "{table.name}" has offsets but no duty_factor.', hint="duty_factor = 0.5"
-            )
+            raise InvalidGait("the gait has offsets but no duty_factor.", hint="duty_factor = 0.5")
         offsets = table.offsets
         if isinstance(offsets, dict):
             names = leg_names or [leg.name for leg in self.base_robot().legs]
@@ -355,8 +393,9 @@ class Scenario(Table):
             raise InvalidGait(
                 f"gait.offsets has {len(offsets)} values; one per leg, {leg_count} in all."
             )
-        gait = Gait(table.name, table.duty_factor, offsets, table.sway or 0.0)
-        if table.name in GAIT_NAMES and gait != gaits_of(leg_count).get(table.name):
+        gait = Gait(table.name or "own", table.duty_factor, offsets, table.sway or 0.0)
+        is_library = table.name in GAIT_NAMES and gait == gaits_of(leg_count).get(table.name)
+        if not is_library and table.name in (None, *GAIT_NAMES):
             return replace(gait, name=_with_duty_factor("custom", gait.duty_factor))
         return gait
 

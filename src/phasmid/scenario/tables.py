@@ -14,7 +14,7 @@ from jaxtyping import Float
 from pydantic import BeforeValidator, Field, model_validator
 
 from phasmid.errors import InvalidInput
-from phasmid.gait import Gait, check_gait_name, is_gait_file, read_gait
+from phasmid.gait import Gait, is_gait_file, read_gait
 from phasmid.robot import Servo
 from phasmid.robot.servo import both_directions
 from phasmid.robot.table import MOST_LEGS
@@ -34,14 +34,15 @@ from phasmid.tables import (
     Time,
     Voltage,
 )
-from phasmid.units import STANDARD_GRAVITY
+from phasmid.units import STANDARD_GRAVITY, rounded_down
 
 
 class GaitTable(Table):
     """``gait = "wave"``, a gait file, or a table of its own numbers.
 
     Attributes:
-        name: A gait of the library, a gait file, or any name where offsets are given.
+        name: A gait of the library, a gait file, or any name where offsets are given; absent: the
+            first of the library for the robot's number of legs.
         duty_factor: Fraction of the cycle for which each foot stands.
         offsets: For each leg the fraction of the cycle at which it lifts, in the legs' order, or
             by the legs' names.
@@ -49,7 +50,7 @@ class GaitTable(Table):
             middle of all feet; absent: as the gait of the library does, or not at all.
     """
 
-    name: str = "tripod"
+    name: str | None = None
     duty_factor: Number | None = None
     offsets: (
         Annotated[tuple[Number, ...], Field(max_length=MOST_LEGS)]
@@ -57,12 +58,6 @@ class GaitTable(Table):
         | None
     ) = None
     sway: Number | None = None
-
-    @model_validator(mode="after")
-    def _check_name(self) -> GaitTable:
-        if self.offsets is None:
-            check_gait_name(self.name)
-        return self
 
     @model_validator(mode="before")
     @classmethod
@@ -118,7 +113,7 @@ class StrideTable(Table):
     step_turn: Annotated[Angle, Ge(-np.pi), Le(np.pi)] = 0.0
     step_height: Annotated[Length, Ge(0)] = 0.030
     period: Annotated[Time, Gt(0)] | None = None
-    samples: Annotated[Count, Ge(9), Le(100_000), Hint("41, as the paper; two phases need 9")] = 41
+    samples: Annotated[Count, Ge(9), Le(100_000), Hint("samples = 41, as in the paper")] = 41
     stance_law: Literal["straight", "coxa-only"] = "straight"
     stance_timing: Literal["rest-to-rest", "constant-speed"] = "rest-to-rest"
     curve: Literal["quintic", "cubic-spline"] = "quintic"
@@ -516,16 +511,15 @@ class SensorsTable(Table):
         Raises:
             InvalidInput: A sensor reads more often; old values would pass for new ones.
         """
-        for sensor in sensors:
-            rate = getattr(self, f"{sensor}_rate")
-            # A millionth: times of samples are sums of steps.
-            if interval * rate > 1 + 1e-6:
-                raise InvalidInput(
-                    f"{sensor}_rate is {rate:g} readings a second and a sample is recorded every "
-                    f"{1000 * interval:g} ms; old values would pass for new readings.",
-                    hint=f"record_interval_ms = {1000 / rate:g} or less, or {sensor}_rate = "
-                    f"{1 / interval:g} or less",
-                )
+        names = [f"{sensor}_rate" for sensor in sensors]
+        # A millionth: times of samples are sums of steps.
+        quick = [name for name in names if interval * getattr(self, name) > 1 + 1e-6]
+        if quick:
+            raise InvalidInput(
+                f"{quick[0]} is {getattr(self, quick[0]):g} readings a second and a sample is "
+                f"recorded every {1000 * interval:g} ms; old values would pass for new readings.",
+                hint=", ".join(f"{name} = {rounded_down(1 / interval)}" for name in quick),
+            )
 
 
 class ImportOptions(Table):
@@ -567,7 +561,7 @@ class ImportOptions(Table):
             if not (name and equals and folder):
                 raise InvalidInput(
                     f'package is "{pair}"; it must be a name and its folder.',
-                    hint="--package my_robot=../my_robot",
+                    hint='package = "my_robot=../my_robot"',
                 )
             packages[name.strip()] = folder.strip()
         return packages

@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import FailFast, model_validator
 
 from phasmid.errors import InvalidInput, located
-from phasmid.tables import Angle, Count, Length, Number, Of, Table, in_si
+from phasmid.tables import Angle, Count, Hint, Length, Number, Of, Table, in_si
 from phasmid.terrain import (
     Blocks,
     Course,
@@ -106,7 +106,11 @@ class TerrainTable(Table):
         "ice",
     ] = "flat"
     friction: Annotated[Number, Ge(0)] = 0.7
-    patches: Annotated[tuple[tuple[Number, Number, Number, Number, Number], ...], FailFast()] = ()
+    patches: Annotated[
+        tuple[tuple[Number, Number, Number, Number, Number], ...],
+        FailFast(),
+        Hint("patches = [[0.2, 0.4, -1, 1, 0.3]]"),
+    ] = ()
     planned_on: Literal["terrain", "level"] = "terrain"
     terrain_start: Annotated[Length, Ge(-100), Le(100)] | None = None
     terrain_yaw: Annotated[Angle, Ge(-math.pi), Le(math.pi)] = 0.0
@@ -224,7 +228,7 @@ class TerrainTable(Table):
             if not self.height_map:
                 raise InvalidInput(
                     "a height map needs a file; terrain.height_map names none.",
-                    hint='height_map = "hills.png"',
+                    hint="a .png, .npy or .csv file of heights as height_map",
                 )
             source = self.height_map
             white, cell = self.map_height, self.map_cell

@@ -71,7 +71,7 @@ class Setting:
             raise InvalidInput(
                 f"dt is {scenario.simulation.time_step:g} s; in the studio it must be at least "
                 f"{SHORTEST_STEP:g} s, so that it keeps up with real time.",
-                hint="--dt 0.001",
+                hint="dt = 0.001",
             )
         samples = scenario.duration / stride.period * stride.samples
         if self.walks == "the plan" and samples > MOST_PLANNED:
@@ -159,7 +159,7 @@ class Setting:
     def with_robot(self, robot: str | Robot) -> Setting:
         """Return the setting with another robot, in its own stance, period and contact.
 
-        A gait for another number of legs becomes the first of the robot's own.
+        A gait for another number of legs becomes the robot's default.
 
         Args:
             robot: Name of a preset, or the robot.
@@ -169,10 +169,9 @@ class Setting:
         if self.scenario.simulation.drive == "servo" and base.servo.stall_current is None:
             # The servo's own law needs its stall current.
             changes["drive"] = "ideal-servo"
-        gaits = gaits_of(len(base.legs))
-        if gaits and len(base.legs) != len(self.base.legs):
-            name = self.scenario.gait.name
-            changes["gait"] = name if name in gaits else next(iter(gaits))
+        others = len(base.legs) != len(self.base.legs)
+        if others and self.gait.name not in gaits_of(len(base.legs)):
+            changes["gait"] = None
         return replace(
             self,
             scenario=self.scenario.for_robot(robot).replace(**changes),
