@@ -165,7 +165,7 @@ def test_servos_that_do_not_hold_give_status_2(capsys):
         (["phantomx-ax", "--payload-g", "much"], '--payload-g is "much"'),
         (["phantomx-ax", "--payload-g", "-5"], "--payload-g is -5"),
         (["phantomx-ax", "--speed-mm-s", "0"], '--speed-mm-s is "0"'),
-        (["phantomx-ax", "--speed-mm-s", "900"], "another --speed-mm-s, --step-length-mm"),
+        (["phantomx-ax", "--speed-mm-s", "900"], "--speed-mm-s 133"),
         (["phantomx-ax", "--servo", "mg996r"], 'try  "MG996R"'),
         (["phantomx-ax", "--battery-mah", "nan"], '--battery-mah is "nan"'),
         (["phantomx-ax", "--figure", "advice.txt"], '--figure is "advice.txt"'),

@@ -80,8 +80,7 @@ def test_a_stance_is_as_wide_and_high_as_told_in_the_bodys_axes():
         ),
         (
             {"robot": TILTED, "step_length_mm": 400},
-            "stride of 400 mm puts right_rear at 0.341 m from its coxa axis; it reaches 0.273 m. "
-            "Longest stride in reach: 236 mm.",
+            "step of 400 mm puts right_rear at 0.341 m from its coxa axis; it reaches 0.273 m.",
         ),
         (
             {"robot": "quadruped", "gait": {"name": "crawl", "sway": 0.0}, "step_length_mm": -40},

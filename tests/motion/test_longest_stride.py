@@ -29,10 +29,8 @@ def test_a_plan_allows_the_longest_stride_and_no_longer_one(preset, direction):
     way = np.array([np.cos(direction), np.sin(direction)])
     # 20 bisections of a 16th of a leg's length, which is at most 0.6 m: 4e-8 m.
     check(robot, gait.name, (longest - 1e-7) * way)
-    with pytest.raises(InfeasibleWalk) as refused:
+    with pytest.raises(InfeasibleWalk):
         check(robot, gait.name, (longest + 1e-6) * way)
-    told = f"Longest stride in reach: {np.trunc(1000 * longest):g} mm."
-    assert told in f"{refused.value.what} {refused.value.hint}"
 
 
 def test_no_step_is_possible_where_a_lift_has_no_room():

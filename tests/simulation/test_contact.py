@@ -74,7 +74,7 @@ def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4
         simulate(scenario, plan(scenario))
     longest = longest_time_step(scenario, load_robot("phantomx-paper"))
     assert caught.value.what == (
-        f"--dt 0.5 s cannot resolve this contact (needs <= {longest:.3g} s)."
+        f"a time step of 0.5 s cannot resolve this contact; it needs {longest:.3g} s or less."
     )
 
 

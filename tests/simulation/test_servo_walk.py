@@ -86,9 +86,15 @@ def test_servos_at_full_output_for_too_long_shut_down():
 @pytest.mark.parametrize(
     ("scenario", "said"),
     [
-        (PAPER.replace(dt=2e-3), "--dt 0.002 s cannot resolve the gears of the servo AX-12A"),
+        (
+            PAPER.replace(dt=2e-3),
+            "a time step of 0.002 s cannot resolve the gears of the servo AX-12A",
+        ),
         # Too long for the contact too: the bound that is told is the one that counts for both.
-        (PAPER.replace(dt=5e-3), "--dt 0.005 s cannot resolve the gears of the servo AX-12A"),
+        (
+            PAPER.replace(dt=5e-3),
+            "a time step of 0.005 s cannot resolve the gears of the servo AX-12A",
+        ),
         (PAPER.replace(robot=with_servo(stall_current=None)), "servo AX-12A has no stall_current"),
     ],
 )

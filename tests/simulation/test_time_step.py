@@ -1,5 +1,6 @@
 """The time step that is chosen from contact, gears, rate and recording."""
 
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -56,7 +57,7 @@ def test_a_given_step_that_is_too_long_is_refused_with_one_that_works():
     scenario = own_law(robot, dt=0.001)
     with pytest.raises(InvalidInput, match="cannot resolve the gears of the servo") as caught:
         with_time_step(scenario, plan(scenario), 1 / 150)
-    step = float(caught.value.hint.removeprefix("--dt "))
+    step = float(caught.value.hint.removeprefix("dt = "))
     assert step <= limit(scenario, robot)
     scenario = scenario.replace(dt=step, duration=0.05)
     run = new_drive(scenario, None, Command(), rate=150.0)
@@ -72,7 +73,9 @@ def test_a_contact_that_no_practical_step_resolves_is_refused():
     scenario = Scenario(robot=AX).replace(stiffness=1e9, damping=1e6)
     with pytest.raises(InvalidInput, match="a time step cannot resolve this contact") as caught:
         with_time_step(scenario, plan(scenario))
-    assert caught.value.hint == "a smaller --stiffness or --damping"
+    assert caught.value.hint == "stiffness = 10000, damping = 30"
+    numbers = tomllib.loads(f"x = {{ {caught.value.hint} }}")["x"]
+    with_time_step(scenario.replace(**numbers), plan(scenario))
 
 
 def test_a_robot_of_its_own_servos_walks_at_the_chosen_step():

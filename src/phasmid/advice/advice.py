@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.advice.load import ServoLoad, simulate_load
 from phasmid.arguments import checked
-from phasmid.errors import InvalidInput
+from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.forces.servo_verdict import Holding, ServoVerdict, duration_words, servo_verdict
 from phasmid.motion import Walk, plan
 from phasmid.robot import JOINTS, Robot, Servo, load_servo, with_payload, with_servo
 from phasmid.robot.file import servo_names
 from phasmid.robot.servo import HEAT_RANGE
 from phasmid.scenario import Scenario
+from phasmid.toml import toml_value
+from phasmid.units import rounded_down
 
 WARM_UP, MEASURED = 1, 3
 """Cycles that are simulated: first those that do not count, then those that do."""
@@ -190,14 +194,33 @@ def plan_cycles(
             raise InvalidInput(f"speed is {speed:g} m/s; it must be greater than 0.")
         if own <= 0:
             raise InvalidInput(
-                "step_length is 0; a speed needs a step ahead.", hint="step_length=0.04"
+                "step_length is 0; a speed needs a step ahead.", hint="step_length_mm = 40"
             )
         # Whole time steps of a cycle spare the plan from being computed for each step.
         dt = scenario.simulation.time_step
         scenario = scenario.replace(period=round(scenario.period * own / speed / dt) * dt)
         own = scenario.stride.step_length / (gait.duty_factor * scenario.period)
     scenario = scenario.replace(duration=cycles * scenario.period)
-    return scenario, plan(scenario), own
+    try:
+        return scenario, plan(scenario), own
+    except InfeasibleWalk as error:
+        error.hint = _with_speed(error.hint, scenario)
+        raise
+
+
+def _with_speed(hint: str, scenario: Scenario) -> str:
+    """Return settings of a walk with its speed [m/s] in place of its period."""
+    try:
+        changes: dict[str, Any] = tomllib.loads(f"x = {{ {hint} }}")["x"]
+    except tomllib.TOMLDecodeError:
+        return hint
+    changed, robot = scenario.replace(**changes), scenario.base_robot()
+    gait = changed.load_gait(len(robot.legs), robot.leg_names)
+    speed = changed.stride.step_length / (gait.duty_factor * changed.period)
+    rest = {key: value for key, value in changes.items() if key != "period"}
+    return ", ".join(
+        [f"speed = {rounded_down(speed)}", *(f"{k} = {toml_value(v)}" for k, v in rest.items())]
+    )
 
 
 def _with_servo_mass(robot: Robot, servo: Servo) -> Robot:

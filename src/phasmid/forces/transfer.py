@@ -8,6 +8,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 from phasmid.gait.gait import PHASE_TOLERANCE
+from phasmid.units import rounded_down
 
 
 def load_share(
@@ -36,7 +37,7 @@ def load_share(
         raise InvalidInput(
             f"the load transfer takes {window:.4g} s; it must take between 0 and {longest:.4g} s, "
             f"half of the shorter of stance ({stance:.4g} s) and swing ({swing:.4g} s).",
-            hint=f"load_transfer = {longest / 2:.4g}",
+            hint=f"load_transfer = {rounded_down(longest)}",
         )
     phase = np.asarray(time / period)
     share = gait.stance(phase).astype(float)

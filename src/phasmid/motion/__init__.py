@@ -9,6 +9,7 @@ from phasmid.motion.explanation import (
     explain_walk,
 )
 from phasmid.motion.feasibility import fastest, has_room_for, longest_stride
+from phasmid.motion.remedies import plan
 from phasmid.motion.trajectory import (
     JointTrajectory,
     Motion,
@@ -18,7 +19,7 @@ from phasmid.motion.trajectory import (
 )
 from phasmid.motion.trajectory_file import load_trajectory
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
-from phasmid.motion.walk import Walk, plan
+from phasmid.motion.walk import Walk
 
 __all__ = [
     "Course",

@@ -188,8 +188,6 @@ def plan_course(
         raise InfeasibleWalk(
             f"{place(scenario, land[n, leg])} {robot.legs[leg].name} finds no foothold within "
             f"{1000 * scenario.footing.search_radius:g} mm of ({x:.3f}, {y:.3f}) m.",
-            hint="another stride, a larger search_radius or steepest_foothold, or a smaller "
-            "foothold_margin",
         )
     _check_grip(scenario, terrain, footholds.place[counted][:, :2])
     ends = (footholds.place[:-1].reshape(-1, 3), footholds.place[1:].reshape(-1, 3))
@@ -199,8 +197,7 @@ def plan_course(
         n, leg = struck[np.argmin(lift[1:][tuple(struck.T)])]
         raise InfeasibleWalk(
             f"{place(scenario, lift[n + 1, leg])} {robot.legs[leg].name} would strike the ground "
-            "in its swing, or wait for too much of it.",
-            hint="a larger step_height, or a larger foothold_margin",
+            "in its swing, or wait for too much of it."
         )
     return Course(
         scenario,

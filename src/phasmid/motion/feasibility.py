@@ -10,8 +10,14 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk
-from phasmid.gait import Gait, shortfall
-from phasmid.kinematics import hip_from_body, joint_angles, reach, within_reach
+from phasmid.gait import Gait, shortfall, support_margin
+from phasmid.kinematics import (
+    centre_of_mass,
+    hip_from_body,
+    joint_angles,
+    reach,
+    within_reach,
+)
 from phasmid.motion.course import Course, LevelCourse, place
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.robot.servo_words import servo_words
@@ -75,8 +81,8 @@ def longest_stride(
 ) -> float:
     """Longest straight step on level ground for which all legs have room throughout a cycle.
 
-    Link lengths, joint limits, the gait's sway and the height of the swings count. Joint speeds,
-    support and legs that touch each other do not.
+    Link lengths, joint limits, the gait's sway, the height of the swings and the support count.
+    Joint speeds and legs that touch each other do not.
 
     Args:
         robot: The robot, L legs.
@@ -95,8 +101,17 @@ def longest_stride(
     }
     stride = (stride or Stride(period=1.0)).model_copy(update=of_one_metre)
 
+    phases = checked_phases(gait)
+    stance = gait.stance(phases)
+
     def has_room(length: float) -> bool:
-        return has_room_for(robot, gait, stride.scaled(length))
+        course = LevelCourse(robot, gait, stride.scaled(length))
+        feet = course.motion(phases * stride.period)[1].position
+        hip_feet = hip_from_body(robot, feet)
+        if not within_reach(robot, hip_feet).all():
+            return False
+        com = centre_of_mass(robot, joint_angles(robot.arrays, hip_feet))
+        return bool((support_margin(feet[..., :2], stance, com[..., :2]) > 0).all())
 
     # Feet may leave their reach and enter it again: only the first gap counts.
     tried = np.linspace(0.0, 2.0 * float(robot.arrays.lengths.sum(axis=1).max()), STRIDES)
@@ -121,26 +136,31 @@ def check_reach(
     if is_in_reach(course, times):
         return
     wanted = hip_from_body(course.robot, course.motion(times)[1].position)
-    stride = f"stride of {stride_words(scenario.stride.step)}"
     t, reason = _out_of_reach(course, wanted)
     if isinstance(course, Course):
-        raise InfeasibleWalk(
-            f"{place(scenario, times[t])} the {stride} {reason}.",
-            hint="a shorter stride, another body_height or stance_radius, or trunk_attitude",
-        )
-    low, high = 0.0, 1.0
-    for _ in range(30):
-        middle = (low + high) / 2
-        shorter = replace(course, stride=course.stride.scaled(middle))
-        low, high = (middle, high) if is_in_reach(shorter, times) else (low, middle)
-    if low > 0:
-        hint = f"Longest stride in reach: {stride_words(low * course.stride.step, down=True)}."
-    else:
-        hint = (
-            "No stride is possible from this stance and step height; change step_height, "
-            "stance_radius or body_height."
-        )
-    raise InfeasibleWalk(f"{stride} {reason}. {hint}")
+        step = f"step of {stride_words(scenario.stride.step)}"
+        raise InfeasibleWalk(f"{place(scenario, times[t])} the {step} {reason}.")
+    raise InfeasibleWalk(f"{_too_far(course, times)} {reason}.")
+
+
+def _too_far(course: LevelCourse, times: Float[np.ndarray, " time"]) -> str:
+    """Return the quantity without which all feet would be within reach, in words."""
+    stride, gait = course.stride, course.gait
+    step, lift = f"step of {stride_words(stride.step)}", f"step height of {_mm(stride.step_height)}"
+    still, flat = stride.scaled(0), stride.model_copy(update={"step_height": 0.0})
+    for words, without in (
+        (step, replace(course, stride=still)),
+        (lift, replace(course, stride=flat)),
+        (f"sway of {gait.sway:g}", replace(course, gait=replace(gait, sway=0.0))),
+        (f"{step} with a {lift}", replace(course, stride=flat.scaled(0))),
+    ):
+        if is_in_reach(without, times):
+            return words
+    return "neutral stance"
+
+
+def _mm(length: float) -> str:
+    return f"{1000 * length:.4g} mm"
 
 
 def _out_of_reach(
@@ -206,16 +226,10 @@ def check_speed(
     if peak <= limit:
         return
     t, leg, joint = _first_largest(speed, axis=1)
-    advice, hint = "", "a higher voltage"
-    # Below some voltage friction stops the servo at any speed.
-    if limit > 0:
-        shortest = math.ceil(100 * scenario.period * peak / limit) / 100
-        advice, hint = f" Shortest period: {shortest:.2f} s.", ""
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} "
-        f"rad/s; the {servo_words(servo.name)} allows {limit:.3g} rad/s{supply}.{advice}",
-        hint=hint,
+        f"rad/s; the {servo_words(servo.name)} allows {limit:.3g} rad/s{supply}."
     )
 
 
@@ -253,7 +267,4 @@ def check_support(
     when = f"at phase {times[worst] / scenario.period:.2f}"
     if isinstance(course, Course):
         when = place(scenario, times[worst])
-    raise InfeasibleWalk(
-        f"{when} {shortfall(margin[worst])}.",
-        hint="a gait with a larger duty factor or a sway, a shorter stride, or a wider stance",
-    )
+    raise InfeasibleWalk(f"{when} {shortfall(margin[worst])}.")

@@ -212,7 +212,7 @@ def _coxa_half_angle(
     for leg, share, sine in zip(robot.legs, np.abs(along), needed, strict=True):
         if sine > 0 and sine > 0.95 * share:
             raise InfeasibleWalk(
-                f"leg {leg.name} cannot make this stride with its coxa alone: its foot moves "
+                f"leg {leg.name} cannot make this step with its coxa alone: its foot moves "
                 f"{np.degrees(np.arccos(min(share, 1.0))):.0f}° off the commanded direction.",
                 hint='stance_law = "straight"',
             )

@@ -102,7 +102,8 @@ class JointTrajectory:
         if np.abs(q).max() > LARGEST_ANGLE:
             row, column = _largest(np.abs(q))
             raise InvalidInput(
-                f"{joints[column]} reaches {abs(q[row, column]):.3g} rad.", hint='unit = "deg"'
+                f"{joints[column]} reaches {abs(q[row, column]):.3g} rad.",
+                hint='unit = "deg"',
             )
         jump = np.abs(np.diff(q, axis=0))
         speed = jump / np.diff(self.time)[:, None]

@@ -106,12 +106,12 @@ class Walk:
         ours, theirs = self.scenario, scenario
         differs = {
             "robot": not _are_one(ours, theirs),
-            "gait": ours.gait != theirs.gait,
+            "gait": self.gait != theirs.load_gait(len(self.robot.legs), self.robot.leg_names),
             "stride": ours.planned_stride != theirs.planned_stride,
             "mass_model": ours.model.mass_model != theirs.model.mass_model,
             "mounts": ours.model.mounts != theirs.model.mounts,
         }
-        if not (self.is_periodic and _is_plain(theirs.planned_terrain())):
+        if not (self.is_periodic and is_plain(theirs.planned_terrain())):
             differs |= {
                 "terrain": ours.terrain != theirs.terrain,
                 "footing": ours.footing != theirs.footing,
@@ -147,20 +147,18 @@ class Walk:
 
 @checked
 def plan(scenario: Scenario) -> Walk:
-    """Plan the walk of a scenario.
+    """Plan as `phasmid.motion.remedies.plan` does, without a remedy where a walk is refused."""
+    course = checked_course(scenario)
+    interval = scenario.period / (scenario.stride.samples - 1)
+    count = math.floor(scenario.duration / interval + 1e-9) + 1
+    return _evaluate(scenario, course, np.arange(count) * interval)
 
-    Args:
-        scenario: The scenario. The walk begins in mid-gait: legs of phase 0 lift at once.
 
-    Returns:
-        The walk at the samples of the scenario, both ends of each cycle included.
+def checked_course(scenario: Scenario) -> LevelCourse | Course:
+    """Return the motion of trunk and feet of a scenario.
 
     Raises:
-        InvalidInput: That is no scenario.
-        InfeasibleWalk: The stride is too long for a leg or too fast for its servos, the robot is
-            not stable, or a leg finds no foothold on uneven ground.
-        InvalidRobot: The robot is impossible.
-        InvalidGait: The gait does not fit the robot.
+        InfeasibleWalk: It is refused.
     """
     course = course_of(scenario)
     for times in checked_times(scenario, course):
@@ -168,9 +166,7 @@ def plan(scenario: Scenario) -> Walk:
         walk = _evaluate(scenario, course, times)
         check_speed(scenario, course, times, walk.qd)
         check_support(scenario, course, times, walk.support_margin)
-    interval = scenario.period / (scenario.stride.samples - 1)
-    count = math.floor(scenario.duration / interval + 1e-9) + 1
-    return _evaluate(scenario, course, np.arange(count) * interval)
+    return course
 
 
 def course_of(scenario: Scenario) -> LevelCourse | Course:
@@ -182,7 +178,7 @@ def course_of(scenario: Scenario) -> LevelCourse | Course:
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
     terrain = scenario.planned_terrain()
-    if _is_plain(terrain):
+    if is_plain(terrain):
         return LevelCourse(robot, gait, scenario.planned_stride)
     return plan_course(scenario, robot, gait, terrain, scenario.duration)
 
@@ -194,7 +190,7 @@ def _are_one(ours: Scenario, theirs: Scenario) -> bool:
     return robot_to_toml(ours.base_robot()) == robot_to_toml(theirs.base_robot())
 
 
-def _is_plain(terrain: Ground) -> bool:
+def is_plain(terrain: Ground) -> bool:
     """Return whether ground is level and of one friction."""
     return terrain.is_level and not terrain.patches
 

@@ -263,5 +263,5 @@ def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
     raise InvalidInput(
         f'drive is "prescribed" on terrain "{scenario.terrain.kind}"; joints that do not yield '
         "need a plan that follows the ground.",
-        hint='drive = "servo" or "ideal-servo"',
+        hint='drive = "ideal-servo", or drive = "servo"',
     )

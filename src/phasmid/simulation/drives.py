@@ -252,7 +252,7 @@ def check_feed_forward(scenario: Scenario, walk: Motion) -> None:
         raise InvalidInput(
             'drive is "torque" and the joints follow a trajectory without foot '
             "contacts; it must be another drive.",
-            hint='"ideal-servo"',
+            hint='drive = "ideal-servo"',
         )
 
 

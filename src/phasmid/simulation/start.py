@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
@@ -56,31 +57,32 @@ def with_time_step(scenario: Scenario, walk: Motion, period: float = USUAL_STEP)
         InvalidInput: The given step is too long, with the longest that would do; or the servos
             cannot be run.
     """
-    longest, what, cause = step_limit(scenario, walk.robot, walk.sample(np.zeros(1)).q[0])
+    longest, what = step_limit(scenario, walk.robot, walk.sample(np.zeros(1)).q[0])
     given = scenario.simulation.dt
     if given is not None and given <= longest:
         return scenario
     common = _common_divisor(period, scenario.simulation.record_interval or period)
     if common < SHORTEST_PRACTICAL:
+        whole = max(1, round((scenario.simulation.record_interval or period) / period))
         raise InvalidInput(
             f"no practical time step divides the period of {1000 * period:g} ms and the "
             f"record_interval of {1000 * (scenario.simulation.record_interval or period):g} ms.",
-            hint="a record_interval that is a whole number of periods",
+            hint=f"record_interval = {whole * period:.9g}",
         )
     chosen = common / math.ceil(common / min(longest, USUAL_STEP) - 1e-9)
     if given is not None or chosen < SHORTEST_PRACTICAL:
-        named = f"--dt {given:g} s" if given is not None else "a time step"
+        named = f"a time step of {given:g} s" if given is not None else "a time step"
         practical = chosen >= SHORTEST_PRACTICAL
         raise InvalidInput(
-            f"{named} cannot resolve {what} (needs <= {longest:.3g} s).",
-            hint=f"--dt {chosen:.9g}" if practical else f"a smaller {cause}",
+            f"{named} cannot resolve {what}; it needs {longest:.3g} s or less.",
+            hint=f"dt = {chosen:.9g}" if practical else _softer(scenario, walk.robot),
         )
     return scenario.replace(dt=chosen)
 
 
 def step_limit(
     scenario: Scenario, robot: Robot, q: Float[np.ndarray, "legs 3"]
-) -> tuple[float, str, str]:
+) -> tuple[float, str]:
     """Return the longest time step that resolves contact and gears, and what limits it.
 
     Args:
@@ -89,7 +91,7 @@ def step_limit(
         q: Joint angles [rad], shape (L, 3).
 
     Returns:
-        The step [s], what limits it, and the numbers on which that depends, in words.
+        The step [s], and what limits it, in words.
 
     Raises:
         InvalidInput: The servos cannot be run.
@@ -104,9 +106,24 @@ def step_limit(
         servo = scenario.servo.set_up(robot.servo)
         gears = longest_servo_step(servo, joint_mobility(robot, scenario, q))
         if gears < contact:
-            cause = "gear_stiffness or gear_damping_time in [servo]"
-            return gears, f"the gears of the {servo_words(servo.name)}", cause
-    return contact, "this contact", "--stiffness or --damping"
+            return gears, f"the gears of the {servo_words(servo.name)}"
+    return contact, "this contact"
+
+
+CONTACT_NUMBERS = "stiffness", "damping", "friction_damping"
+"""Numbers of a contact that limit the time step."""
+
+
+def _softer(scenario: Scenario, robot: Robot) -> str:
+    """Return numbers of the contact, or a drive without gears, with which a step is practical."""
+    law = scenario.replace(**dict.fromkeys(CONTACT_NUMBERS)).contact_law(robot)
+    given = [name for name in CONTACT_NUMBERS if getattr(scenario.contact, name) is not None]
+    for count in range(1, len(given) + 1):
+        for names in combinations(given, count):
+            numbers = {name: float(f"{getattr(law, name):.3g}") for name in names}
+            if longest_time_step(scenario.replace(**numbers), robot) >= SHORTEST_PRACTICAL:
+                return ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
+    return 'drive = "ideal-servo"'
 
 
 def _common_divisor(a: float, b: float) -> float:
@@ -183,7 +200,7 @@ def check_start(scenario: Scenario, walk: Motion) -> None:
             f"{walk.robot.legs[leg].name} foot starts {1000 * depth[leg]:.0f} mm below the "
             "terrain.",
             where="terrain",
-            hint=f"raise start height to {enough / 1000:.3f} m (start_height_mm = {enough})",
+            hint=f"start_height_mm = {enough}",
         )
 
 

@@ -1,0 +1,171 @@
+"""Walks that can be made, near one that was refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import product
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from phasmid.errors import InfeasibleWalk, InvalidInput
+from phasmid.gait import gaits_of
+from phasmid.motion import walk
+from phasmid.motion.walk import Walk, checked_course, is_plain
+from phasmid.scenario import Scenario
+from phasmid.toml import toml_value
+
+Changes: TypeAlias = dict[str, Any]
+"""Other values of a scenario, by its keys."""
+
+BISECTIONS = 10
+"""Bisections of a share, to a thousandth."""
+
+COARSE = (0.75, 0.5, 0.25)
+"""Shares that are tried on uneven ground, where each plan takes up to a second."""
+
+SMALLEST_SHARE = 0.1
+"""Least share of a step or lift that is proposed."""
+
+SLOWEST = 50.0
+"""Largest factor of a period that is proposed."""
+
+SWAYS = (0.08, 0.04, 0.12, 0.16, 0.2, 0.0)
+"""Sways that are tried, that of the library's crawl first."""
+
+DUTY_FACTORS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+"""Duty factors that are tried."""
+
+NEARER = np.linspace(0.6, 1.4, 9)
+"""Factors of distance and depth of the neutral feet that are tried."""
+
+
+def plan(scenario: Scenario) -> Walk:
+    """Plan the walk of a scenario.
+
+    Args:
+        scenario: The scenario. The walk begins in mid-gait: legs of phase 0 lift at once.
+
+    Returns:
+        The walk at the samples of the scenario, both ends of each cycle included.
+
+    Raises:
+        InvalidInput: That is no scenario.
+        InfeasibleWalk: The step is too long for a leg or too fast for its servos, the robot is
+            not stable, or a leg finds no foothold on uneven ground. Where some change makes the
+            walk possible, the hint has its numbers.
+        InvalidRobot: The robot is impossible.
+        InvalidGait: The gait does not fit the robot.
+    """
+    try:
+        return walk.plan(scenario)
+    except InfeasibleWalk as error:
+        if not error.hint:
+            error.advise(partial(remedy, scenario))
+        raise
+
+
+def remedy(scenario: Scenario) -> str:
+    """Return the first change with which a walk can be planned, such as ``period = 0.49``.
+
+    Args:
+        scenario: Its walk is refused.
+    """
+    is_level = is_plain(scenario.planned_terrain())
+    for changes in _level_changes(scenario) if is_level else _uneven_changes(scenario):
+        if _can_be_made(scenario, changes):
+            return ", ".join(f"{key} = {toml_value(value)}" for key, value in changes.items())
+    return "another gait, a shorter step, or a wider stance"
+
+
+def _can_be_made(scenario: Scenario, changes: Changes) -> bool:
+    try:
+        checked_course(scenario.replace(**changes))
+    except InvalidInput:
+        return False
+    return True
+
+
+def _level_changes(scenario: Scenario) -> Iterator[Changes]:
+    """Yield changes of a walk on level ground, those that keep most of it first."""
+    can_be_made = partial(_can_be_made, scenario)
+    yield _nearest(lambda x: _slower(scenario, SLOWEST**x), can_be_made)
+    yield _nearest(lambda x: _shorter(scenario, _share(x)), can_be_made)
+    yield _nearest(lambda x: _lower(scenario, _share(x)), can_be_made)
+    yield _nearest(
+        lambda x: _shorter(scenario, _share(x)) | _lower(scenario, _share(x)), can_be_made
+    )
+    rated = scenario.base_robot().servo.rated_voltage
+    if scenario.simulation.drive == "servo" and rated is not None:
+        yield {"voltage": rated}
+    yield from _gaits(scenario)
+    for x, factor in product(COARSE, (2.0, 5.0, 20.0)):
+        yield _shorter(scenario, x) | _slower(scenario, factor)
+    yield from _stances(scenario)
+
+
+def _uneven_changes(scenario: Scenario) -> Iterator[Changes]:
+    """Yield changes of a walk on uneven ground."""
+    for x in COARSE:
+        yield _slower(scenario, 1 / x)
+        yield _shorter(scenario, x)
+    yield {"step_height_mm": math.ceil(1500 * scenario.stride.step_height)}
+    yield {"planned_on": "level"}
+
+
+def _share(x: float) -> float:
+    return 1 - x * (1 - SMALLEST_SHARE)
+
+
+def _nearest(make: Callable[[float], Changes], can_be_made: Callable[[Changes], bool]) -> Changes:
+    """Return the least change that helps, of those that grow from 0 to 1."""
+    low, high = 0.0, 1.0
+    if not can_be_made(make(high)):
+        return make(high)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        low, high = (low, middle) if can_be_made(make(middle)) else (middle, high)
+    return make(high)
+
+
+def _slower(scenario: Scenario, factor: float) -> Changes:
+    return {"period": math.ceil(100 * scenario.period * factor - 1e-9) / 100}
+
+
+def _shorter(scenario: Scenario, share: float) -> Changes:
+    """Return steps of another size, in whole millimetres and tenths of a degree."""
+    ahead, left, turn = share * scenario.stride.step * [1000, 1000, math.degrees(1)]
+    steps = {"step_length_mm": math.trunc(ahead), "step_sideways_mm": math.trunc(left)}
+    steps |= {"step_turn_deg": math.trunc(10 * turn) / 10}
+    return {key: value for key, value in steps.items() if value}
+
+
+def _lower(scenario: Scenario, share: float) -> Changes:
+    return {"step_height_mm": math.trunc(1000 * share * scenario.stride.step_height)}
+
+
+def _gaits(scenario: Scenario) -> Iterator[Changes]:
+    """Yield other gaits where the scenario has no numbers of its own, else other numbers."""
+    table = scenario.gait
+    for duty in DUTY_FACTORS:
+        if table.duty_factor is not None and duty > table.duty_factor:
+            yield {"duty_factor": duty}
+    if table.duty_factor is None and table.offsets is None and table.sway is None:
+        for name in gaits_of(len(scenario.base_robot().legs)):
+            yield {"gait": name}
+    for sway in SWAYS:
+        yield {"sway": sway}
+
+
+def _stances(scenario: Scenario) -> Iterator[Changes]:
+    """Yield stances, those near to the robot's own first."""
+    robot = scenario.replace(stance_radius=None, body_height=None).load_robot()
+    x, y, z = np.mean([leg.R_level_hip @ leg.neutral_foot for leg in robot.legs], axis=0)
+    radius, height = math.hypot(x, y), robot.foot_radius - z
+    for wide, deep in sorted(product(NEARER, NEARER), key=lambda f: abs(f[0] - 1) + abs(f[1] - 1)):
+        yield {
+            "stance_radius_mm": round(1000 * wide * radius),
+            "body_height_mm": round(1000 * deep * height),
+        }
