@@ -12,7 +12,7 @@ x, y, _ = run.body_position.values[-1]
 print(f"{run.attrs['ending']}: {walk.robot.name} came to ({1000 * x:.0f}, {1000 * y:.0f}) mm.")
 
 longest = motion.longest_stride(walk.robot, walk.gait)
-print(f"Its longest stride straight ahead is {1000 * longest:.0f} mm.")
+print(f"Its longest step straight ahead is {1000 * longest:.0f} mm.")
 try:
     phasmid.plan(scenario.replace(step_length_mm=300))
 except phasmid.InfeasibleWalk as refusal:

@@ -106,7 +106,10 @@ def test_emulated_servos_are_mounted_as_calibrated(tmp_path):
         (["emulate", "--fault", "5 daed"], "is no fault of a bus"),
         (["emulate", "--fault", "99 dead"], "there is no servo 99"),
         (["emulate", "--model", "AX-12"], 'no control table of a servo called "AX-12"'),
-        (["emulate", "--robot", "markwtech"], 'no control table of a servo called "MG996R"'),
+        (
+            ["emulate", "--robot", "markwtech"],
+            "the servo MG996R of markwtech has no bus that phasmid knows",
+        ),
         (["emulate", "--calibration", "x.toml"], "--calibration needs the robot"),
         (["emulate", "--calibration", "x.toml", "--robot", "octopod"], "x.toml does not exist"),
         (

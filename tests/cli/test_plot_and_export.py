@@ -90,7 +90,9 @@ def test_all_draws_what_the_recording_has_the_channels_for(here, run, monkeypatc
     ("arguments", "error"),
     [
         pytest.param(
-            ["results/a", "gait-digram"], 'no figure "gait-digram".\n  try  gait-diagram', id="name"
+            ["results/a", "gait-digram"],
+            'no figure "gait-digram".\n  try  "gait-diagram"',
+            id="name",
         ),
         pytest.param(
             ["results/b", "power"],
@@ -103,7 +105,7 @@ def test_all_draws_what_the_recording_has_the_channels_for(here, run, monkeypatc
         pytest.param(["b.nc"], "no figure is named.", id="no-figure"),
         pytest.param(["power"], "no recording is named.", id="no-recording"),
         pytest.param(
-            ["b.nc", "power", "--format", "pgn"], 'no format "pgn".\n  try  png', id="format"
+            ["b.nc", "power", "--format", "pgn"], 'no format "pgn".\n  try  "png"', id="format"
         ),
         pytest.param(
             ["b.nc", "power", "--dpi", "nan"],
@@ -210,7 +212,7 @@ def test_export_to_mcap_names_the_legs(here, run):
         ),
         pytest.param(
             ["b.nc", "--channels", "joint_torqe"],
-            'no channel "joint_torqe".\n  try  joint_torque',
+            'no channel "joint_torqe".\n  try  "joint_torque"',
             id="channel",
         ),
         pytest.param(

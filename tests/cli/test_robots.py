@@ -233,7 +233,7 @@ def test_check_gaits_and_walk_tell_one_longest_stride(here, capsys, monkeypatch,
         saved(here, hexapod(quarter, (0.04, 0.1, 0.1)))
     monkeypatch.setattr("phasmid.cli.gaits._fastest", lambda robot, gait: 0.05)
     _, out, _ = answered(capsys, "check", robot)
-    stride = int(re.search(r"longest stride: (\d+) mm ahead", out)[1])
+    stride = int(re.search(r"longest step: (\d+) mm ahead", out)[1])
     assert out.endswith("possible.\n")
     _, out, _ = answered(capsys, "gaits", "tripod", "--robot", robot)
     assert int(re.search(r"^tripod .* (\d+) +50$", out, re.MULTILINE)[1]) == stride
@@ -242,5 +242,5 @@ def test_check_gaits_and_walk_tell_one_longest_stride(here, capsys, monkeypatch,
     assert answered(capsys, *walk, "--step-length-mm", stride - 1)[0] == 0
     status, _, err = answered(capsys, *walk, "--step-length-mm", stride + 1)
     assert status == 2
-    told = int(re.search(r"Longest stride in reach: (\d+) mm", err)[1])
+    told = int(re.search(r"try  --step-length-mm (\d+)\n", err)[1])
     assert told in (stride, stride - 1)

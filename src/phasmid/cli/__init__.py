@@ -20,6 +20,7 @@ from pathlib import Path
 
 from phasmid.cli.output import say
 from phasmid.cli.parser import COMMANDS, build_parser, flags
+from phasmid.cli.remedies import typed
 from phasmid.cli.scenario_options import check_lists
 from phasmid.errors import AlreadyExists, InvalidInput, PhasmidError, nearest
 from phasmid.interrupts import StopSignals
@@ -126,6 +127,7 @@ def _answered(arguments: list[str], signals: StopSignals) -> int:
             signals.error = error
             return _stopped(str(error) if is_interrupt else "")
         if isinstance(error, PhasmidError):
+            error.hint = typed(error.hint, arguments, error.where)
             if isinstance(error, AlreadyExists):
                 error.hint = f"--force, or another {error.option}"
             say(f"phasmid: {error}", file=sys.stderr)

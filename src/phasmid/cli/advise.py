@@ -73,15 +73,12 @@ def run(options: argparse.Namespace) -> int:
 def _scenario(options: argparse.Namespace) -> Scenario:
     """Return the scenario of the options."""
     from phasmid.formats import load_robot
-    from phasmid.gait import gaits_of
     from phasmid.robot import load_servo, with_servo
     from phasmid.scenario import Scenario
 
     robot = load_robot(options.robot, import_options(options))
     if options.servo is not None:
         robot = with_servo(robot, load_servo(options.servo))
-    own = vars(options)
-    own["field:gait"] = own["field:gait"] or next(iter(gaits_of(len(robot.legs))), None)
     return with_fields(Scenario(robot=robot), options)
 
 

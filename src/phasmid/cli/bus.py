@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import sys
 import time
 from collections.abc import Sequence
@@ -85,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         guess = nearest(action, actions)
         raise InvalidInput(
             f'"{plain(action)}" is no action of phasmid bus.',
-            hint=f"phasmid bus {guess or ' or '.join(ACTIONS)}",
+            hint=f'"{guess}"' if guess else f"one of {', '.join(ACTIONS)}",
         )
     if action == "emulate" and options.port:
         raise InvalidInput("phasmid bus emulate makes its own port.", hint="phasmid bus emulate")
@@ -249,6 +250,7 @@ def _calibrate(options: argparse.Namespace) -> int:
     from phasmid.formats import load_robot
     from phasmid.hardware import models, save_calibration
     from phasmid.recording.file import check_new_file
+    from phasmid.robot.file import servo_names
 
     if not options.robot:
         raise InvalidInput("phasmid bus calibrate needs a robot.", hint="--robot phantomx-ax")
@@ -264,6 +266,9 @@ def _calibrate(options: argparse.Namespace) -> int:
     check_new_file(path, option="--out FILE", force=options.force)
     robot = load_robot(options.robot)
     ids, known = _robot_ids(options, robot), models().get(robot.servo.name)
+    if known is None and robot.servo.name in servo_names():
+        # A servo of a file may be one of the models, under a name of its own.
+        known = bus_servo(robot, options.robot)
     protocol = options.protocol or (known.protocol if known else 1)
     with _opened(options, options.baud or 1_000_000, protocol) as bus:
         rows = calibrate(bus, robot, ids, options.pose)
@@ -306,10 +311,12 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
 
     baud, rows, plant = options.baud or 1_000_000, [], None
     if options.robot:
+        from phasmid.formats import load_robot
         from phasmid.hardware.plant import SimulatedRobot
         from phasmid.scenario import load_scenario
 
-        scenario = load_scenario("paper").for_robot(options.robot).replace(start_posture="packed")
+        scenario = load_scenario("paper").for_robot(load_robot(options.robot))
+        scenario = scenario.replace(start_posture="packed")
         robot = scenario.load_robot()
         calibration = _calibration(options, robot)
         servos = [
@@ -338,12 +345,35 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
     return emulator, rows
 
 
+def bus_servo(robot: Robot, source: str) -> Model:
+    """Return the model of a robot's servos.
+
+    Args:
+        robot: The robot.
+        source: Its preset or file.
+
+    Raises:
+        InvalidInput: They have no bus, or one that phasmid does not know.
+    """
+    from phasmid.hardware import models
+    from phasmid.robot.servo_words import servo_words
+
+    if robot.servo.name not in models():
+        raise InvalidInput(
+            f"the {servo_words(robot.servo.name)} of {robot.name} has no bus that phasmid knows; "
+            "hobby servos follow pulses of a microcontroller.",
+            hint=f"phasmid export-firmware --robot {shlex.quote(plain(source))}",
+        )
+    return models()[robot.servo.name]
+
+
 def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
     """Return the calibration of the options: the file's, or the default one."""
     from phasmid.hardware import default_calibration, load_calibration
 
     if not options.calibration:
-        return default_calibration(robot, options.model, _robot_ids(options, robot))
+        servo = options.model or bus_servo(robot, options.robot)
+        return default_calibration(robot, servo, _robot_ids(options, robot))
     if options.ids or options.model:
         raise InvalidInput("--calibration gives the ids and models; --ids and --model must go.")
     return load_calibration(options.calibration, robot)

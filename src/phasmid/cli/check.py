@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.output import print_table, say
-from phasmid.cli.scenario_options import add_import_options, import_options
+from phasmid.cli.remedies import typed
+from phasmid.cli.scenario_options import add_import_options, field_arguments, import_options
 from phasmid.errors import InvalidInput, plain
 from phasmid.units import STANDARD_GRAVITY, plain_number
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
     from phasmid.forces import ServoVerdict
     from phasmid.formats import Finding, FoundLeg, Imported
+    from phasmid.gait import Gait
     from phasmid.robot import Robot, Servo
     from phasmid.scenario import Scenario
 
@@ -52,28 +55,29 @@ def run(options: argparse.Namespace) -> int:
         is_robot = bool({"legs", "leg", "body"} & set(raw))
     if is_robot:
         imported = import_robot(source, import_options(options), strict=options.strict)
-        return _check_robot(imported, options.gait)
+        return _check_robot(imported, options)
     scenario = load_scenario(source)
     return _check_scenario(scenario.replace(gait=options.gait) if options.gait else scenario)
 
 
-def _check_robot(imported: Imported, gait: str | None) -> int:
+def _check_robot(imported: Imported, options: argparse.Namespace) -> int:
     from phasmid.formats import Severity
     from phasmid.gait import gaits_of
     from phasmid.scenario import load_scenario
 
     findings, robot = [*imported.findings], imported.robot
     if robot is not None:
-        first = gait or next(iter(gaits_of(len(robot.legs))), None)
-        verdict = None
-        if first is not None:
-            scenario = load_scenario("paper").for_robot(robot).replace(gait=first)
+        gait, verdict = None, None
+        if gaits_of(len(robot.legs)):
+            scenario = load_scenario("paper").for_robot(robot)
+            scenario = scenario.replace(gait=options.gait) if options.gait else scenario
+            gait = scenario.load_gait(len(robot.legs), robot.leg_names)
             if not imported.impossible:
-                findings += _plain_walk(scenario)
+                findings += _plain_walk(scenario, options)
             verdict = _verdict(scenario)
             findings += _too_weak(verdict, scenario)
-        _print_robot(robot, imported.legs, verdict, first)
-    _print_findings(findings)
+        _print_robot(robot, imported.legs, verdict, gait)
+    _print_findings(findings, options.file)
     count = sum(finding.severity is Severity.IMPOSSIBLE for finding in findings)
     if robot is not None and not count:
         other = any(finding.subject == WALK for finding in findings)
@@ -84,6 +88,7 @@ def _check_robot(imported: Imported, gait: str | None) -> int:
     if robot is None:
         what = imported.impossible[0].sentence
     hint = imported.impossible[0].hint if imported.impossible else ""
+    hint = typed(hint, ["check", options.file], Path(options.file).name)
     say(f"phasmid: {InvalidInput(what, hint=hint)}", file=sys.stderr)
     return 2
 
@@ -122,7 +127,7 @@ def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]
     return [Finding(Severity.IMPOSSIBLE, "servos", what, hint=hint)]
 
 
-def _plain_walk(scenario: Scenario) -> list[Finding]:
+def _plain_walk(scenario: Scenario, options: argparse.Namespace) -> list[Finding]:
     """Return a finding where ``phasmid walk --robot`` needs other settings."""
     from phasmid.errors import PhasmidError
     from phasmid.formats import Finding, Severity
@@ -132,8 +137,11 @@ def _plain_walk(scenario: Scenario) -> list[Finding]:
     try:
         with_time_step(scenario, plan(scenario))
     except PhasmidError as error:
+        walk = ["walk", "--robot", options.file, *field_arguments(options)]
+        walk += ["--gait", options.gait] if options.gait else []
+        hint = typed(error.hint, walk)
         # Only an option can follow the command.
-        hint = f"phasmid walk {error.hint}" if error.hint.startswith("-") else error.hint
+        hint = f"phasmid {shlex.join(walk)} {hint}" if hint.startswith("-") else hint
         return [Finding(Severity.SUSPECT, WALK, f"is refused: {error.what}", hint=hint)]
     return []
 
@@ -150,13 +158,12 @@ def _print_sources(servo: Servo) -> None:
 
 
 def _print_robot(
-    robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None, gait: str | None
+    robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None, gait: Gait | None
 ) -> None:
     """Print a robot, its servo verdict, and the joints of the file that became its legs."""
     import numpy as np
 
     from phasmid.errors import PhasmidError
-    from phasmid.gait import load_gait
     from phasmid.kinematics import joint_angles
     from phasmid.motion import longest_stride
     from phasmid.robot.servo_words import servo_words
@@ -195,12 +202,11 @@ def _print_robot(
         say(f"  leg {number}: {_origin(origin)}")
     _print_limits(robot)
     if gait is not None:
-        own = load_gait(gait, len(robot.legs), robot.leg_names)
-        ahead, side = (longest_stride(robot, own, direction=way) for way in (0.0, np.pi / 2))
+        ahead, side = (longest_stride(robot, gait, direction=way) for way in (0.0, np.pi / 2))
         ahead, side = math.floor(1000 * ahead), math.floor(1000 * side)
         say(
-            f"  longest stride: {ahead} mm ahead, {side} mm sideways, in the "
-            f"{plain(own.name)} gait with a lift of {1000 * StrideTable().step_height:.0f} mm"
+            f"  longest step: {ahead} mm ahead, {side} mm sideways, in the "
+            f"{plain(gait.name)} gait with a lift of {1000 * StrideTable().step_height:.0f} mm"
         )
 
 
@@ -240,14 +246,14 @@ def _origin(leg: FoundLeg) -> str:
     return ", ".join(angles)
 
 
-def _print_findings(findings: Sequence[Finding]) -> None:
+def _print_findings(findings: Sequence[Finding], file: str) -> None:
     """Print findings, the worst first."""
     order = ("impossible", "suspect", "note")
     for finding in sorted(findings, key=lambda finding: order.index(finding.severity.value)):
         where = f" ({plain(finding.where)})" if finding.where else ""
         say(f"  {finding.severity.value:<10} {plain(finding.sentence)}{where}")
-        if finding.hint:
-            say(f"  {'':<10} try {plain(finding.hint)}")
+        if hint := typed(finding.hint, ["check", file], Path(file).name):
+            say(f"  {'':<10} try {plain(hint)}")
 
 
 def _check_scenario(scenario: Scenario) -> int:

@@ -6,6 +6,7 @@ import argparse
 import math
 import os
 import select
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -165,7 +166,8 @@ UNKNOWN = {
 
 def _refuse(options: argparse.Namespace) -> None:
     """Refuse options that a robot on a bus does not have."""
-    hints = {"waypoints": "--velocity 0.05,0,0", "policy": "phasmid.hardware.Driver with `sensors`"}
+    velocity = "--velocity 0.05,0,0 in place of --waypoints"
+    hints = {"waypoints": velocity, "policy": "phasmid.hardware.Driver with `sensors`"}
     for name, reason in UNKNOWN.items():
         if getattr(options, name, None):
             hint = hints.get(name, f"without --{name}")
@@ -174,8 +176,8 @@ def _refuse(options: argparse.Namespace) -> None:
 
 def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
     """Return the calibration of the options, or the default one of the robot's servo."""
-    from phasmid.hardware import default_calibration, load_calibration, models
-    from phasmid.robot.servo_words import servo_words
+    from phasmid.cli.bus import bus_servo
+    from phasmid.hardware import default_calibration, load_calibration
 
     if options.calibration:
         return load_calibration(options.calibration, robot)
@@ -183,14 +185,11 @@ def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibra
         raise InvalidInput(
             f"--bus {plain(options.bus)} needs --calibration: without one, joints turn to wrong "
             "angles.",
-            hint=f"phasmid bus calibrate {plain(options.bus)} --robot {plain(robot.name)}",
+            hint=f"phasmid bus calibrate {plain(options.bus)} --robot "
+            f"{shlex.quote(plain(vars(options)['field:robot'] or robot.name))}",
         )
-    if robot.servo.name not in models():
-        raise InvalidInput(
-            f"{robot.name} has the {servo_words(robot.servo.name)}, which has no control table.",
-            hint="--robot phantomx-ax",
-        )
-    return default_calibration(robot)
+    source = vars(options)["field:robot"] or robot.name
+    return default_calibration(robot, bus_servo(robot, source))
 
 
 def _protocol(calibration: Sequence[ServoCalibration]) -> int:

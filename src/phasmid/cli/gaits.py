@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     com = centre_of_mass(robot, joint_angles(robot.arrays, robot.arrays.neutral_foot))[:2]
     gaits = [load_gait(name, count, names) for name in options.gaits]
     heads = ["gait", "duty", "lifts at", "sway", "feet", "margin"]
-    rows = [[*heads, *(["shift ahead, left"] if lost else ["stride", "speed"])]]
+    rows = [[*heads, *(["shift ahead, left"] if lost else ["step", "speed"])]]
     legs = [leg for leg in range(1, count + 1) if leg not in lost]
     shown = []
     for gait in gaits or gaits_of(count).values():
@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
             shown.append(gait)
         rows.append([*_cells(shown[-1], margin), *last])
     say(f"{plain(robot.name)}: {len(robot.legs)} legs, a step of {1000 * step:g} mm ahead")
-    others = "" if lost else "; longest stride [mm] and highest speed [mm/s] ahead"
+    others = "" if lost else "; longest step [mm] and highest speed [mm/s] ahead"
     say(f"least margin of support [mm]{others}\n")
     print_table(rows)
     for gait in shown if options.diagram or options.gaits else ():

@@ -63,11 +63,10 @@ def run(options: argparse.Namespace) -> int:
 
     if options.model not in MODELS:
         guess = nearest(options.model, MODELS)
-        raise InvalidInput(
-            f'no model "{plain(options.model)}".', hint=guess or f"one of {', '.join(MODELS)}"
-        )
+        hint = f'"{guess}"' if guess else f"one of {', '.join(MODELS)}"
+        raise InvalidInput(f'no model "{plain(options.model)}".', hint=hint)
     if options.bam is not None and options.model == "own":
-        raise InvalidInput("BAM has no model of phasmid's own friction.", hint="--model m1 to m6")
+        raise InvalidInput("BAM has no model of phasmid's own friction.", hint="--model m6")
     if options.figure is not None:
         check_figure_path("--figure", Path(options.figure), force=options.force)
     for flag, ending in (("out", ".toml"), ("bam", ".json")):
@@ -108,7 +107,7 @@ def _robot(options: argparse.Namespace) -> Robot | None:
         if vars(options)[flag]:
             name = f"--{flag.replace('_', '-')}"
             raise InvalidInput(
-                f"{name} is for a pendulum; --robot is for a leg.", hint="one of them"
+                f"{name} is for a pendulum; --robot is for a leg.", hint=f"without {name}"
             )
     robot = load_robot(options.robot)
     if options.servo is None:
@@ -131,7 +130,7 @@ def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list
             guess = nearest(name, known)
             raise InvalidInput(
                 f'{robot.name} has no leg "{plain(name)}".',
-                hint=guess or f"one of {', '.join(known)}",
+                hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
             )
     volts: list[float | None] = [None] * len(options.logs)
     if options.voltage:

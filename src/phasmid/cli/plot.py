@@ -129,7 +129,8 @@ def _sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path]
             guess = nearest(str(path), known)
             if len(path.parts) > 1 or path.suffix or not (guess or names or len(paths) > 1):
                 raise InvalidInput(f"recording {path} does not exist.", hint="phasmid walk")
-            raise InvalidInput(f'no figure "{path}".', hint=guess or "phasmid plot --list")
+            hint = f'"{guess}"' if guess else "phasmid plot --list"
+            raise InvalidInput(f'no figure "{path}".', hint=hint)
     if not paths:
         raise InvalidInput("no recording is named.", hint="phasmid plot results/paper gait-diagram")
     if not names:
@@ -152,7 +153,8 @@ def _kinds(text: str) -> list[str]:
     for kind in kinds:
         if kind not in KINDS:
             guess = nearest(kind, KINDS)
-            raise InvalidInput(f'no format "{kind}".', hint=guess or f"one of {', '.join(KINDS)}")
+            hint = f'"{guess}"' if guess else f"one of {', '.join(KINDS)}"
+            raise InvalidInput(f'no format "{kind}".', hint=hint)
     return list(dict.fromkeys(kinds))
 
 

@@ -150,9 +150,11 @@ def import_options(options: argparse.Namespace) -> ImportOptions:
     Raises:
         InvalidInput: A value is refused.
     """
-    from phasmid.scenario import Scenario
+    from phasmid.scenario import Scenario, option_keys
 
-    return with_fields(Scenario(), options).robot_import
+    keys = [key for key, path in option_keys().items() if path[0] == "robot_import"]
+    own = {f"field:{key}": vars(options)[f"field:{key}"] for key in keys}
+    return with_fields(Scenario(), argparse.Namespace(**own)).robot_import
 
 
 def given_fields(options: argparse.Namespace) -> dict[str, str]:

@@ -21,9 +21,10 @@ from phasmid.cli.scenario_options import (
     add_field_options,
     scenario_of,
 )
-from phasmid.errors import plain
+from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
+    from phasmid.motion import Motion
     from phasmid.recording import Recording
     from phasmid.robot import Appearance, Robot
     from phasmid.scenario import Scenario
@@ -50,21 +51,28 @@ OPTIONS = {
 def run(options: argparse.Namespace) -> int:
     """Walk, and return the exit status."""
     scenario = scenario_of(options)
-    from phasmid.motion import Motion, load_trajectory, plan
+    from phasmid.motion import plan
     from phasmid.scenario import idle_fields
     from phasmid.simulation import new_run, with_time_step
 
-    walk: Motion = (
-        load_trajectory(options.trajectory, scenario.load_robot(), unit=options.trajectory_unit)
-        if options.trajectory
-        else plan(scenario)
-    )
+    walk: Motion = _trajectory(options, scenario) if options.trajectory else plan(scenario)
     with_time_step(scenario, walk)
     words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
     if not options.quiet:
         for sentence in idle_fields(scenario):
             say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     return make_run(lambda: new_run(scenario, walk), scenario, options, words)
+
+
+def _trajectory(options: argparse.Namespace, scenario: Scenario) -> Motion:
+    from phasmid.motion import load_trajectory
+
+    robot, unit = scenario.load_robot(), options.trajectory_unit
+    try:
+        return load_trajectory(options.trajectory, robot, unit=unit)
+    except InvalidInput as error:
+        error.hint = error.hint.replace("unit =", "trajectory_unit =")
+        raise
 
 
 def make_run(

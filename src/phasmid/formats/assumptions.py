@@ -68,7 +68,7 @@ def servo_of(
     if not efforts:
         raise InvalidRobot(
             "the joints have no effort, so their servos are not known.",
-            hint="--servo-model AX-12A",
+            hint='servo_model = "AX-12A"',
         )
     like = load_servo(LIKE)
     torque, speed = min(efforts), min(speeds, default=like.no_load_speed)
@@ -271,7 +271,7 @@ def weighed(links: Sequence[Piece], options: ImportOptions, findings: Findings) 
     if total_mass is None or math.isclose(total, total_mass, rel_tol=1e-12):
         return chosen
     if not total > 0:
-        raise InvalidRobot("no link has a mass that could be scaled.", hint="--masses geometry")
+        raise InvalidRobot("no link has a mass that could be scaled.", hint='masses = "geometry"')
     factor = total_mass / total
     findings.note(
         "masses",

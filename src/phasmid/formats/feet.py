@@ -34,7 +34,7 @@ TILT = math.radians(30.0)
 PRINTED = 1e-9
 """Angles and lengths below this are round-off and not mentioned [rad, m]."""
 
-EXAMPLE = '--foot "1-3=0,0,-0.13; 4-6=0,0,0.13"'
+EXAMPLE = 'foot = "1-3=0,0,-0.13; 4-6=0,0,0.13"'
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ def common_radius(feet: Sequence[float], findings: Findings) -> float:
             f"some are balls, of up to {_mm(largest)}, and some points; all were taken for points, "
             "the balls at their centres."
         )
-        findings.suspect("feet", what, hint="give the same foot to all legs, as with --foot")
+        findings.suspect("feet", what, hint='foot = "0,0,-0.13", changed to the foot of all legs')
         return 0.0
     mean = sum(feet) / len(feet)
     error = max(largest - mean, mean - smallest)
@@ -176,7 +176,7 @@ def _named(number: int, tibia: RigidLink, place: str) -> Foot:
                 f"foot is {place}; it must be a link's name or three numbers in metres, "
                 "each of at most 2.",
                 where="option --foot",
-                hint="--foot 0,0,-0.13",
+                hint='foot = "0,0,-0.13"',
             )
         return Foot(point, f"the point {place} in {tibia.name}")
     found = [name for name in tibia.poses if name == place]
@@ -249,14 +249,14 @@ def _found(number: int, chain: Chain, findings: Findings) -> Foot:
             f"leg {number}: its foot is not given; its last link has neither a fixed link at its "
             "end nor a shape.",
             where=where,
-            hint="--foot X,Y,Z, where it touches, in metres in the frame of each leg's last link",
+            hint='foot = "0,0,-0.13", changed to where it touches, in metres in each last link',
         )
     what = (
         f"no foot in the file; the {source} of its last link was taken, "
         f"{1000 * _distances(axis, point[None])[0]:.1f} mm from the tibia's axis{touches}."
     )
     shown = ",".join(plain_number(length) for length in np.round(point, 4) + 0.0)
-    hint = f"--foot {shown}, in metres in each leg's last link, changed to where it touches"
+    hint = f'foot = "{shown}", in metres in each last link, changed to where it touches'
     report(f"leg {number}", what, where, hint)
     return Foot(point, f"{source} of {tibia.name}", radius)
 

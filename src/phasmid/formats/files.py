@@ -127,7 +127,7 @@ def _resolved(file: Path, name: str, noun: str, packages: Mapping[str, str]) -> 
     shown = plain(package[:100])
     raise InvalidInput(
         f'{noun} "{plain(rest[:200])}" is in package "{shown}", which is unknown.',
-        hint=f"--package {shown}=PATH",
+        hint=f'package = "{shown}=.", with the folder of the package',
     )
 
 

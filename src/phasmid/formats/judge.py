@@ -81,7 +81,7 @@ def judge_links(chains: Iterable[Chain], links: Iterable[Piece], masses: str) ->
                 f"coxa, femur and tibia all have {plain_number(1000 * weights[0])} g; unlike parts "
                 "must have masses of their own."
             )
-            hint = "weigh them" if masses == "geometry" else "weigh them, or --masses geometry"
+            hint = "weigh them" if masses == "geometry" else 'masses = "geometry", or weigh them'
             found.suspect(f"leg {number}", what, hint=hint)
     return found
 
@@ -94,7 +94,7 @@ def _judge_matter(link: Piece, found: Findings) -> None:
     size = max(float((high - low).max()), SMALLEST)
     com, moments = link.inertial.com, np.linalg.eigvalsh(link.inertial.inertia)
     outside = float(np.maximum(np.maximum(low - com, com - high), 0.0).max())
-    hint = "--masses geometry, which spreads each mass over its link's box"
+    hint = 'masses = "geometry", which spreads each mass over its link\'s box'
     if outside > OUTSIDE * size:
         what = f"centre of mass is {_mm(outside)} outside its {_mm(size)} box."
         found.suspect(link.subject, what, link.where, hint)

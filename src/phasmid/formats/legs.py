@@ -253,7 +253,7 @@ def _check_lengths(number: int, chain: Chain, lengths: np.ndarray, hip: float) -
                 f"leg {number}: {ends} are {plain_number(1000 * length, 2)} mm apart; they must "
                 f"be {1000 * SHORTEST:g} mm or more.",
                 where=chain.joints[2].where,
-                hint="--foot X,Y,Z, where it touches, in metres" if "foot" in ends else "",
+                hint='foot = "0,0,-0.13", changed to where it touches' if "foot" in ends else "",
             )
     for name, length in zip((*JOINTS, "hip's distance"), (*lengths, hip), strict=True):
         if not length <= LONGEST_LENGTH:

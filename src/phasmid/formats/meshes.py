@@ -108,7 +108,7 @@ class MeshFiles:
         if span > LARGEST_SPAN:
             raise InvalidInput(
                 f"mesh {path.name} spans {plain_number(span)} m.",
-                hint="" if self.options.mesh_unit == "mm" else "--mesh-unit mm",
+                hint="" if self.options.mesh_unit == "mm" else 'mesh_unit = "mm"',
             )
         return found
 

@@ -98,7 +98,7 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     raise InvalidRobot(
         f"{first.sentence}{more}",
         where=first.where or Path(source).name,
-        hint=f"{first.hint}; or {every}" if first.hint else every,
+        hint=f"{first.hint}, or {every}" if first.hint else every,
     )
 
 
@@ -181,8 +181,8 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
     path = Path(path)
     if path.suffix.lower() not in ROBOT_SUFFIXES:
         raise InvalidInput(
-            f"{path.name} does not end as a robot file does.",
-            hint=f"one of {', '.join(ROBOT_SUFFIXES)}",
+            f'"{path.name}" does not end as a robot file does.',
+            hint=f'"{path.stem}.toml", or one of {", ".join(ROBOT_SUFFIXES[1:])}',
         )
     files = {path.parent / name: data for name, data in _files(robot, path).items()}
     # The robot's own file last: when it appears, what it names is there.

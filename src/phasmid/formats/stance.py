@@ -13,7 +13,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Findings
 from phasmid.formats.legs import UPRIGHT, FoundLeg
-from phasmid.gait import Gait, gaits_of
+from phasmid.gait import Gait, default_gait
 from phasmid.kinematics import (
     body_height,
     foot_position,
@@ -166,7 +166,7 @@ def _given_stance(
             reason = "a leg has no room for a lift"
         else:
             is_usual = stride >= StrideTable().step_length
-            what = f"the file's stance; its longest stride is {math.floor(1000 * stride)} mm."
+            what = f"the file's stance; its longest step is {math.floor(1000 * stride)} mm."
             (findings.note if is_usual else findings.suspect)(subject, what)
             return robot
     findings.suspect(subject, f"the file's stance was not used: {reason}.", hint=hint)
@@ -314,4 +314,4 @@ def _has_room(
 
 def _gait(robot: Robot) -> Gait:
     """Return the gait for which room is made: the first of a number of legs."""
-    return next(iter(gaits_of(len(robot.legs)).values()))
+    return default_gait(len(robot.legs))

@@ -133,7 +133,7 @@ class _Reader:
         for part, tag in ((mass, "mass"), (moments, "inertia")):
             if part is None:
                 what = f"link {link} has an <inertial> without <{tag}>; 0 was taken."
-                hint = "--masses geometry" if tag == "inertia" else ""
+                hint = 'masses = "geometry"' if tag == "inertia" else ""
                 self.findings.suspect(f"link {link}", what, element.where, hint)
         X = _pose(element.get("origin"))
         R = X[:3, :3]

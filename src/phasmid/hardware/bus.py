@@ -218,7 +218,7 @@ class Bus:
         if id_ not in self.models and isinstance(self.scan([id_]).get(id_), int | None):
             raise BusError(
                 f"no servo with the id {id_} answers on {self.path} at {self.baud} baud.",
-                hint="phasmid bus scan",
+                hint=f"phasmid bus scan {self.path}",
             )
         return self.models[id_]
 

@@ -56,7 +56,7 @@ def check_pose(robot: Robot, pose: str) -> None:
                 raise InvalidInput(
                     f"in the {pose} pose {leg.name}.{joint} is at {math.degrees(angle):.4g}°, "
                     f"outside its limits, {math.degrees(low):.4g}° to {math.degrees(high):.4g}°.",
-                    hint=f"another pose: {', '.join(one for one in POSES if one != pose)}",
+                    hint=f'pose = "{first_pose(robot)}"',
                 )
 
 

@@ -122,7 +122,8 @@ def check_names(names: Sequence[str], known: Sequence[str]) -> None:
         if name not in known:
             guess = nearest(name, known)
             raise InvalidInput(
-                f'no parameter "{name}" here.', hint=guess or f"one of {', '.join(known)}"
+                f'no parameter "{name}" here.',
+                hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
             )
 
 

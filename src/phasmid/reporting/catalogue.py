@@ -197,7 +197,8 @@ def find_figure(name: str) -> FigureKind:
     """Return the figure of a name; raise InvalidInput where there is none."""
     if name not in CATALOGUE:
         guess = nearest(name, CATALOGUE)
-        raise InvalidInput(f'no figure "{name}".', hint=guess or f"one of {', '.join(CATALOGUE)}")
+        hint = f'"{guess}"' if guess else f"one of {', '.join(CATALOGUE)}"
+        raise InvalidInput(f'no figure "{name}".', hint=hint)
     return CATALOGUE[name]
 
 

@@ -104,5 +104,5 @@ def _chosen(recording: Recording, channels: Sequence[str] | None) -> Recording:
             continue
         guess = nearest(name, here)
         what = f"the recording has no {name}." if name in CHANNELS else f'no channel "{name}".'
-        raise InvalidInput(plain(what), hint=guess or f"one of {', '.join(here)}")
+        raise InvalidInput(plain(what), hint=f'"{guess}"' if guess else f"one of {', '.join(here)}")
     return recording[[name for name in here if name in channels]]

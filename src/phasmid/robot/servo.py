@@ -215,8 +215,8 @@ class Servo:
         if current is None:
             raise InvalidInput(
                 f"{servo_words(self.name)} has no stall_current; its own law needs one.",
-                hint="--drive ideal-servo, a servo of the catalogue (--servo-model), or the "
-                "stall_current of its data sheet in a [servo] table",
+                hint='drive = "ideal-servo", or the stall_current of its data sheet in the file\'s '
+                "table of the servo",
             )
         lossless = self._friction(0.0)
         still, fast = lossless.stribeck_share(0.0), lossless.stribeck_share(speed)

@@ -172,7 +172,7 @@ class Study(Table):
     name: Annotated[
         str,
         StringConstraints(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"),
-        Hint("letters, digits, and . _ - between them, 64 at most"),
+        Hint('name = "walk", of letters, digits, and . _ - between them, 64 at most'),
     ] = "study"
     description: str = ""
     scenario: str = "paper"

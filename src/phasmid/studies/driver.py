@@ -143,19 +143,21 @@ def study(
                 runs = _unrecorded(load_study(folder), runner)
                 total += len(runs)
                 executor.make(runs)
+    place = "" if out is None else f" --out {out}"
     if max_failures is not None and len(errors) > max_failures:
         raise OutputError(
             f"{len(errors)} runs failed, more than {max_failures}; {done} of {total} are done. "
             f"The first: {errors[0]}",
-            hint=f"phasmid study {source} --retry failed" if isinstance(source, str | Path) else "",
+            hint=f"phasmid study {source} --retry failed{place}"
+            if isinstance(source, str | Path)
+            else "",
         )
     results = load_study(folder)
     if len(results.table) < table.count():
         # Other machines make the rest.
         return results
     file = "study.toml" if isinstance(source, Mapping) else str(source)
-    where = "" if out is None else f" --out {out}"
-    page = study_page(results, f"phasmid study {plain(file)}{plain(where)}")
+    page = study_page(results, f"phasmid study {plain(file)}{plain(place)}")
     write_whole(folder / PAGE, page.encode())
     return results
 

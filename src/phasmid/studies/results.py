@@ -74,7 +74,7 @@ class StudyResults:
         from phasmid.studies.search import best_points
 
         if self.study.search is None:
-            raise InvalidInput("the study has no [search].", hint="its table")
+            raise InvalidInput("the study has no [search].", hint="StudyResults.table")
         return best_points(self.study, self.table)
 
     @property
@@ -104,7 +104,7 @@ def load_study(folder: str | Path) -> StudyResults:
     study = Study(**read_definition(folder)["study"])
     table = read_rows(folder, study)
     if table.empty:
-        raise InvalidInput(f"{folder} has no row of a study.", hint="phasmid study")
+        raise InvalidInput(f"{folder} has no row of a study.", hint="phasmid study FILE")
     return StudyResults(study, folder, table)
 
 
@@ -121,7 +121,9 @@ def read_definition(folder: Path) -> dict[str, Any]:
         found: dict[str, Any] = json.loads(text)
         return {"study": found["study"], "parts": found["parts"]}
     except (OSError, ValueError, KeyError, TypeError):
-        raise InvalidInput(f"{folder} is no folder of a study.", hint="phasmid study") from None
+        raise InvalidInput(
+            f"{folder} is no folder of a study.", hint="phasmid study FILE"
+        ) from None
 
 
 def write_definition(folder: Path, study: Study, parts: Mapping[str, str]) -> None:

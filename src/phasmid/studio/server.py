@@ -82,7 +82,9 @@ def listen(host: str, port: int | None) -> socket.socket:
     if port is None:
         what = f"ports {PORT} to {PORT + PORTS_TRIED - 1} are taken; a free one must be given."
         raise InvalidInput(what, hint="--port 0, which finds one")
-    raise InvalidInput(f"port {port} is taken; another must be given.", hint=f"--port {port + 1}")
+    raise InvalidInput(
+        f"port {port} is taken; another must be given.", hint="--port 0, which finds one"
+    )
 
 
 def page_files() -> dict[str, str]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from phasmid.errors import InvalidInput
 from phasmid.terrain.shapes import Places, Surface, ramp
+from phasmid.units import rounded_down
 
 WAVES = 24
 """Number of plane waves that are added up."""
@@ -61,7 +62,7 @@ class Rough:
                 f"rough ground of {1000 * self.roughness:g} mm in waves of "
                 f"{1000 * self.shortest:g} mm is steeper than 45° in places, the steepest this "
                 "contact model is verified for.",
-                hint=f"a roughness of {1000 * self.roughness / steep:.2g} mm or less",
+                hint=f"roughness_mm = {rounded_down(1000 * self.roughness / steep)}",
             )
 
     def _steepest(self) -> float:

@@ -136,7 +136,7 @@ class Waves:
             raise InvalidInput(
                 f"waves of {1000 * self.wave_height:g} mm in {1000 * self.wave_length:g} mm are "
                 f"steeper than 45°, the steepest this contact model is verified for.",
-                hint=f"waves of {1000 * math.pi * self.wave_height:.0f} mm length or more",
+                hint=f"wave_length_mm = {math.ceil(1000 * math.pi * abs(self.wave_height))}",
             )
 
     def surface(self, u: Places, v: Places) -> Surface:

@@ -1,0 +1,116 @@
+"""What a refusal tells people to try is accepted when it is typed as it is printed."""
+
+import re
+
+import pytest
+
+from phasmid.cli import main
+from phasmid.formats import save_robot
+from phasmid.robot import load_robot
+from remedies import accept, answer, refusal, typed_back
+
+LINES = """
+walk --robot quadruped --gait trot
+walk --robot quadruped --gait tripod
+drive --robot octopod --gait crawl --velocity 0,0,0
+check quadruped --gait trot
+gaits trot --robot quadruped
+advise quadruped --gait trot
+export-firmware --robot quadruped --gait tripod
+walk --step-length-mm 400
+walk --step-length-mm 300 --step-turn-deg 40
+walk --step-turn-deg 150 --step-length-mm 0
+walk --step-length-mm 400 --period 0.2
+walk --period 0.5 --drive servo --voltage 9
+walk --drive servo --voltage 0.05
+walk --body-height-mm 300
+walk --step-height-mm 150 --step-length-mm 200
+walk --robot quadruped --sway 0.45
+walk --robot quadruped --sway 0
+walk --gait wave --duty-factor 0.3
+walk --duty-factor 1.4
+walk --offsets 0,0.5,0,0.5,0,0.5
+walk --stance-law coxa-only --step-length-mm 0 --step-sideways-mm 40
+walk --terrain slope --slope-deg 20 --friction 0.2
+walk --terrain rough --roughness-mm 100
+walk --terrain stairs --period 0.8
+walk --start-height-mm 50
+walk --dt 0.5
+walk --dt 0.0007 --record-interval 0.001
+walk --dt 1e-12
+walk --stiffness 1e9 --damping 1e6
+walk --duration 1e9
+walk --duration 20000 --samples 1000
+walk --samples 1e9
+walk --patches 0,1,2
+walk --contact-law simscape --terrain stairs
+walk --load-transfer 5
+walk --name ../a
+walk --edge-x-mm 300 400
+walk --step-lenght-mm 40
+walk --drive sevro
+walk papper
+walk long.toml
+check long.toml
+walk misplaced.toml
+walk trot.toml
+walk --robot blind.urdf
+check blind.urdf
+cad blind.urdf
+drive --velocity 0.05,0
+drive --velocity 0.05,0,0 --contact-law simscape
+drive --velocity 0.05,0,0 --rate 0
+drive --waypoints 1,0 --bus emulated
+drive --velocity 0.05,0,0 --bus emulated --robot markwtech
+bus emulate x
+bus emulate --ids 1-x
+bus emulate --model AX-12
+bus emulate --robot lynxmotion-ch3r
+advise phantomx-ax --speed-mm-s 400
+advise phantomx-ax --step-length-mm 400 --speed-mm-s 50
+check phantomx-papre
+check phantomx-ax --servo-model AX-12A
+export-firmware --terrain stairs
+export-firmware --out walk.txt
+export-firmware --step-length-mm 400
+studio --robot quadruped --gait trot --no-open
+wlak
+"""
+
+FILES = {
+    "long.toml": "[stride]\nstep_length_mm = 400\n",
+    "misplaced.toml": "step_length_mm = 40\n",
+    "trot.toml": 'robot = "quadruped"\ngait = "trot"\n',
+}
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, content in FILES.items():
+        (tmp_path / name).write_text(content)
+    save_robot(load_robot("phantomx-ax"), tmp_path / "blind.urdf")
+    text = (tmp_path / "blind.urdf").read_text()
+    (tmp_path / "blind.urdf").write_text(re.sub(' effort="[^"]*"', ' effort="0"', text))
+    # A command that begins to work has accepted its input.
+    for begin in (
+        "phasmid.simulation.Run.record",
+        "phasmid.hardware.driver.Driver.drive",
+        "phasmid.hardware.Emulator.__enter__",
+        "phasmid.studio.server.Server.__init__",
+        "phasmid.advice.advice.simulate_load",
+        "phasmid.control.engine.LocomotionEngine.largest_velocity",
+    ):
+        monkeypatch.setattr(begin, accept)
+    return tmp_path
+
+
+@pytest.mark.parametrize("line", LINES.strip().splitlines())
+def test_what_a_refusal_says_to_try_is_accepted(here, capsys, line):
+    """Each is refused; the remedy, typed back, is not, and no remedy is in words alone."""
+    arguments = line.split()
+    assert answer(main, arguments) == 2
+    refused = refusal(capsys.readouterr().err)
+    again = typed_back(arguments, refused, here)
+    status = answer(main, again)
+    assert status == 0, (again, refusal(capsys.readouterr().err))
