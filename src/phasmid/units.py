@@ -91,6 +91,19 @@ def rounded_down(value: float, digits: int = 3) -> str:
     return f"{math.floor(value * place * (1 + 1e-9)) / place:.12g}"
 
 
+def beyond(value: float, limit: float, digits: int) -> tuple[str, str]:
+    """Return a number and the limit that it exceeds, with enough digits to differ.
+
+    Args:
+        value: The number.
+        limit: The limit.
+        digits: Least number of significant digits.
+    """
+    while (texts := (f"{value:.{digits}g}", f"{limit:.{digits}g}"))[0] == texts[1] and digits < 17:
+        digits += 1
+    return texts
+
+
 @lru_cache(4096)
 def split_unit(key: str) -> tuple[str, str]:
     """Split a key into its name and the unit that ends it.

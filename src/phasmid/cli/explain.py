@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from phasmid.cli.output import print_table, say
 from phasmid.cli.plot import check_figure_path, write_figure
 from phasmid.cli.progress import announce_compilation
+from phasmid.cli.remedies import typed
 from phasmid.cli.result_folder import result_folder
 from phasmid.cli.scenario_options import SCENARIO, add_field_options, scenario_of
 from phasmid.errors import InvalidInput, plain
@@ -161,7 +162,7 @@ def _walk(scenario: Scenario, options: argparse.Namespace) -> int:
             _print_feet(found.feet, options)
         say()
         if found.stride is None:
-            hint = found.refusal.hint if found.refusal else ""
+            hint = typed(found.refusal.hint, ["explain"]) if found.refusal else ""
             say("No step length is possible with this gait, period and stance.")
             say(f"  try  {plain(hint)}" if hint else "")
         else:

@@ -23,6 +23,7 @@ from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import Stride
+from phasmid.units import beyond
 
 CHECKED_SAMPLES = 60
 """Instants between two events of a gait at which a plan is checked, and its swings' middles."""
@@ -174,18 +175,21 @@ def _out_of_reach(
     nearest, farthest = reach(which, float(target[2]))
     if nearest <= far[t, leg] <= farthest:
         q = np.degrees(joint_angles(which, target))
-        limits = np.degrees(which.joint_limits)
-        joint = int(np.argmax((q < limits[:, 0]) | (q > limits[:, 1])))
+        low, high = np.degrees(which.joint_limits).T
+        joint = int(np.argmax((q < low) | (q > high)))
+        limit = low[joint] if q[joint] < low[joint] else high[joint]
+        angle, _ = beyond(q[joint], limit, 4)
         return t, (
-            f"turns {which.name}.{JOINTS[joint]} to {q[joint]:.1f}°; its limits are "
-            f"{limits[joint, 0]:.4g}° to {limits[joint, 1]:.4g}°"
+            f"turns {which.name}.{JOINTS[joint]} to {angle}°; its limits are "
+            f"{low[joint]:.4g}° to {high[joint]:.4g}°"
         )
     if math.isnan(farthest):
         along = ", along its coxa axis" if which.is_tilted else ""
         return t, f"puts {which.name} {-target[2]:.3f} m below its hip{along}; it reaches less deep"
     bound = farthest if far[t, leg] > farthest else nearest
     axis = " from its coxa axis" if which.is_tilted else ""
-    return t, f"puts {which.name} at {far[t, leg]:.3f} m{axis}; it reaches {bound:.3f} m"
+    needed, reached = beyond(far[t, leg], bound, 3)
+    return t, f"puts {which.name} at {needed} m{axis}; it reaches {reached} m"
 
 
 def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int, ...]:
@@ -227,9 +231,10 @@ def check_speed(
         return
     t, leg, joint = _first_largest(speed, axis=1)
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
+    needed, allowed = beyond(peak, limit, 3)
     raise InfeasibleWalk(
-        f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {peak:.3g} "
-        f"rad/s; the {servo_words(servo.name)} allows {limit:.3g} rad/s{supply}."
+        f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {needed} "
+        f"rad/s; the {servo_words(servo.name)} allows {allowed} rad/s{supply}."
     )
 
 
