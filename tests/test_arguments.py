@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import phasmid
+from phasmid import dynamics, kinematics
 from phasmid.arguments import check_kind
 from phasmid.control import Command, JointTargets
 from phasmid.errors import InvalidInput
@@ -217,3 +218,51 @@ def test_tables_made_by_name_refuse_in_a_sentence():
         phasmid.ImportOptions(total_mass=-1)
     with pytest.raises(InvalidInput, match='unknown key "mass"'):
         phasmid.ImportOptions(mass=1)
+
+
+ROBOT = phasmid.load_robot("phantomx-ax")
+Q, BODY = np.zeros((6, 3)), dynamics.BodyMotion.at_rest()
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (
+            lambda: dynamics.inverse_dynamics(WRONG["scenario"], BODY, Q, Q, Q),
+            "robot is of",
+        ),
+        (
+            lambda: dynamics.inverse_dynamics(ROBOT, None, Q, Q, Q),
+            "body is None; it must be",
+        ),
+        (
+            lambda: dynamics.inverse_dynamics(ROBOT, BODY, Q.ravel(), Q, Q),
+            "q has shape (18,); it must have shape (..., 6, 3).",
+        ),
+        (
+            lambda: dynamics.inverse_dynamics(ROBOT, BODY, Q, Q, Q, foot_force=Q[0]),
+            "foot_force has shape (3,); it must have shape (..., 6, 3).",
+        ),
+        (
+            lambda: dynamics.leg_torque(ROBOT.legs[0], None, Q[0], Q[0]),
+            "q is None; it must be an array of numbers.",
+        ),
+        (
+            lambda: kinematics.foot_position(ROBOT, Q),
+            "leg is of type Robot; it must be a Leg",
+        ),
+        (
+            lambda: kinematics.joint_angles(ROBOT.legs[0], [0.1, 0.2]),
+            "p_hip_foot has shape (2,); it must have shape (..., 3).",
+        ),
+        (
+            lambda: dynamics.BodyMotion.at_rest(position=[0, 0]),
+            "position has shape (2,); it must have shape (..., 3).",
+        ),
+    ],
+)
+def test_arrays_of_another_shape_are_refused_with_the_right_one(call, sentence):
+    """NumPy's words name operands of a compiled function; these name the argument."""
+    with pytest.raises(InvalidInput) as refusal:
+        call()
+    assert refusal.value.what.startswith(sentence)

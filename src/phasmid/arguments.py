@@ -88,14 +88,86 @@ def checked(function: Function) -> Function:
         except TypeError:
             # An argument is absent, or has no parameter: Python names it.
             return function(*arguments, **keywords)
-        for name, value in bound.arguments.items():
-            parameter = signature.parameters[name]
-            several = parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
-            if parameter.annotation is not parameter.empty and not several:
-                check_kind(value, parameter.annotation, name)
+        for name, kind in _annotated(signature):
+            if name in bound.arguments:
+                check_kind(bound.arguments[name], kind, name)
         return function(*arguments, **keywords)
 
     return call  # type: ignore[return-value]
+
+
+def explained(function: Function) -> Function:
+    """Let a function of arrays name the argument at fault where it fails.
+
+    A call that succeeds costs nothing: kinds and shapes are looked at after an error of Python or
+    NumPy.
+    """
+
+    @wraps(function)
+    def call(*arguments: Any, **keywords: Any) -> Any:
+        try:
+            return function(*arguments, **keywords)
+        except (AttributeError, IndexError, TypeError, ValueError):
+            _explain(function, arguments, keywords)
+            raise
+
+    return call  # type: ignore[return-value]
+
+
+def _annotated(signature: inspect.Signature) -> list[tuple[str, Any]]:
+    """Return names and kinds of the parameters of a function that are annotated and single."""
+    several = inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD
+    return [
+        (one.name, one.annotation)
+        for one in signature.parameters.values()
+        if one.annotation is not one.empty and one.kind not in several
+    ]
+
+
+def _explain(
+    function: Callable[..., Any], arguments: tuple[Any, ...], keywords: Mapping[str, Any]
+) -> None:
+    """Refuse the first argument of another kind or shape than a function's annotations name."""
+    signature = _signature(function)
+    try:
+        bound = signature.bind(*arguments, **keywords).arguments
+    except TypeError:
+        return
+    sizes: dict[str, int] = {}
+    for name, kind in _annotated(signature):
+        if name not in bound:
+            continue
+        value = bound[name]
+        check_kind(value, kind, name)
+        if hasattr(value, "legs"):
+            sizes["legs"] = len(value.legs)
+        array = next((each for each in (kind, *get_args(kind)) if hasattr(each, "dim_str")), None)
+        if array is not None and (value is not None or kind is array):
+            _check_shape(value, array.dim_str.split(), name, sizes)
+
+
+def _check_shape(value: object, dims: list[str], name: str, sizes: dict[str, int]) -> None:
+    """Refuse an array without the last axes of its annotation.
+
+    Args:
+        value: The array.
+        dims: Its axes, such as ``*batch legs 3``.
+        name: Its name in the message.
+        sizes: Of named axes, to which its own are added.
+
+    Raises:
+        InvalidInput: With the shape that it must have.
+    """
+    shape = numbers(value, name).shape
+    last = [axis for axis in dims if axis != "..." and axis[0] not in "*#"]
+    own = shape[len(shape) - len(last) :]
+    wanted = [int(axis) if axis.isdigit() else sizes.get(axis, axis) for axis in last]
+    has_all = len(shape) >= len(last) if len(last) < len(dims) else len(shape) == len(last)
+    if not has_all or any(w != s for w, s in zip(wanted, own, strict=True) if isinstance(w, int)):
+        leading = ["..."] if len(last) < len(dims) else []
+        axes = ", ".join(map(str, [*leading, *wanted]))
+        raise InvalidInput(f"{name} has shape {shape}; it must have shape ({axes}).")
+    sizes.update(zip(last, own, strict=True))
 
 
 def check_fields(instance: Any, prefix: str = "", error: type[InvalidInput] = InvalidInput) -> None:
@@ -112,6 +184,21 @@ def check_fields(instance: Any, prefix: str = "", error: type[InvalidInput] = In
     kind_of: Any = type(instance)
     for name, kind in _fields(kind_of).items():
         check_kind(getattr(instance, name), kind, prefix + name, error)
+
+
+def check_arrays(instance: Any) -> None:
+    """Refuse fields of a dataclass that are no arrays of the axes that its annotations name.
+
+    Args:
+        instance: Its arrays are checked; named axes may have any size.
+
+    Raises:
+        InvalidInput: A field has no numbers, or another shape.
+    """
+    kind_of: Any = type(instance)
+    for name, kind in _fields(kind_of).items():
+        if hasattr(kind, "dim_str"):
+            _check_shape(getattr(instance, name), kind.dim_str.split(), name, {})
 
 
 def check_kind(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import check_arrays
 from phasmid.errors import InvalidInput
 
 ROTATION_TOLERANCE = 1e-6
@@ -27,7 +28,7 @@ class BodyMotion:
         angular_acceleration: World axes [rad/s²], shape (..., 3).
 
     Raises:
-        InvalidInput: A matrix is not a rotation.
+        InvalidInput: A matrix is not a rotation, or a shape is wrong.
     """
 
     position: Float[np.ndarray, "*#batch 3"]
@@ -38,7 +39,8 @@ class BodyMotion:
     angular_acceleration: Float[np.ndarray, "*#batch 3"]
 
     def __post_init__(self) -> None:
-        R = self.rotation
+        check_arrays(self)
+        R = np.asarray(self.rotation)
         deviation = np.abs(R @ np.swapaxes(R, -1, -2) - np.eye(3)).max(initial=0.0)
         if not deviation <= ROTATION_TOLERANCE or np.any(np.linalg.det(R) < 0):
             raise InvalidInput(

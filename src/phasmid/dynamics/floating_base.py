@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import explained
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.whole_body import JointTorqueAndWrench, inverse_dynamics
 from phasmid.kinematics import centre_of_mass
@@ -49,6 +50,7 @@ class Accelerations(NamedTuple):
     qdd: Float[np.ndarray, "*batch legs 3"]
 
 
+@explained
 def mass_matrix(
     robot: Robot, body: BodyMotion, q: Float[np.ndarray, "*#batch legs 3"]
 ) -> Float[np.ndarray, "*batch dof dof"]:
@@ -70,6 +72,7 @@ def mass_matrix(
     return np.swapaxes(columns, -1, -2)
 
 
+@explained
 def bias_force(
     robot: Robot,
     body: BodyMotion,
@@ -87,6 +90,7 @@ def bias_force(
     return _generalised(inverse_dynamics(robot, _coasting(body), q, qd, qdd, gravity=gravity))
 
 
+@explained
 def gravity_force(
     robot: Robot,
     body: BodyMotion,
@@ -105,6 +109,7 @@ def gravity_force(
     return bias_force(robot, at_rest, q, np.zeros((len(robot.legs), 3)), gravity=gravity)
 
 
+@explained
 def momentum(
     robot: Robot,
     body: BodyMotion,
@@ -128,6 +133,7 @@ def momentum(
     return Momentum(linear, about_origin - np.cross(com, linear))
 
 
+@explained
 def foot_jacobian(
     robot: Robot, body: BodyMotion, q: Float[np.ndarray, "*#batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3 dof"]:
@@ -146,6 +152,7 @@ def foot_jacobian(
     return rows.reshape(*rows.shape[:-2], legs, 3, -1)
 
 
+@explained
 def forward_dynamics(
     robot: Robot,
     body: BodyMotion,

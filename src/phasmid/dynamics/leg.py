@@ -8,12 +8,14 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import explained
 from phasmid.dynamics.matrices import LegMatrices, hip_gravity, link_moments
 from phasmid.kinematics.leg import geometry
 from phasmid.robot import Leg, LegArrays
 from phasmid.units import STANDARD_GRAVITY
 
 
+@explained
 def leg_matrices(
     leg: Leg | LegArrays, q: Float[np.ndarray, "*#batch 3"], *, gravity: float = STANDARD_GRAVITY
 ) -> LegMatrices:
@@ -38,6 +40,7 @@ def leg_matrices(
     )
 
 
+@explained
 def leg_torque(
     leg: Leg | LegArrays,
     q: Float[np.ndarray, "*#batch 3"],

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import explained
 from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.matrices import link_moments, moments_about_origin
 from phasmid.kinematics import centre_of_mass, link_frames
@@ -28,6 +29,7 @@ class JointTorqueAndWrench(NamedTuple):
     wrench: Float[np.ndarray, "*batch 6"]
 
 
+@explained
 def inverse_dynamics(
     robot: Robot,
     body: BodyMotion,
@@ -82,6 +84,7 @@ def inverse_dynamics(
     return JointTorqueAndWrench(torque, np.concatenate([force, moment], axis=-1))
 
 
+@explained
 def kinetic_energy(
     robot: Robot,
     body: BodyMotion,
@@ -121,6 +124,7 @@ def _rigid_energy(
     return np.asarray((linear + np.sum(w * _apply(inertia, w), axis=-1)) / 2)
 
 
+@explained
 def potential_energy(
     robot: Robot,
     body: BodyMotion,

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import explained
 from phasmid.robot import Leg, LegArrays, Robot
 
 Samples = np.ndarray | np.float64
@@ -45,6 +46,7 @@ def dh_transform(
     )
 
 
+@explained
 def leg_frames(
     leg: Leg | LegArrays, q: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 4 4 4"]:
@@ -84,6 +86,7 @@ class LinkFrames(NamedTuple):
     position: Float[np.ndarray, "*batch legs 3 3"]
 
 
+@explained
 def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFrames:
     """Frames of all links in the body frame, axes as in Table 1.
 
@@ -96,6 +99,7 @@ def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFram
     return LinkFrames(R @ X[..., :3, :3], p_body_link)
 
 
+@explained
 def rotation_rpy(
     roll: Float[np.ndarray, "*batch"],
     pitch: Float[np.ndarray, "*batch"],
@@ -122,6 +126,7 @@ def rotation_rpy(
     )
 
 
+@explained
 def quaternion_rotation(
     quaternion: Float[np.ndarray, "*batch 4"],
 ) -> Float[np.ndarray, "*batch 3 3"]:
@@ -134,6 +139,7 @@ def quaternion_rotation(
     )
 
 
+@explained
 def rpy_quaternion(
     roll: Float[np.ndarray, "*batch"],
     pitch: Float[np.ndarray, "*batch"],
@@ -153,6 +159,7 @@ def rpy_quaternion(
     )
 
 
+@explained
 def yaw_quaternion(yaw: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch 4"]:
     """Quaternion (w, x, y, z) of a rotation about the vertical [rad]."""
     return rpy_quaternion(np.zeros_like(yaw), np.zeros_like(yaw), yaw)
@@ -186,12 +193,14 @@ def angular_motion(
     return np.stack(w, axis=-1), np.stack(dw, axis=-1)
 
 
+@explained
 def quaternion_yaw(quaternion: Float[np.ndarray, "*batch 4"]) -> Float[np.ndarray, "*batch"]:
     """Heading of a body pose: the angle of its x axis about the vertical [rad]."""
     w, x, y, z = np.moveaxis(quaternion, -1, 0)
     return np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
+@explained
 def body_from_hip(
     robot: Robot, p_hip: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
@@ -200,6 +209,7 @@ def body_from_hip(
     return np.einsum("lij,...lj->...li", arrays.R_body_hip, p_hip) + arrays.p_body_hip
 
 
+@explained
 def hip_from_body(
     robot: Robot, p_body: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs 3"]:
@@ -208,11 +218,13 @@ def hip_from_body(
     return np.einsum("lji,...lj->...li", arrays.R_body_hip, p_body - arrays.p_body_hip)
 
 
+@explained
 def neutral_feet(robot: Robot) -> Float[np.ndarray, "legs 3"]:
     """Neutral feet in the body frame [m], shape (L, 3)."""
     return body_from_hip(robot, robot.arrays.neutral_foot)
 
 
+@explained
 def posture_feet(robot: Robot, pose: Float[np.ndarray, "6"]) -> Float[np.ndarray, "legs 3"]:
     """Neutral feet, which stay in place, in the hip frames of a displaced body [m], shape (L, 3).
 
@@ -224,6 +236,7 @@ def posture_feet(robot: Robot, pose: Float[np.ndarray, "6"]) -> Float[np.ndarray
     return hip_from_body(robot, (neutral_feet(robot) - pose[:3]) @ rotation_rpy(*pose[3:, None])[0])
 
 
+@explained
 def body_height(robot: Robot) -> float:
     """Return the height of the body's origin over level ground at the neutral stance [m].
 
@@ -232,6 +245,7 @@ def body_height(robot: Robot) -> float:
     return robot.foot_radius - float(neutral_feet(robot)[:, 2].mean())
 
 
+@explained
 def trunk_clearance(robot: Robot, height: float, pose: Float[np.ndarray, "6"]) -> float:
     """Return the height of the trunk's lowest corner over the ground [m].
 
@@ -247,6 +261,7 @@ def trunk_clearance(robot: Robot, height: float, pose: Float[np.ndarray, "6"]) -
     return float(centre - abs(up) @ robot.body.size / 2)
 
 
+@explained
 def centre_of_mass(
     robot: Robot, q: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch 3"]:

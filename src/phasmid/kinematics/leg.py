@@ -11,6 +11,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import explained
 from phasmid.errors import Unreachable
 from phasmid.robot import Leg, LegArrays
 
@@ -37,6 +38,7 @@ def geometry(leg: LegGeometry) -> tuple[np.ndarray, np.ndarray]:
     return leg.lengths, np.asarray(leg.lateral_offsets.sum(axis=-1))
 
 
+@explained
 def foot_position(
     leg: Leg | LegArrays, q: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 3"]:
@@ -56,6 +58,7 @@ def foot_position(
     return np.asarray(foot_position_ufunc(*geometry(leg), q))
 
 
+@explained
 def joint_angles(
     leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"]
 ) -> Float[np.ndarray, "*batch 3"]:
@@ -116,6 +119,7 @@ def _unreachable(
     )
 
 
+@explained
 def jacobian(
     leg: Leg | LegArrays,
     q: Float[np.ndarray, "*batch 3"],
@@ -141,6 +145,7 @@ def jacobian(
     return np.asarray(contact_jacobian_ufunc(*geometry(leg), q, offset))
 
 
+@explained
 def joint_motion(
     leg: Leg | LegArrays,
     q: Float[np.ndarray, "*batch 3"],

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.arguments import explained
 from phasmid.kinematics.leg import angles_and_margin, foot_position
 from phasmid.robot import Leg, Robot
 
@@ -17,6 +18,7 @@ LIMIT_TOLERANCE = 1e-9
 """An angle may pass a joint limit by this much, which is round-off [rad]."""
 
 
+@explained
 def reach(leg: Leg, height: float) -> tuple[float, float]:
     """Nearest and farthest distance of the foot from the coxa axis.
 
@@ -38,6 +40,7 @@ def reach(leg: Leg, height: float) -> tuple[float, float]:
     return math.hypot(near, left), math.hypot(coxa + far, left)
 
 
+@explained
 def within_reach(
     robot: Robot, p_hip_feet: Float[np.ndarray, "*batch legs 3"]
 ) -> Float[np.ndarray, "*batch legs"]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.arguments import checked
+from phasmid.arguments import checked, explained
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait, support_margin
 from phasmid.kinematics import (
@@ -63,6 +63,7 @@ class Walk:
     trunk: TrunkMotion
     course: LevelCourse | Course
 
+    @explained
     def sample(self, time: Float[np.ndarray, " times"]) -> Walk:
         """Return this walk at other times, without interpolation.
 
