@@ -115,7 +115,8 @@ def test_feet_that_are_caught_stand_where_they_come_down(doing):
 def test_joints_go_on_where_a_foot_begins_to_look(name, period):
     """Also near a joint's limit, to which a leg that swings yields: its angle is where its speeds
     before and after tell, but for the trapezoid's error of a DT² / 4 at an acceleration of a. A
-    rise of 60 mm in 0.28 s makes 5 m/s² at the most, a shin of 80 mm less than 100 rad/s² of it."""
+    rise of 60 mm in 0.28 s makes 5 m/s² at the most. A knee stretched to its limit of 15° turns by
+    less than 250 rad/s² for it, 5 m/s² over 80 mm sin 15°."""
     robot = load_robot(name)
     engine = LocomotionEngine(robot, ground_sensing=False, dynamics="none", period=period)
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
@@ -134,7 +135,7 @@ def test_joints_go_on_where_a_foot_begins_to_look(name, period):
             jump = state.q - before - DT * (rate + state.qd) / 2
             off = max(off, np.abs(jump[begins]).max())
     assert looks > 0
-    assert off < 100 * DT**2 / 4
+    assert off < 250 * DT**2 / 4
 
 
 @pytest.mark.parametrize(("way", "start"), [("ahead", 0.01), ("left", 0.06)])
