@@ -32,7 +32,8 @@ from phasmid.kinematics.leg import angles_and_margin
 from phasmid.kinematics.workspace import usable_limits, within_reach
 from phasmid.motion.course import Course, LevelCourse
 from phasmid.motion.feasibility import checked_times
-from phasmid.motion.walk import Walk, course_of, plan
+from phasmid.motion.remedies import plan
+from phasmid.motion.walk import Walk, course_of
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import Stride
