@@ -41,7 +41,7 @@ def start(robot="phantomx-ax", slope=20.0, friction=0.7, kind="ideal-servo", **f
     ("slope", "friction", "fields"),
     [
         *[(30, 0.7, {"robot": robot}) for robot in PRESETS],
-        *[(35, 0.1, {"robot": robot}) for robot in PRESETS],
+        *[(35, 0.1, {"robot": robot}) for robot in ("phantomx-mk4", "quadruped", "octopod")],
         (30, 0.7, {"kind": "servo"}),
         (30, 0.7, {"kind": "torque"}),
         (30, 0.7, MEASURED),
