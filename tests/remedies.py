@@ -120,7 +120,11 @@ def _with_line(
     at = re.search(r"line (\d+)$", refused.where)
     same = [n for n, text in enumerate(lines) if re.match(rf"\s*{stem}\w* *=", text)]
     if same:
-        nearest = min(same, key=lambda n: abs(n + 1 - int(at[1]))) if at else same[0]
+        # The line itself, one of the table that it heads, or the nearest one.
+        place = int(at[1]) - 1 if at else 0
+        heads = [n for n, text in enumerate(lines) if text.startswith("[") and n > place]
+        inside = [n for n in same if place <= n < min(heads, default=len(lines))]
+        nearest = (inside or sorted(same, key=lambda n: abs(n - place)))[0]
         lines[nearest] = line
     elif match[1] and f"[{match[1]}]" in lines:
         lines.insert(lines.index(f"[{match[1]}]") + 1, line)

@@ -47,6 +47,15 @@ class PhasmidError(Exception):
         """
         self._hint = find
 
+    def reword(self, change: Callable[[str], str]) -> None:
+        """Change the hint, which is not found before it is read.
+
+        Args:
+            change: Returns another one.
+        """
+        own = self._hint
+        self._hint = lambda: change(own() if callable(own) else own)
+
     def __str__(self) -> str:
         lines = [plain(self.what)]
         if self.where:

@@ -268,6 +268,8 @@ def _speak(
     hints = [m.text for m in field.metadata if isinstance(m, Hint)] if field else []
     if detail["type"] == "missing":
         key = key_of(str(loc[-1]), field) if field else str(loc[-1])
+        # Other hints are on values.
+        hints = [hint for hint in hints if " = " in hint]
         hints += [] if isinstance(loc[-1], int) else [f"{key} = ..."]
         return InvalidInput(f"{subject} is missing.", where=where, hint=hints[0] if hints else "")
     guess = nearest(value, choices(field)) if field and isinstance(value, str) else ""

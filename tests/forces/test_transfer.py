@@ -33,4 +33,4 @@ def test_a_window_that_the_gait_has_no_room_for_is_refused(window):
         f"the load transfer takes {window:g} s; it must take between 0 and 0.1667 s, "
         "half of the shorter of stance (1.667 s) and swing (0.3333 s)."
     )
-    assert caught.value.hint == "load_transfer = 0.08333"
+    assert caught.value.hint == "load_transfer = 0.166"

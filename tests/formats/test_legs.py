@@ -353,7 +353,7 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball() -> None:
     assert imported.robot.foot_radius == 0.012
     (note,) = [f for f in imported.findings if "the ball of its last link" in f.what]
     assert note.sentence.endswith("was taken, 120.0 mm from the tibia's axis, of radius 12 mm.")
-    assert note.hint.startswith("--foot 0.12,0,0, in metres")
+    assert note.hint.startswith('foot = "0.12,0,0", in metres')
 
 
 def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused() -> None:

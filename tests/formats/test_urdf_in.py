@@ -155,7 +155,7 @@ def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> N
     mesh = '<mesh filename="package://x/meshes/a.stl"/>'
     found = left_out(tmp_path, mesh)
     assert found.what == 'mesh "meshes/a.stl" is in package "x", which is unknown; it was left out.'
-    assert found.hint == "--package x=PATH"
+    assert found.hint == 'package = "x=.", with the folder of the package'
     folder = tmp_path / "some" / "where"
     (folder / "meshes").mkdir(parents=True)
     (folder / "meshes" / "a.stl").write_bytes(binary_stl(CORNERS[FACES]))
@@ -187,7 +187,7 @@ def test_i3_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path: P
     (tmp_path / "home" / "bob").mkdir()
     (tmp_path / "home" / "bob" / "secret.stl").write_bytes(binary_stl(CORNERS[FACES]))
     found = left_out(folder, '<mesh filename="package://home/bob/secret.stl"/>')
-    assert found.hint == "--package home=PATH"
+    assert found.hint == 'package = "home=.", with the folder of the package'
 
 
 @pytest.mark.parametrize(
@@ -252,7 +252,7 @@ def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
     mesh = '<mesh filename="tibia.stl"/>'
     found = left_out(tmp_path, mesh)
     assert found.what == "mesh tibia.stl spans 140 m; it was left out."
-    assert found.hint == "--mesh-unit mm"
+    assert found.hint == 'mesh_unit = "mm"'
     tree = read(LEG.replace(BOX, mesh), tmp_path, ImportOptions(mesh_unit="mm"))
     longest = float(np.ptp(tree.links["tibia_3"].parts[0].vertices, axis=0).max())
     # The part lies 1 m up, where a number has steps of 2.2e-16.

@@ -230,7 +230,8 @@ def named(name: str) -> str:
         ),
         (
             with_leg_line("joint_limits.tibia_deg = [60, -60]"),
-            "joint right_front.tibia: lower limit 60° is above upper limit -60°. swap them",
+            "joint right_front.tibia: lower limit 60° is above upper limit -60°. "
+            "tibia_deg = [-60, 60]",
         ),
         (
             with_leg_line("home_deg = [0, 110, -110]", "left_rear"),

@@ -150,7 +150,7 @@ def test_functions_of_a_file_make_axes_and_metrics(tmp_path):
         ({"axes": {"robot.bod.mass": [1]}}, 'the robot has no table "bod"'),
         ({"axes": {"robot.body.mas": [1]}}, 'unknown key "mas" in body'),
         ({"axes": {"step_length": ["long"]}}, 'step_length is "long"'),
-        ({"axes": {"step_length": [5.0]}}, "stride of 5000 mm"),
+        ({"axes": {"step_length": [5.0]}}, "step of 5000 mm"),
     ],
 )
 def test_a_run_that_cannot_be_made_is_a_row_with_a_sentence(tmp_path, changes, message):
@@ -201,7 +201,7 @@ def test_another_study_of_the_name_is_refused_and_says_what_changed(whole):
     assert caught.value.what == (
         f"{whole.folder} holds another study of this name; changed since: axes.step_length_mm."
     )
-    assert caught.value.hint == "another --out, or --force, which deletes its rows"
+    assert caught.value.hint == f'out = "{whole.folder}-2", or force = True, which deletes its rows'
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
@@ -267,7 +267,7 @@ def test_failed_runs_are_rows_and_can_be_made_again(tmp_path, capsys, monkeypatc
     assert main(["study", "s.toml", "--workers", "1"]) == 0
     printed = capsys.readouterr()
     assert "3 runs, 2 failed" in printed.out
-    assert "phasmid: failed: 2, such as run 1: stride of 5000 mm puts " in printed.err
+    assert "phasmid: failed: 2, such as run 1: step of 5000 mm puts " in printed.err
     table = load_study("results/study").table
     assert list(table["status"]) == ["done", "failed", "failed"]
     assert main(["study", "s.toml", "--workers", "1", "--retry", "failed", "--quiet"]) == 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -204,11 +204,11 @@ def plan_cycles(
     try:
         return scenario, plan(scenario), own
     except InfeasibleWalk as error:
-        error.hint = _with_speed(error.hint, scenario)
+        error.reword(partial(_with_speed, scenario))
         raise
 
 
-def _with_speed(hint: str, scenario: Scenario) -> str:
+def _with_speed(scenario: Scenario, hint: str) -> str:
     """Return settings of a walk with its speed [m/s] in place of its period."""
     try:
         changes: dict[str, Any] = tomllib.loads(f"x = {{ {hint} }}")["x"]

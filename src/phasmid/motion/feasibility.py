@@ -78,18 +78,24 @@ def has_room_for(robot: Robot, gait: Gait, stride: Stride) -> bool:
 
 
 def longest_stride(
-    robot: Robot, gait: Gait, stride: Stride | None = None, direction: float = 0.0
+    robot: Robot,
+    gait: Gait,
+    stride: Stride | None = None,
+    direction: float = 0.0,
+    *,
+    supported: bool = True,
 ) -> float:
     """Longest straight step on level ground for which all legs have room throughout a cycle.
 
-    Link lengths, joint limits, the gait's sway, the height of the swings and the support count.
-    Joint speeds and legs that touch each other do not.
+    Link lengths, joint limits, the gait's sway and the height of the swings count. Joint speeds and
+    legs that touch each other do not.
 
     Args:
         robot: The robot, L legs.
         gait: The gait.
         stride: Its step height, stance and curve are used; default: those of `StrideTable`.
         direction: Direction of travel in the body frame, 0 forward [rad].
+        supported: Whether the standing feet must support the robot, too.
 
     Returns:
         Way of the body while a foot stands [m]; 0 where the robot cannot even step on the spot.
@@ -111,6 +117,8 @@ def longest_stride(
         hip_feet = hip_from_body(robot, feet)
         if not within_reach(robot, hip_feet).all():
             return False
+        if not supported:
+            return True
         com = centre_of_mass(robot, joint_angles(robot.arrays, hip_feet))
         return bool((support_margin(feet[..., :2], stance, com[..., :2]) > 0).all())
 

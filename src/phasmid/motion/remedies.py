@@ -20,14 +20,14 @@ from phasmid.toml import toml_value
 Changes: TypeAlias = dict[str, Any]
 """Other values of a scenario, by its keys."""
 
-BISECTIONS = 10
-"""Bisections of a share, to a thousandth."""
+BISECTIONS = 12
+"""Bisections of a share, to a millimetre of a metre."""
 
 COARSE = (0.75, 0.5, 0.25)
 """Shares that are tried on uneven ground, where each plan takes up to a second."""
 
-SMALLEST_SHARE = 0.1
-"""Least share of a step or lift that is proposed."""
+SMALLEST_SHARE, SMALLEST_STEP, SMALLEST_TURN = 0.1, 0.01, math.radians(1)
+"""Least share of a step or lift that is proposed; of large ones the least way [m], turn [rad]."""
 
 SLOWEST = 50.0
 """Largest factor of a period that is proposed."""
@@ -92,11 +92,13 @@ def _level_changes(scenario: Scenario) -> Iterator[Changes]:
     """Yield changes of a walk on level ground, those that keep most of it first."""
     can_be_made = partial(_can_be_made, scenario)
     yield _nearest(lambda x: _slower(scenario, SLOWEST**x), can_be_made)
-    yield _nearest(lambda x: _shorter(scenario, _share(x)), can_be_made)
-    yield _nearest(lambda x: _lower(scenario, _share(x)), can_be_made)
-    yield _nearest(
-        lambda x: _shorter(scenario, _share(x)) | _lower(scenario, _share(x)), can_be_made
-    )
+    stride = scenario.stride
+    way, turn = math.hypot(stride.step_length, stride.step_sideways), abs(stride.step_turn)
+    least = max(_part(SMALLEST_STEP, way), _part(SMALLEST_TURN, turn))
+    lowest = _part(SMALLEST_STEP, stride.step_height)
+    yield _nearest(lambda x: _shorter(scenario, 1 - x * (1 - least)), can_be_made)
+    yield _nearest(lambda x: _lower(scenario, 1 - x * (1 - lowest)), can_be_made)
+    yield _nearest(lambda x: _smaller(scenario, 1 - x * (1 - min(least, lowest))), can_be_made)
     rated = scenario.base_robot().servo.rated_voltage
     if scenario.simulation.drive == "servo" and rated is not None:
         yield {"voltage": rated}
@@ -115,8 +117,9 @@ def _uneven_changes(scenario: Scenario) -> Iterator[Changes]:
     yield {"planned_on": "level"}
 
 
-def _share(x: float) -> float:
-    return 1 - x * (1 - SMALLEST_SHARE)
+def _part(least: float, size: float) -> float:
+    """Return the share of a size from which it is proposed; 0 where it is nothing."""
+    return min(SMALLEST_SHARE, least / size) if size else 0.0
 
 
 def _nearest(make: Callable[[float], Changes], can_be_made: Callable[[Changes], bool]) -> Changes:
@@ -144,6 +147,10 @@ def _shorter(scenario: Scenario, share: float) -> Changes:
 
 def _lower(scenario: Scenario, share: float) -> Changes:
     return {"step_height_mm": math.trunc(1000 * share * scenario.stride.step_height)}
+
+
+def _smaller(scenario: Scenario, share: float) -> Changes:
+    return _shorter(scenario, share) | _lower(scenario, share)
 
 
 def _gaits(scenario: Scenario) -> Iterator[Changes]:

@@ -78,11 +78,12 @@ class Leg:
         check_fields(self, f"{what}: ", InvalidRobot)
         for place, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
             array = frozen_array(getattr(self, place), shape, f"{what}: {place}")
+            key = place.removesuffix("_position")
             if np.abs(array).max() > 2.0:
                 raise InvalidRobot(
                     f"{what}: {place} reaches {np.abs(array).max():.4g} m; "
                     "lengths above 2 m are refused.",
-                    hint=f"{place}_mm",
+                    hint=f"{key}_mm = [{', '.join(f'{x:.6g}' for x in array)}]",
                 )
             object.__setattr__(self, place, array)
         strength = frozen_array(self.strength, (3,), f"{what}: strength")
@@ -93,19 +94,21 @@ class Leg:
             self, "joint_limits", frozen_array(self.joint_limits, (3, 2), f"{what}: joint_limits")
         )
         for angle in ("mount_yaw", "femur_bend", "tibia_bend", "mount_pitch", "mount_roll"):
-            value = getattr(self, angle)
+            value, key = getattr(self, angle), angle.removeprefix("mount_")
             if not math.isfinite(value) or abs(value) > 2 * math.pi:
                 raise InvalidRobot(
                     f"{what}: {angle} is {value:.4g} rad; it must be a finite angle "
                     "of at most one turn.",
-                    hint=f"{angle}_deg",
+                    hint=f"{key}_deg = {value:.6g}, if these are degrees"
+                    if math.isfinite(value)
+                    else "",
                 )
         for joint, (lower, upper) in zip(JOINTS, self.joint_limits, strict=True):
             if lower >= upper:
                 raise InvalidRobot(
                     f"joint {self.name}.{joint}: lower limit {math.degrees(lower):.4g}° is above "
                     f"upper limit {math.degrees(upper):.4g}°.",
-                    hint="swap them",
+                    hint=f"{joint}_deg = [{math.degrees(upper):.6g}, {math.degrees(lower):.6g}]",
                 )
             widest = max(-lower, upper)
             if widest > WIDEST_LIMIT:

@@ -248,7 +248,7 @@ def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: boo
         if not is_study:
             raise InvalidInput(
                 f"{folder} exists and is no folder of a study; nothing was written.",
-                hint="another --out",
+                hint=f'out = "{folder}-2"',
             )
         changed = _changes(read_definition(folder)["parts"], parts)
         if not changed:
@@ -257,7 +257,7 @@ def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: boo
             listed = ", ".join(changed[:4]) + (", ..." if len(changed) > 4 else "")
             raise InvalidInput(
                 f"{folder} holds another study of this name; changed since: {listed}.",
-                hint="another --out, or --force, which deletes its rows",
+                hint=f'out = "{folder}-2", or force = True, which deletes its rows',
             )
     # Other machines may begin a part of this study now: the folder appears whole.
     new = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}.partial")

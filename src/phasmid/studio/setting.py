@@ -15,6 +15,7 @@ from phasmid.kinematics import body_height
 from phasmid.robot import Robot, load_servo, preset_names, with_payload, with_servo
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import ImportOptions
+from phasmid.units import rounded_down
 
 Walks = Literal["by itself", "by hand", "the plan"]
 """Source of the commands."""
@@ -78,7 +79,7 @@ class Setting:
             raise InvalidInput(
                 f"the plan has {samples:.3g} samples; in the studio it must have at most "
                 f"{float(MOST_PLANNED):g}.",
-                hint="a shorter duration, or fewer samples per cycle",
+                hint=f"duration = {rounded_down(MOST_PLANNED * stride.period / stride.samples)}",
             )
         most = MOST_PAYLOAD * self.base.mass
         if self.payload > most:

@@ -117,7 +117,7 @@ class HeightMap:
             f"{row}, column {column}; 45° is the steepest this contact model is verified for.",
             hint="are these numbers millimetres? a .npy or .csv holds metres"
             if float(np.ptp(self.heights)) > TALLEST
-            else "a larger map_cell, or of an image a smaller map_height",
+            else f"map_cell_mm = {math.ceil(1001 * self.cell * float(slope[at])):g}",
         )
 
     @cached_property

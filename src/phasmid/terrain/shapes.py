@@ -283,9 +283,10 @@ class Blocks:
             )
         across, down = self.length / self.pitch, self.width / self.pitch
         if across * down > MOST_BLOCKS:
+            least = math.sqrt(self.length * self.width / MOST_BLOCKS)
             raise InvalidInput(
                 f"a field of {across * down:.0f} blocks; the limit is {MOST_BLOCKS}.",
-                hint="larger blocks",
+                hint=f"block_size_mm = {math.ceil(1000 * (least - self.gap))}",
             )
         if self.gap > 0 and not self.gap_depth > self.height_range / 2:
             raise InvalidInput(
