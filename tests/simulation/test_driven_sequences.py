@@ -105,8 +105,8 @@ def test_by_default_a_robot_gets_up_and_its_safety_and_its_sequences_are_recorde
 def test_a_robot_that_loses_its_third_leg_while_it_walks_stands():
     """It walks on four legs. A cycle of these later, 4 s, it rests and lost feet bear no load.
 
-    Of the feet that it lifts, none touches the ground; the second that follows moves the body by
-    less than 0.1 mm.
+    Of the feet that it lifts, none touches the ground. In the two seconds that follow, levelling
+    on the estimated ground may move the body by 1 mm; on the lost leg's gait it went 30 mm.
     """
     losses = {2.0: [5], 5.0: [2, 5], 9.0: [2, 5, 6]}
     script = CommandScript(
@@ -122,4 +122,4 @@ def test_a_robot_that_loses_its_third_leg_while_it_walks_stands():
     assert (use[:, [0, 2, 3]] == LegUse.IN_USE).all()
     assert force[use == LegUse.LOST].max() == 0.0
     places = run["body_position"].values[after]
-    assert np.linalg.norm(places - places[0], axis=1).max() < 1e-4
+    assert np.linalg.norm(places - places[0], axis=1).max() < 1e-3

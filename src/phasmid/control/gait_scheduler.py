@@ -256,10 +256,15 @@ def advance_phase(state: State, model: Model, reference: Reference, h: float) ->
     spare_lost_legs(state, model, reference)
     update_running(state, model, reference, h, moving)
     step, time = h / period, (1.0 - reference.duty_factor) * period
+    in_air = False
     for leg in range(legs):
-        if reference.used[leg] and state.leg_phase[leg] == LegPhase.HELD:
-            # A leg that is no longer lost stands again before others may lift.
+        in_air = in_air or state.leg_phase[leg] not in (LegPhase.STANCE, LegPhase.HELD)
+    for leg in range(legs):
+        lands = not in_air or time_to_lift(reference, leg, clock.phase) <= h
+        if lands and reference.used[leg] and state.leg_phase[leg] == LegPhase.HELD:
+            # A leg that is no longer lost lands when it is due, or before others lift.
             lift_off(state, model, reference, leg, 0.0, time)
+            in_air = True
     if reference.walks == 0:
         clock.lift_wait = 0.0
         return
