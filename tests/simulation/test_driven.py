@@ -240,6 +240,7 @@ def test_a_function_of_commands_returns_commands(command, words):
 @pytest.mark.parametrize(
     ("telemetry", "words"),
     [
+        ({"stance": np.ones(5, bool)}, "has shape (5,); it must have shape (6,)"),
         ([1.0], "telemetry returned [1.0]; it must return numbers by channel name"),
         (
             {"gait_phase": "x"},

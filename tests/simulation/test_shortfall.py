@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.control import Command, CommandScript
+from phasmid.control import Command, CommandScript, Player
 from phasmid.motion import plan
+from phasmid.recording.channels import WALKING
 from phasmid.reporting import summarise
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario, load_scenario
-from phasmid.simulation import drive, simulate
-from phasmid.simulation.shortfall import Following, shortfall_reason
+from phasmid.simulation import drive, new_run, simulate
+from phasmid.simulation.drive import new_drive
+from phasmid.simulation.shortfall import CommandFollowing, shortfall_cause
 
 PAPER = load_scenario("paper").replace(duration=2.0)
 AX = Scenario().replace(robot="phantomx-ax", drive="ideal-servo", duration=3.0)
@@ -82,7 +84,7 @@ def test_joints_that_do_not_follow_are_told_from_feet_that_slip(followed, cause)
     time = np.linspace(0.0, 2.0, 101)
     target = np.sin(2 * np.pi * time)[:, None, None] * np.ones((6, 3))
     still = np.zeros((len(time), 3))
-    following = Following(None)
+    following = CommandFollowing(None)
     channels = {
         "joint_position": followed * target,
         "joint_position_target": target,
@@ -91,32 +93,67 @@ def test_joints_that_do_not_follow_are_told_from_feet_that_slip(followed, cause)
         "velocity_command": np.tile([0.05, 0.0, 0.0], (len(time), 1)),
     }
     following.add(time, channels)
-    assert cause in shortfall_reason(AX, following, None, "")
+    found, _ = shortfall_cause(AX, following, None, "")
+    assert cause in found
 
 
 @pytest.mark.parametrize(
     "commands",
-    [
-        Command(),
-        CommandScript(waypoint=[{"x": 5.0, "y": 0.0}]),
-    ],
+    [Command(), CommandScript(waypoint=[{"x": 5.0, "y": 0.0}])],
     ids=["stands", "waypoints"],
 )
 def test_a_run_without_a_commanded_velocity_has_no_share(commands):
     run = drive(AX, commands=commands)
     travel = summarise(run)["travel"]
-    assert run.attrs["ending"] != "SHORT"
+    assert run.attrs["ending"] == ("COMPLETED" if isinstance(commands, Command) else "INCOMPLETE")
     assert not {"way_share", "turn_share"} & travel.keys()
 
 
 def test_a_run_shorter_than_a_cycle_is_not_judged():
     """The gait begins; a robot that lifts its first feet has not failed yet."""
-    run = drive(AX.replace(duration=0.5), commands=Command(velocity=(0.05, 0.0, 0.0)))
+    run = drive(AX.replace(duration=0.5), commands=Command(velocity=(0.6, 0.0, 0.0)))
+    assert summarise(run)["travel"]["way_share"] < 0.5
     assert run.attrs["ending"] == "COMPLETED"
 
 
-def test_the_share_of_a_log_is_that_of_its_ending():
+def test_a_command_to_a_robot_that_lies_does_not_count():
+    """It gathers its legs and gets up for more than 2 s of 4 s, and walks from then on."""
+    scenario = AX.replace(start_posture="packed", duration=4.0)
+    run = drive(scenario, commands=Command(velocity=(0.03, 0.0, 0.0)))
+    assert np.isin(run["sequence"].values, WALKING).mean() < 0.5
+    assert run.attrs["ending"] == "COMPLETED"
+
+
+def test_a_plan_that_is_played_is_commanded_by_the_plan():
+    """On ground without friction the feet step on the spot."""
+    scenario = PAPER.replace(robot="phantomx-ax", drive="ideal-servo", friction=0.0)
+    run = drive(scenario, Player(plan(scenario)))
+    assert run.attrs["ending"] == "SHORT"
+    assert abs(summarise(run)["travel"]["way_share"]) < 0.1
+
+
+def test_a_command_of_its_own_gait_gets_a_velocity_of_that_gait():
+    """A wave lifts one foot at a time: it is slower than the scenario's tripod at its best."""
+    run = drive(AX.replace(duration=4.0), commands=Command(velocity=(0.15, 0.0, 0.0), gait="wave"))
+    assert run.attrs["ending"] == "SHORT"
+    assert "--velocity 0.0" in run.attrs["ending_reason"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"step_turn_deg": 12}, {"robot": "quadruped", "gait": "crawl", "duration": 2.5}],
+    ids=["straight", "arc", "sway"],
+)
+def test_the_share_of_a_walk_is_that_of_its_summary(changes):
     """What the run adds up block by block is what the summary computes at once."""
-    run = drive(AX, commands=Command(velocity=(0.6, 0.0, 0.0)))
-    share = summarise(run)["travel"]["way_share"]
-    assert f"made {100 * share:.1f} % of the commanded way" in run.attrs["ending_reason"]
+    scenario = PAPER.replace(record_interval=0.01, **changes)
+    run = new_run(scenario, plan(scenario))
+    share = summarise(run.simulate())["travel"]["way_share"]
+    assert run.following.tracking.way_share == pytest.approx(share, rel=1e-9)
+
+
+def test_the_share_of_a_drive_is_that_of_its_summary():
+    run = new_drive(AX, None, Command(velocity=(0.05, 0.0, 0.2)))
+    travel = summarise(run.simulate())["travel"]
+    assert run.following.tracking.way_share == pytest.approx(travel["way_share"], rel=1e-9)
+    assert run.following.tracking.turn_share == pytest.approx(travel["turn_share"], rel=1e-9)

@@ -109,7 +109,9 @@ def test_a_slide_that_ends_a_run_is_no_matter_of_the_time_step():
 def test_a_servo_is_to_blame_only_where_it_gave_all_it_had(kind, load):
     """Five times its weight, or thrice on a third of the supply, is more than legs hold at 20°."""
     reason = start(kind=kind, **load).attrs["ending_reason"]
-    assert re.search(r"touched the ground: servo \w+\.\w+ gave all it has for 0\.\d+ s\.", reason)
+    assert re.search(
+        r"touched the ground: servo \w+\.\w+ was at its largest torque for 0\.\d+ s\.", reason
+    )
     assert reason.endswith("Try a stronger servo, or a higher stance.")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
@@ -84,8 +85,10 @@ def _foot(scenario: Scenario, options: argparse.Namespace) -> int:
         say(f"\nWanted, in {options.frame} axes: ({_millimetres(foot.wanted, foot, options)}) mm")
         _print_feet([foot], options)
         _print_angles([foot])
-        if (possible := _rounded(foot, options.frame)) is not None:
-            say(f"  try  --foot-at {plain(name)} {','.join(f'{x:.4f}' for x in possible)}")
+        possible = _rounded(foot, options.frame)
+        if possible is not None:
+            typed_place = ",".join(f"{x:.4f}" for x in possible.tolist())
+            say(f"  try  --foot-at {shlex.quote(plain(name))} {typed_place}")
     words = ["explain", plain(leg.name), text]
     _draw(robot, [foot], f"A foot position of {leg.name}", options, scenario, words)
     return 0 if foot.is_possible else 1
@@ -114,7 +117,7 @@ def _posture(scenario: Scenario, options: argparse.Namespace) -> int:
             nearest = explain_posture(robot, share * found.pose)
             say(f"\nLargest share: ({place}) mm, ({angles})°; {nearest.margin_words}")
         _print_angles(nearest.feet)
-        if not found.is_possible and nearest.is_possible:
+        if not found.is_possible and nearest.is_possible and share > 0:
             say(f"  try  {_posture_options(share * shift, share * tilt)}")
         say(f"Trunk over the ground: {1000 * found.clearance:.1f} mm")
         if math.isfinite(found.support_margin):
@@ -177,7 +180,7 @@ def _walk(scenario: Scenario, options: argparse.Namespace) -> int:
                 say(f"A longer one is impossible: {plain(found.limit)}.")
             say(f"  try  {_step_options(step)}")
     if found.feet:
-        title = f"A {plain(gait.name)} walk, stride {stride_words(scenario.stride.step)}"
+        title = f"A {plain(gait.name)} walk, step {stride_words(scenario.stride.step)}"
         _draw(robot, found.feet, title, options, scenario, ["explain"])
     return 0 if found.is_possible else 1
 

@@ -27,6 +27,7 @@ from phasmid.kinematics.tracking import (
     CommandTracking,
     share_words,
     track_command,
+    track_twist,
     track_velocity,
 )
 from phasmid.kinematics.workspace import reach, within_reach
@@ -61,6 +62,7 @@ __all__ = [
     "step_pose",
     "step_twist",
     "track_command",
+    "track_twist",
     "track_velocity",
     "trunk_clearance",
     "within_reach",

@@ -99,6 +99,24 @@ def track_command(
     return _tracked(np.diff(time), command[:-1], moved)
 
 
+def track_twist(
+    time: Float[np.ndarray, " time"],
+    twist: Float[np.ndarray, "3"],
+    position: Float[np.ndarray, "time axes"],
+    orientation: Float[np.ndarray, "time 4"],
+) -> CommandTracking:
+    """Compare the motion of a body with a plan of one constant twist from the world's axes on.
+
+    Args:
+        time: Times since the start of the plan [s], shape (N,).
+        twist: Planned velocity ahead and to the left [m/s], and yaw rate [rad/s], shape (3,).
+        position: Origin of the body in the world, x and y first [m], shape (N, 2) or (N, 3).
+        orientation: Orientation of the body in the world, w x y z, shape (N, 4).
+    """
+    command = np.tile(twist, (len(time), 1))
+    return track_command(time, command, position, orientation, twist[2] * time)
+
+
 def track_velocity(
     time: Float[np.ndarray, " time"],
     command: Float[np.ndarray, "time 3"],

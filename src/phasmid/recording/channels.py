@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+from jaxtyping import Float
+
 JOINTS = ("coxa", "femur", "tibia")
 """Coordinates of ``joint``."""
 
@@ -109,6 +112,9 @@ CHANNELS: dict[str, Channel] = {
 }
 """Every channel by its name, in the order in which a recording keeps them."""
 
+WALKING = 2, 3
+"""Values of ``sequence`` at which a robot may walk: stands or walks, and stops."""
+
 COORDINATES: dict[str, tuple[str, ...]] = {
     "joint": JOINTS,
     "axis": AXES,
@@ -122,3 +128,17 @@ MOST_RECORDED = 4_000_000
 
 MOST_BYTES = 16_000_000_000
 """Most bytes of a recording in memory: those samples of a large robot with all channels."""
+
+
+def walking_command(
+    command: Float[np.ndarray, "time 3"], sequence: Float[np.ndarray, " time"] | None
+) -> Float[np.ndarray, "time 3"]:
+    """Return a commanded velocity, zero while a robot lies, gets up or moves legs by hand.
+
+    Args:
+        command: Channel ``velocity_command``, shape (N, 3).
+        sequence: Channel ``sequence``, shape (N,); None: the controller has none.
+    """
+    if sequence is None:
+        return command
+    return np.where(np.isin(sequence, WALKING)[:, None], command, 0.0)

@@ -90,7 +90,7 @@ def _feet(summary: dict[str, Any], source: Source) -> Iterator[str]:
         found = Slide(**slide)
         yield (
             f"The robot slides at {found.speed:.2g} m/s: {found.cause}. "
-            f"{found.remedy(source.scenario)}."
+            f"Try {found.remedy(source.scenario)}."
         )
     elif creep * source.scenario.period > NOTABLE_CREEP * source.scale.length:
         yield (

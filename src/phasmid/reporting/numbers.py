@@ -15,6 +15,7 @@ from jaxtyping import Float
 from phasmid import kinematics
 from phasmid.errors import InvalidInput
 from phasmid.gait import support_margin, sway
+from phasmid.recording.channels import walking_command
 from phasmid.reporting.run import Run, Source
 from phasmid.reporting.steps import (
     away_from_switches,
@@ -67,7 +68,7 @@ def driven_way(run: Run) -> dict[str, float] | None:
 
     None without a velocity command.
     """
-    velocity = run.channel("velocity_command")
+    velocity = run.velocity_command
     if velocity is None:
         return None
     held, v = np.diff(run.time), velocity[:-1]
@@ -179,15 +180,15 @@ def command_tracking(
         path: The body without its sway [m], shape (N, 2).
         orientation: w x y z, shape (N, 4).
     """
-    time, command = run.time, run.channel("velocity_command")
+    time, command = run.time, run.velocity_command
     if command is not None:
+        command = walking_command(command, run.channel("sequence"))
         return kinematics.track_command(time, command, path, orientation)
-    if "trajectory" in run.recording.attrs or len(time) < 2:
+    is_planned = run.is_simulated and "trajectory" not in run.recording.attrs
+    if not is_planned or len(time) < 2:
         return kinematics.CommandTracking()
-    planned = kinematics.step_twist(run.scenario.stride.step) * steps / (time[-1] - time[0])
-    heading = planned[2] * (time - time[0])
-    command = np.tile(planned, (len(time), 1))
-    return kinematics.track_command(time, command, path, orientation, heading)
+    twist = kinematics.step_twist(run.scenario.stride.step) * steps / (time[-1] - time[0])
+    return kinematics.track_twist(time, twist, path, orientation)
 
 
 def state_estimate(run: Run, distance: float | None) -> dict[str, Any]:

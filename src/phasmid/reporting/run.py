@@ -174,6 +174,12 @@ class Run(Source):
         )
 
     @property
+    def velocity_command(self) -> np.ndarray | None:
+        """Commanded velocity, shape (N, 3); None where the run follows a plan, also by a player."""
+        is_played = self.attribute("controller") == "player"
+        return None if is_played else self.channel("velocity_command")
+
+    @property
     def can_be_drawn(self) -> bool:
         """True where the robot's pose is recorded."""
         return all(self.has(*names) for names in POSE)

@@ -122,6 +122,8 @@ def _share(summary: Summary) -> str:
     if run.get("waypoints"):
         reached = sum(place.get("reached") is not None for place in run["waypoints"])
         return f"{reached} of {len(run['waypoints'])} waypoints"
+    if run.get("kind") == "model":
+        return "Planned, not simulated"
     if run.get("follows") == "trajectory":
         return "A trajectory commands no way"
     words = share_words(way.get("way_share"), way.get("turn_share"))

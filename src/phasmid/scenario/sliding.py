@@ -57,7 +57,7 @@ class Slide:
         flatter = "flatter ground"
         if terrain.kind == "slope" and held >= 1:
             flatter = f"--slope-deg {math.copysign(math.floor(held), terrain.slope):g}"
-        return f"Try {more} or {flatter}"
+        return f"{more} or {flatter}"
 
 
 def find_slide(
@@ -79,7 +79,8 @@ def find_slide(
     ground, scale = scenario.load_terrain(), scenario.scale(robot)
     if ground.faces_up or len(time) < 2 or time[-1] - time[0] < SLIDING_TIME:
         return None
-    touching = contact[:-1]
+    # A foot that lifts before the next sample moves freely.
+    touching = contact[:-1] & contact[1:]
     counts = np.maximum(touching.sum(axis=1), 1)
 
     def mean(values: np.ndarray) -> np.ndarray:

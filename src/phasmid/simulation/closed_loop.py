@@ -26,8 +26,8 @@ from phasmid.control.targets import checked_targets
 from phasmid.control.waypoints import WaypointFollower, plane_pose
 from phasmid.errors import InvalidInput, nearest
 from phasmid.kinematics import quaternion_rotation
-from phasmid.motion import Motion
-from phasmid.recording.channels import CHANNELS
+from phasmid.motion import Motion, Walk
+from phasmid.recording.channels import CHANNELS, COORDINATES
 from phasmid.recording.recording import Attributes
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
@@ -38,7 +38,6 @@ from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run, Watcher
-from phasmid.simulation.shortfall import Following
 from phasmid.simulation.start import SHORTEST_PRACTICAL
 from phasmid.simulation.termination import Ending, Failure, trunk_clearance
 
@@ -172,10 +171,9 @@ class ClosedLoopRun(Run):
         self.block_steps = updates * self.period_steps
         self._controller_failure: Failure | None = None
         self._must_lie = True
+        self.controller = controller
         super().__init__(scenario, begin, endless=endless)
-        # The controller commands where the robot goes, not the motion at which it begins.
-        self.following = Following(None)
-        self.controller, self.now = controller, self.step
+        self.now = self.step
         self._commands, self._attributes = commands, attributes or {}
         self.override: Callable[[], tuple[float, float, float] | None] | None = None
         self._overridden = False
@@ -219,6 +217,10 @@ class ClosedLoopRun(Run):
         self._latest: dict[str, np.ndarray] = {}
         self._telemetry: list[dict[str, np.ndarray]] = []
         self._record_telemetry(self._decision)
+
+    def _commanding_walk(self) -> Walk | None:
+        # A player follows its plan whatever is commanded.
+        return super()._commanding_walk() if isinstance(self.controller, Player) else None
 
     # Disturbances --------------------------------------------------------------------------------
 
@@ -438,12 +440,13 @@ class ClosedLoopRun(Run):
             return None
         reason = (
             f"by {min(self.step, self.steps) * self.dt:.4g} s: {reached} of {count} reached, "
-            f"waypoint {reached + 1} is {follower.remaining}. Try a longer --duration"
+            f"waypoint {reached + 1} is {follower.remaining}"
         )
-        return Failure(Ending.INCOMPLETE, self.step, reason)
+        return Failure(Ending.INCOMPLETE, self.step, reason, "a longer --duration")
 
     def _check_telemetry(self, decision: Decision) -> None:
-        """Refuse telemetry with other channels than those of a controller."""
+        """Refuse telemetry with other channels than those of a controller, or of another shape."""
+        sizes = {"leg": len(self.robot.legs), **{k: len(v) for k, v in COORDINATES.items()}}
         known = CHANNELS.keys() - {*TARGETS, *sample_channels(self, self.first)}
         for name in decision.telemetry:
             if name not in known:
@@ -452,6 +455,13 @@ class ClosedLoopRun(Run):
                     f'the controller\'s telemetry has the channel "{name}"; it must be one of '
                     "phasmid.recording.CHANNELS that the simulation does not record.",
                     hint=f'"{guess}"' if guess else "",
+                )
+            shape = _as_sample(name, decision.telemetry[name]).shape
+            wanted = tuple(sizes[axis] for axis in CHANNELS[name].dims[1:])
+            if shape != wanted:
+                raise InvalidInput(
+                    f"{name} of the controller's telemetry has shape {shape}; it must have shape "
+                    f"{wanted}."
                 )
 
     def _record_telemetry(self, decision: Decision) -> None:

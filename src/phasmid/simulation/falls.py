@@ -111,13 +111,13 @@ class Past:
             f"{-1000 * margin:.0f} mm beyond its feet"
         )
         remedy = (
-            "Try flatter ground, a lower body (--body-height-mm) or feet farther out "
+            "flatter ground, a lower body (--body-height-mm) or feet farther out "
             "(--stance-radius-mm)"
         )
         return replace(failure, reason=f"{failure.reason}: {cause}", remedy=remedy)
 
     def _overloaded(self, failure: Failure, samples: Samples) -> Failure | None:
-        """Return a failure whose cause is a servo that gave all it has."""
+        """Return a failure whose cause is an overloaded servo."""
         run = self._run
         full = run.drive.load(samples) >= OVERLOAD
         interval = self._every * run.dt
@@ -126,6 +126,6 @@ class Past:
         if time[joint] < min(OVERLOAD_TIME, OVERLOAD_SHARE * len(full) * interval):
             return None
         name = f"{run.robot.leg_names[joint // 3]}.{JOINTS[joint % 3]}"
-        cause = f"servo {name} gave all it has for {time[joint]:.2g} s"
-        remedy = f"Try a stronger servo, or {failure.remedy.removeprefix('Try ')}"
+        cause = f"servo {name} was at its largest torque for {time[joint]:.2g} s"
+        remedy = f"a stronger servo, or {failure.remedy}"
         return replace(failure, reason=f"{failure.reason}: {cause}", remedy=remedy)

@@ -51,7 +51,7 @@ from phasmid.simulation.loop import (
 from phasmid.simulation.model import build_model
 from phasmid.simulation.model_reference import ModelReference
 from phasmid.simulation.servo import ServoDrive
-from phasmid.simulation.shortfall import Following, shortfall_reason
+from phasmid.simulation.shortfall import CommandFollowing, shortfall_cause
 from phasmid.simulation.start import start_offset
 from phasmid.simulation.termination import Ending, Failure, check_termination
 
@@ -125,7 +125,7 @@ class Run:
         self.failure: Failure | None = None
         self.ended = False
         self._watcher: Watcher | None = None
-        self.following = Following(walk)
+        self.following = CommandFollowing(self._commanding_walk())
         self.lies = scenario.simulation.can_lie
         self._warnings: list[str] = []
         self._step_error = ""
@@ -191,6 +191,10 @@ class Run:
         mujoco.mj_setState(self.model, self.data, state, mujoco.mjtState.mjSTATE_INTEGRATION)
 
     # Start ---------------------------------------------------------------------------------------
+
+    def _commanding_walk(self) -> Walk | None:
+        """Return the plan that tells where the robot should go, or None."""
+        return self.walk if isinstance(self.walk, Walk) else None
 
     def _set_up(self) -> None:
         import mujoco
@@ -524,17 +528,18 @@ class Run:
         """Return why a run that came to its end did not do what it should, or None.
 
         Args:
-            command: As in `shortfall_reason`.
+            command: As in `shortfall_cause`.
             event: The controller's last event.
         """
         time = min(self.step, self.steps) * self.dt
         # The gait begins in the first cycle.
         if time < self.scenario.period:
             return None
-        reason = shortfall_reason(self.scenario, self.following, command, event)
-        if reason is None:
+        found = shortfall_cause(self.scenario, self.following, command, event)
+        if found is None:
             return None
-        return Failure(Ending.SHORT, self.step, f"by {time:.4g} s: {reason}")
+        cause, remedy = found
+        return Failure(Ending.SHORT, self.step, f"in {time:.4g} s: {cause}", remedy)
 
     def _outcome(self, failure: Failure | None) -> Attributes:
         return {**ending_attributes(failure), **self.final_attributes()}

@@ -9,17 +9,19 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control import Command
+from phasmid.errors import InvalidInput
 from phasmid.gait import sway
 from phasmid.kinematics import (
     CommandTracking,
     neutral_feet,
     quaternion_yaw,
-    share_words,
     step_twist,
     track_command,
+    track_twist,
     track_velocity,
 )
-from phasmid.motion import Motion, Walk, progress
+from phasmid.motion import Walk, progress
+from phasmid.recording.channels import walking_command
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import StrideTable
 
@@ -42,48 +44,50 @@ LEAST_WORTH, USABLE_SHARE = 0.1, 0.9
 any period with which a shorter period will do."""
 
 
-class Following:
+class CommandFollowing:
     """How a run follows its command, and the joints their targets, summed block by block.
 
     Args:
-        motion: The motion of a planned run; a walk commands its own mean velocity. None: the
-            run is driven, and records the commanded velocity.
+        walk: The plan that the run follows, which commands its own mean velocity; None: the
+            commanded velocity is recorded.
 
     Attributes:
         tracking: The commanded motion, and the body's.
         feasible: The commanded motion, and what the controller takes for feasible.
     """
 
-    def __init__(self, motion: Motion | None) -> None:
+    def __init__(self, walk: Walk | None) -> None:
         self.tracking = self.feasible = CommandTracking()
         self._squares = np.zeros(2)
         self._last: dict[str, np.ndarray] = {}
-        self._walk = motion if isinstance(motion, Walk) else None
-        if self._walk is not None:
-            stride, duration = self._walk.scenario.planned_stride, self._walk.scenario.duration
-            steps = float(progress(self._walk.gait, stride, np.array(duration)).position)
-            self._planned = step_twist(stride.step) * steps / duration
+        self._walk = walk
+        if walk is not None:
+            stride, duration = walk.scenario.planned_stride, walk.scenario.duration
+            steps = float(progress(walk.gait, stride, np.array(duration)).position)
+            self._twist = step_twist(stride.step) * steps / duration
 
     def add(self, time: Float[np.ndarray, " time"], channels: Mapping[str, np.ndarray]) -> None:
         """Add the next samples; the channels are those of a recording."""
         q, target = channels["joint_position"], channels["joint_position_target"]
         rest = self._last.setdefault("rest", target[:1].copy())
         self._squares += np.sum((q - target) ** 2), np.sum((target - rest) ** 2)
-        names = ("body_position", "body_orientation", "velocity_command", "velocity_reference")
+        names = "body_position", "body_orientation", "velocity_command", "velocity_reference"
         now = {"time": time, **{name: channels[name] for name in names if name in channels}}
+        if "velocity_command" in now:
+            sequence = channels.get("sequence")
+            now["velocity_command"] = walking_command(now["velocity_command"], sequence)
         part = {name: np.concatenate([self._last.get(name, a[:0]), a]) for name, a in now.items()}
         # The buffer behind the channels is used again.
         self._last |= {name: values[-1:].copy() for name, values in now.items()}
-        time, orientation = part["time"], part["body_orientation"]
+        time, path, orientation = (part[name] for name in ("time", *names[:2]))
         if self._walk is not None:
             neutral, period = neutral_feet(self._walk.robot), self._walk.scenario.period
             aside = sway(self._walk.gait, neutral, period, time)
-            path = aside.removed_from(part["body_position"], quaternion_yaw(orientation))
-            command, heading = np.tile(self._planned, (len(time), 1)), self._planned[2] * time
-            self.tracking += track_command(time, command, path, orientation, heading)
+            path = aside.removed_from(path, quaternion_yaw(orientation))
+            self.tracking += track_twist(time, self._twist, path, orientation)
         elif "velocity_command" in part:
             command = part["velocity_command"]
-            self.tracking += track_command(time, command, part["body_position"], orientation)
+            self.tracking += track_command(time, command, path, orientation)
             reference = part.get("velocity_reference", command)
             self.feasible += track_velocity(time, command, reference)
 
@@ -94,31 +98,26 @@ class Following:
         return math.sqrt(error / motion) if motion > 0 else 0.0
 
 
-def shortfall_reason(
-    scenario: Scenario, following: Following, command: Command | None, event: str
-) -> str | None:
-    """Return why a run made less than half of its commanded motion; None where it made more.
+def shortfall_cause(
+    scenario: Scenario, following: CommandFollowing, command: Command | None, event: str
+) -> tuple[str, str] | None:
+    """Return why a run made less than half of its commanded motion, and a remedy.
 
     Args:
         scenario: Its gait, step height and friction are used.
         following: How the run followed its command.
         command: The only command of a driven run; None: there were several, or a plan.
         event: The controller's last event; empty where there is none.
+
+    Returns:
+        Cause and remedy, which is empty where none is known; None where the run made half or more.
     """
     share = following.tracking.least_share
     if share is None or share >= LEAST_SHARE:
         return None
-    cause, remedy = _cause(scenario, following, command, event)
-    made = share_words(following.tracking.way_share, following.tracking.turn_share)
-    return f"it made {made}; {cause}{remedy and f'. Try {remedy}'}"
-
-
-def _cause(
-    scenario: Scenario, following: Following, command: Command | None, event: str
-) -> tuple[str, str]:
-    """Return the cause of a shortfall, and a remedy; it is empty where there is none."""
     feasible, stride = following.feasible.least_share, scenario.stride
     usual = StrideTable().step_height * scenario.scale(scenario.load_robot()).length
+    friction = scenario.terrain.friction
     if feasible is not None and feasible < LEAST_SHARE:
         why = f" ({event})" if event else ""
         remedy = feasible_options(scenario, command) if command else "slower commands"
@@ -128,43 +127,50 @@ def _cause(
     if stride.step_height < LOW_STEP * usual:
         lift = f"its feet are lifted by {1000 * stride.step_height:g} mm only"
         return lift, f"--step-height-mm {1000 * usual:.2g}"
-    friction = scenario.terrain.friction
     if friction < SLIPPERY:
         return f"its feet slip, with a friction of {friction:g}", f"--friction {2 * SLIPPERY:g}"
     return "its feet slip or are held up", "a higher step, or a slower walk"
 
 
 def feasible_options(scenario: Scenario, command: Command) -> str:
-    """Return options with which the controller follows a command's direction; empty for none.
+    """Return options with which the locomotion engine follows a command's direction.
 
     The period stays where it permits a tenth of the velocity; else it is the shortest that permits
     nearly the largest velocity.
 
     Args:
         scenario: Its robot, gait, period and step height are used.
-        command: Its velocity is used.
+        command: Its own take their place where it has them.
+
+    Returns:
+        The options; empty where there are none, or the velocity is feasible as it is.
     """
     # Lazy import: compiled functions take 0.2 s to load.
     from phasmid.control import LocomotionEngine
 
-    if command.lost_legs:
-        return ""
     robot, stride = scenario.load_robot(), scenario.planned_stride
-    gait = scenario.load_gait(len(robot.legs))
-    engine = LocomotionEngine(robot, gait=gait, step_height=stride.step_height)
-    wanted = np.array(command.velocity)
+    wanted, gait = np.array(command.velocity), scenario.load_gait(len(robot.legs))
     factors = LONGER ** np.arange(math.ceil(math.log(LONGEST, LONGER)))
-    shares = {}
-    for period in (command.period or stride.period) * factors:
-        found = engine.largest_velocity(command.velocity, period=period).velocity
-        shares[period] = float(wanted @ found / (wanted @ wanted))
-        if len(shares) == 1 and shares[period] >= LEAST_SHARE:
-            # Something else than the gait was in the way.
-            return ""
-        if len(shares) == 1 and shares[period] >= LEAST_WORTH:
-            break
+    shares: dict[float, float] = {}
+    try:
+        engine = LocomotionEngine(robot, gait=gait, step_height=stride.step_height)
+        for period in (command.period or stride.period) * factors:
+            limit = engine.largest_velocity(
+                command.velocity,
+                gait=command.gait,
+                period=float(period),
+                step_height=command.step_height,
+                pose=command.pose,
+                lost_legs=command.lost_legs,
+            )
+            shares[period] = float(wanted @ limit.velocity / (wanted @ wanted))
+            if len(shares) == 1 and shares[period] >= LEAST_WORTH:
+                break
+    except InvalidInput:
+        # The run was another controller's, or its legs cannot walk.
+        return ""
     most = max(shares.values())
-    if most <= 0:
+    if most <= 0 or (len(shares) == 1 and most >= LEAST_SHARE):
         return ""
     period = next(each for each, share in shares.items() if share >= USABLE_SHARE * most)
     options = [f"--period {_digits(period)}"] * (len(shares) > 1)

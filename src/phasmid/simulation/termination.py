@@ -26,7 +26,7 @@ STEEPEST_TILT = math.radians(60)
 """Tilt of the trunk beyond which the robot has fallen [rad]."""
 
 
-SMALLER_STEP = "Try a smaller time step (--dt)"
+SMALLER_STEP = "a smaller time step (--dt)"
 
 
 class Ending(Enum):
@@ -68,7 +68,7 @@ class Failure:
     def sentence(self) -> str:
         """How the run ended, where and why, and what to try."""
         sentence = f"{self.ending.value[:-1]} {self.reason}."
-        return f"{sentence} {self.remedy}." if self.remedy else sentence
+        return f"{sentence} Try {self.remedy}." if self.remedy else sentence
 
 
 def check_termination(
@@ -108,9 +108,9 @@ def check_termination(
             upright < math.cos(STEEPEST_TILT),
             Ending.FELL,
             f"the trunk tilted past {math.degrees(STEEPEST_TILT):.0f}°",
-            "Try a gait with a larger duty factor, or a shorter stride",
+            "a gait with a larger duty factor, or a shorter stride",
         ),
-        (clearance < 0, Ending.FELL, "the trunk touched the ground", "Try a higher stance"),
+        (clearance < 0, Ending.FELL, "the trunk touched the ground", "a higher stance"),
     )
     failures = [
         Failure(ending, int(np.argmax(failed)), reason, remedy)
