@@ -242,7 +242,7 @@ def test_the_first_lines_answer_what_a_person_asks(paper_walk, walk):
     lines = printed(summary).splitlines()
     assert lines[:8] == [
         "phantomx-paper · tripod gait · simulation",
-        "Walked?          100.0 % of the commanded way (COMPLETED)",
+        "Walked?          100.0 % of the commanded distance (COMPLETED)",
         "How far?         400.00 mm, commanded 400.00 mm; 40.0 mm/s",
         "Servos hold?     HOLDS: a joint needs 0.2 N·m.",
         "                 More of it.",
@@ -317,16 +317,17 @@ def test_a_completed_walk_that_left_its_way_is_warned_of(short_walk, share):
     position = short_walk["body_position"].values * np.array([share, 1.0, 1.0])
     lost = changed(short_walk, body_position=position)
     lost.attrs["ending"] = "COMPLETED"
-    sentence = (
-        f"The robot walked {100 * share:.0f} % of its commanded way: it does not follow its plan."
-    )
+    walked = f"The robot walked {100 * share:.0f} % of its commanded distance"
+    sentence = f"{walked}: it does not follow its plan."
     summary = summarise(lost)
     assert sentence in summary["warnings"]
-    assert dict(head(summary))["Walked?"].startswith(f"{100 * share:.1f} % of the commanded way (")
+    assert dict(head(summary))["Walked?"].startswith(
+        f"{100 * share:.1f} % of the commanded distance ("
+    )
     for attributes in ({"ending": "FELL"}, {"trajectory": "any"}):
         told = lost.assign_attrs(attributes)
         assert not any(
-            "of its commanded way" in sentence for sentence in summarise(told)["warnings"]
+            "of its commanded distance" in sentence for sentence in summarise(told)["warnings"]
         )
 
 
@@ -337,7 +338,7 @@ def test_a_driven_robot_that_does_not_get_on_is_warned_of(short_walk):
     lost = changed(short_walk, body_position=position)
     lost.attrs |= {"ending": "COMPLETED", "controller": "any"}
     summary = summarise(lost)
-    assert "The robot walked 10 % of its commanded way." in summary["warnings"]
+    assert "The robot walked 10 % of its commanded distance." in summary["warnings"]
     assert summary["travel"]["distance"] > 0.2
 
 

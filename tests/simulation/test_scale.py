@@ -89,7 +89,7 @@ def walked(factor):
     length, weight = robot.arrays.lengths[0].sum(), robot.mass * STANDARD_GRAVITY
     torque = np.array(summary["torque"]["simulation"]["rms"]) / (weight * length)
     way = summary["travel"]
-    return way["way_share"], summary["slip"]["mean"] / length, torque
+    return way["distance_share"], summary["slip"]["mean"] / length, torque
 
 
 @pytest.mark.parametrize("factor", [0.3, 3.0, 5.0])

@@ -58,7 +58,7 @@ def test_a_command_that_no_gait_can_follow_gets_one_that_can_be_followed(velocit
     assert not fields
     run = drive(AX, commands=Command(velocity=slower))
     assert run.attrs["ending"] == "COMPLETED"
-    assert summarise(run)["travel"]["way_share" if slower[0] else "turn_share"] > 0.7
+    assert summarise(run)["travel"]["distance_share" if slower[0] else "turn_share"] > 0.7
 
 
 def test_servos_too_slow_for_the_period_get_a_longer_one():
@@ -68,7 +68,7 @@ def test_servos_too_slow_for_the_period_get_a_longer_one():
     velocity = (0.02, 0.0, 0.0)
     run = drive(slow, commands=Command(velocity=velocity))
     assert run.attrs["ending"] == "SHORT"
-    assert abs(summarise(run)["travel"]["way_share"]) < 1e-6
+    assert abs(summarise(run)["travel"]["distance_share"]) < 1e-6
     fields, slower = options(run.attrs["ending_reason"])
     assert list(fields) == ["period"]
     better = slow.replace(**fields, duration=2 * fields["period"])
@@ -106,13 +106,13 @@ def test_a_run_without_a_commanded_velocity_has_no_share(commands):
     run = drive(AX, commands=commands)
     travel = summarise(run)["travel"]
     assert run.attrs["ending"] == ("COMPLETED" if isinstance(commands, Command) else "INCOMPLETE")
-    assert not {"way_share", "turn_share"} & travel.keys()
+    assert not {"distance_share", "turn_share"} & travel.keys()
 
 
 def test_a_run_shorter_than_a_cycle_is_not_judged():
     """The gait begins; a robot that lifts its first feet has not failed yet."""
     run = drive(AX.replace(duration=0.5), commands=Command(velocity=(0.6, 0.0, 0.0)))
-    assert summarise(run)["travel"]["way_share"] < 0.5
+    assert summarise(run)["travel"]["distance_share"] < 0.5
     assert run.attrs["ending"] == "COMPLETED"
 
 
@@ -129,7 +129,7 @@ def test_a_plan_that_is_played_is_commanded_by_the_plan():
     scenario = PAPER.replace(robot="phantomx-ax", drive="ideal-servo", friction=0.0)
     run = drive(scenario, Player(plan(scenario)))
     assert run.attrs["ending"] == "SHORT"
-    assert abs(summarise(run)["travel"]["way_share"]) < 0.1
+    assert abs(summarise(run)["travel"]["distance_share"]) < 0.1
 
 
 def test_a_command_of_its_own_gait_gets_a_velocity_of_that_gait():
@@ -148,12 +148,14 @@ def test_the_share_of_a_walk_is_that_of_its_summary(changes):
     """What the run adds up block by block is what the summary computes at once."""
     scenario = PAPER.replace(record_interval=0.01, **changes)
     run = new_run(scenario, plan(scenario))
-    share = summarise(run.simulate())["travel"]["way_share"]
-    assert run.following.tracking.way_share == pytest.approx(share, rel=1e-9)
+    share = summarise(run.simulate())["travel"]["distance_share"]
+    assert run.following.tracking.distance_share == pytest.approx(share, rel=1e-9)
 
 
 def test_the_share_of_a_drive_is_that_of_its_summary():
     run = new_drive(AX, None, Command(velocity=(0.05, 0.0, 0.2)))
     travel = summarise(run.simulate())["travel"]
-    assert run.following.tracking.way_share == pytest.approx(travel["way_share"], rel=1e-9)
+    assert run.following.tracking.distance_share == pytest.approx(
+        travel["distance_share"], rel=1e-9
+    )
     assert run.following.tracking.turn_share == pytest.approx(travel["turn_share"], rel=1e-9)

@@ -10,10 +10,10 @@ from jaxtyping import Float
 
 from phasmid.kinematics.frames import quaternion_yaw
 
-SHORTEST_WAY = 1e-3
-"""Least commanded way of which there is a share [m]; contacts yield by tenths of it."""
+MIN_DISTANCE = 1e-3
+"""Least commanded distance of which there is a share [m]; contacts yield by tenths of it."""
 
-LEAST_TURN = math.radians(10)
+MIN_TURN = math.radians(10)
 """Least commanded turn of which there is a share [rad]; slip of loaded feet turns a body by some
 degrees."""
 
@@ -25,47 +25,48 @@ class CommandTracking:
     Runs add up: the sum of two successive ones is that of the whole.
 
     Attributes:
-        way: The body's velocity in the commanded direction, integrated [m].
-        commanded_way: The commanded speed, integrated [m].
+        distance: The body's velocity in the commanded direction, integrated [m].
+        commanded_distance: The commanded speed, integrated [m].
         turn: The body's yaw rate in the commanded sense, integrated [rad].
         commanded_turn: The size of the commanded yaw rate, integrated [rad].
     """
 
-    way: float = 0.0
-    commanded_way: float = 0.0
+    distance: float = 0.0
+    commanded_distance: float = 0.0
     turn: float = 0.0
     commanded_turn: float = 0.0
 
     def __add__(self, other: CommandTracking) -> CommandTracking:
         return CommandTracking(
-            self.way + other.way,
-            self.commanded_way + other.commanded_way,
+            self.distance + other.distance,
+            self.commanded_distance + other.commanded_distance,
             self.turn + other.turn,
             self.commanded_turn + other.commanded_turn,
         )
 
     @property
-    def way_share(self) -> float | None:
-        """Share of the commanded way that was made; None where none was commanded."""
-        return self.way / self.commanded_way if self.commanded_way >= SHORTEST_WAY else None
+    def distance_share(self) -> float | None:
+        """Share of the commanded distance that was made; None where none was commanded."""
+        is_commanded = self.commanded_distance >= MIN_DISTANCE
+        return self.distance / self.commanded_distance if is_commanded else None
 
     @property
     def turn_share(self) -> float | None:
         """Share of the commanded turn that was made; None where none was commanded."""
-        return self.turn / self.commanded_turn if self.commanded_turn >= LEAST_TURN else None
+        return self.turn / self.commanded_turn if self.commanded_turn >= MIN_TURN else None
 
     @property
-    def least_share(self) -> float | None:
+    def smallest_share(self) -> float | None:
         """The smaller one of both shares; None where nothing was commanded."""
-        known = [share for share in (self.way_share, self.turn_share) if share is not None]
+        known = [share for share in (self.distance_share, self.turn_share) if share is not None]
         return min(known, default=None)
 
 
-def share_words(way_share: float | None, turn_share: float | None) -> str:
+def share_words(distance_share: float | None, turn_share: float | None) -> str:
     """Return the shares of a `CommandTracking` in words; empty where nothing was commanded."""
     return " and ".join(
         f"{100 * share:z.1f} % of the commanded {what}"
-        for what, share in (("way", way_share), ("turn", turn_share))
+        for what, share in (("distance", distance_share), ("turn", turn_share))
         if share is not None
     )
 
@@ -139,8 +140,8 @@ def _tracked(held: np.ndarray, command: np.ndarray, moved: np.ndarray) -> Comman
     speed = np.linalg.norm(v, axis=1)
     ahead = np.divide(v, speed[:, None], out=np.zeros_like(v), where=speed[:, None] > 0)
     return CommandTracking(
-        way=float(np.vdot(moved[:, :2], ahead)),
-        commanded_way=float(held @ speed),
+        distance=float(np.vdot(moved[:, :2], ahead)),
+        commanded_distance=float(held @ speed),
         turn=float(moved[:, 2] @ np.sign(wz)),
         commanded_turn=float(held @ np.abs(wz)),
     )

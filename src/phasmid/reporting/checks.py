@@ -31,7 +31,7 @@ NOTABLE_LAG = 0.1
 """Notable deviation from the commanded distance or turn, as a share."""
 
 LEAST_PROGRESS = 0.8
-"""Share of its commanded way below which a driven robot is warned of."""
+"""Share of its commanded distance below which a driven robot is warned of."""
 
 WITHIN_STEP = 0.15
 """Part of a step by which a rest-to-rest walk leads or trails the constant pace within it: the
@@ -111,7 +111,7 @@ def _way(summary: dict[str, Any]) -> Iterator[str]:
     run, way = summary["run"], summary["travel"]
     if run.get("ending") != "COMPLETED":
         return
-    shares = (("walked", "way", "way_share"), ("turned", "turn", "turn_share"))
+    shares = (("walked", "distance", "distance_share"), ("turned", "turn", "turn_share"))
     for verb, noun, name in shares:
         share = way.get(name)
         if share is None:

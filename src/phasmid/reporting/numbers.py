@@ -115,7 +115,7 @@ def velocity(run: Run) -> dict[str, Any]:
 def travel(run: Run) -> dict[str, Any]:
     """Return distance, drift, heading and tilt of the body, and its shares of the commanded motion.
 
-    ``way_share`` and ``turn_share`` are those of `CommandTracking`.
+    ``distance_share`` and ``turn_share`` are those of `CommandTracking`.
     """
     time = run.time
     duration = float(time[-1] - time[0])
@@ -156,7 +156,7 @@ def travel(run: Run) -> dict[str, Any]:
         }
         if way and orientation is not None:
             tracking = command_tracking(run, way["steps"], path, orientation)
-            found |= {"way_share": tracking.way_share, "turn_share": tracking.turn_share}
+            found |= {"distance_share": tracking.distance_share, "turn_share": tracking.turn_share}
     if orientation is not None:
         upright = kinematics.quaternion_rotation(orientation)[:, 2, 2]
         found |= {

@@ -36,8 +36,8 @@ NUMBERS = {
     "run": "duration planned_duration samples samples_not_finite time_step",
     "robot": "continuous_torque gravity mass no_load_speed stall_torque supply weight",
     "travel": "body_height_change body_height_range commanded_distance commanded_forward "
-    "commanded_sideways commanded_steps commanded_turn distance forward heading_change "
-    "largest_tilt mean_speed sideways sideways_drift turn_share way_share",
+    "commanded_sideways commanded_steps commanded_turn distance distance_share forward "
+    "heading_change largest_tilt mean_speed sideways sideways_drift turn_share",
     "state_estimate": "position_drift position_error velocity_error",
     "slip": "largest mean steps",
     "standing": "creep",

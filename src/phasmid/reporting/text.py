@@ -125,8 +125,8 @@ def _share(summary: Summary) -> str:
     if run.get("kind") == "model":
         return "Planned, not simulated"
     if run.get("follows") == "trajectory":
-        return "A trajectory commands no way"
-    words = share_words(way.get("way_share"), way.get("turn_share"))
+        return "A trajectory commands no velocity"
+    words = share_words(way.get("distance_share"), way.get("turn_share"))
     if words or "distance" not in way:
         return words or "Not recorded"
     return "Nothing was commanded"

@@ -112,10 +112,10 @@ def shortfall_cause(
     Returns:
         Cause and remedy, which is empty where none is known; None where the run made half or more.
     """
-    share = following.tracking.least_share
+    share = following.tracking.smallest_share
     if share is None or share >= LEAST_SHARE:
         return None
-    feasible, stride = following.feasible.least_share, scenario.stride
+    feasible, stride = following.feasible.smallest_share, scenario.stride
     usual = StrideTable().step_height * scenario.scale(scenario.load_robot()).length
     friction = scenario.terrain.friction
     if feasible is not None and feasible < LEAST_SHARE:
