@@ -16,7 +16,7 @@ from typing import Any
 import pandas as pd
 
 from phasmid.control import Command, CommandScript, EngineSettings, load_script
-from phasmid.errors import InvalidInput, PhasmidError, nearest, plain
+from phasmid.errors import InfeasibleWalk, InvalidInput, PhasmidError, nearest
 from phasmid.forces import analyse
 from phasmid.formats import is_foreign, load_robot
 from phasmid.motion import plan
@@ -82,10 +82,11 @@ class Runner:
                 self.recordings.mkdir(exist_ok=True)
                 save_recording(recording, path)
                 row["recording"] = path.name
-        except PhasmidError as error:
+        except InfeasibleWalk as error:
             # Without its remedy, which may take as long to find as a run.
-            sentence = f"{error.what} in {error.where}" if error.where else error.what
-            row |= {"status": "failed", "error": " ".join(plain(sentence).split())}
+            row |= {"status": "failed", "error": error.what}
+        except PhasmidError as error:
+            row |= {"status": "failed", "error": " ".join(str(error).split())}
         except Exception as error:
             # A function of the user may raise anything.
             row |= {"status": "failed", "error": f"{type(error).__name__}: {error}"}
