@@ -244,7 +244,7 @@ def leg_numbers(text: str | None, robot: Robot, flag: str = "--legs") -> tuple[i
     """Return the leg numbers of an option; None without it."""
     if text is None:
         return None
-    legs = whole_numbers(flag, text, "leg numbers", "1,2,3")
+    legs = whole_numbers(flag, text, "leg numbers", "1")
     for leg in legs:
         robot.leg(leg)
     return tuple(legs)
