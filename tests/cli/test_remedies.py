@@ -2,10 +2,13 @@
 
 import re
 from importlib import resources
+from pathlib import Path
 
 import pytest
 
+import phasmid
 from phasmid.cli import main
+from phasmid.cli.remedies import typed
 from phasmid.formats import save_robot
 from phasmid.robot import load_robot
 from remedies import accept, answer, refusal, typed_back
@@ -27,7 +30,7 @@ walk --drive servo --voltage 0.05
 walk --body-height-mm 300
 walk --step-height-mm 150 --step-length-mm 200
 walk --robot quadruped --sway 0.45
-walk --robot quadruped --sway 0
+walk --robot quadruped --sway 0 --step-length-mm -40
 walk --gait wave --duty-factor 0.3
 walk --duty-factor 1.4
 walk --offsets 0,0.5,0,0.5,0,0.5
@@ -43,6 +46,7 @@ walk --stiffness 1e9 --damping 1e6
 walk --duration 1e9
 walk --samples 1e9
 walk --patches 0,1,2
+walk --terrain ice --tile-mm 30
 walk --contact-law simscape --terrain stairs
 walk --load-transfer 5
 walk --name ../a
@@ -67,6 +71,8 @@ bus emulate --ids 1-x
 bus emulate --model AX-12
 bus emulate --robot lynxmotion-ch3r
 advise phantomx-ax --speed-mm-s 400
+advise phantomx-ax --step-length-mm -400
+advise phantomx-ax --step-length-mm 400
 advise phantomx-ax --step-length-mm 400 --speed-mm-s 50
 check phantomx-papre
 check swapped.toml
@@ -125,6 +131,56 @@ def here(tmp_path, monkeypatch):
     ):
         monkeypatch.setattr(begin, accept)
     return tmp_path
+
+
+HINT = re.compile(r"""hint=\(?\s*f?("[^"\n]* = [^"\n]*"|'[^'\n]* = [^'\n]*')""")
+
+
+def test_no_hint_of_the_source_fails_to_be_typed():
+    """Those in braces are words here, and none may raise, whatever values are put there."""
+    files = Path(phasmid.__file__).parent.rglob("*.py")
+    hints = [found[1:-1] for file in files for found in HINT.findall(file.read_text("utf-8"))]
+    assert len(hints) > 50
+    for hint in hints:
+        typed(hint, ["walk"])
+
+
+@pytest.mark.parametrize(
+    ("hint", "command", "remedy"),
+    [
+        ("patches = []", "walk", "--patches ''"),
+        ("patches = [[0, 1, 0, 1, 0.2]]", "walk", "--patches 0,1,0,1,0.2"),
+        (r'out = "results\study-2"', "study", r'out = "results\study-2"'),
+        (r'out = "results\\study-2"', "study", r"--out 'results\study-2'"),
+        (
+            'out = "a-2", or force = true, which deletes',
+            "study",
+            "--out a-2, or --force, which deletes",
+        ),
+        ("force = false", "study", "force = false"),
+        ('offsets = [0, 1], name = "a"', "walk", "--offsets 0,1 --name a"),
+    ],
+)
+def test_values_are_typed_as_options_have_them(hint, command, remedy):
+    """Lists, also empty ones; paths of Windows, quoted as TOML or not; and switches alone."""
+    assert typed(hint, [command]) == remedy
+
+
+def test_a_changed_study_is_accepted_in_another_folder_or_by_force(here, capsys, monkeypatch):
+    """Its rows would be those of two studies."""
+    table = 'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\n[set]\nduration = 0.5\n'
+    Path("s.toml").write_text(f"{table}[axes]\nstep_length_mm = [20]\n")
+    command = ["study", "s.toml", "--out", "out", "--workers", "1", "--quiet"]
+    assert answer(main, command) == 0
+    monkeypatch.setattr("phasmid.studies.driver.LocalExecutor", accept)
+    Path("s.toml").write_text(f"{table}[axes]\nstep_length_mm = [30]\n")
+    assert answer(main, command) == 2
+    refused = refusal(capsys.readouterr().err)
+    again = typed_back(command, refused, here)
+    assert again != command
+    assert answer(main, again) == 0
+    assert " or --force, which" in refused.remedy
+    assert answer(main, [*command, "--force"]) == 0
 
 
 @pytest.mark.parametrize("line", LINES.strip().splitlines())

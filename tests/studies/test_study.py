@@ -201,7 +201,7 @@ def test_another_study_of_the_name_is_refused_and_says_what_changed(whole):
     assert caught.value.what == (
         f"{whole.folder} holds another study of this name; changed since: axes.step_length_mm."
     )
-    assert caught.value.hint == f'out = "{whole.folder}-2", or force = True, which deletes its rows'
+    assert caught.value.hint == f'out = "{whole.folder}-2", or force = true, which deletes its rows'
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")

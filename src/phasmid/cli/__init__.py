@@ -127,9 +127,10 @@ def _answered(arguments: list[str], signals: StopSignals) -> int:
             signals.error = error
             return _stopped(str(error) if is_interrupt else "")
         if isinstance(error, PhasmidError):
-            error.hint = typed(error.hint, arguments, error.where)
             if isinstance(error, AlreadyExists):
                 error.hint = f"--force, or another {error.option}"
+            else:
+                error.hint = typed(error.hint, arguments, error.where)
             say(f"phasmid: {error}", file=sys.stderr)
             return error.exit_status
         if isinstance(error, OSError) and error.errno in UNHEARD and error.filename is None:

@@ -109,3 +109,13 @@ def flags(parser: argparse.ArgumentParser) -> Iterator[str]:
         if isinstance(action, argparse._SubParsersAction):
             for inner in action.choices.values():
                 yield from flags(inner)
+
+
+def switches(parser: argparse.ArgumentParser) -> Iterator[str]:
+    """Yield those options of a parser and of its commands that take no value."""
+    for action in parser._actions:
+        if action.nargs == 0:
+            yield from action.option_strings
+        if isinstance(action, argparse._SubParsersAction):
+            for inner in action.choices.values():
+                yield from switches(inner)

@@ -8,11 +8,12 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-from phasmid.cli.parser import COMMANDS, build_parser, flags
+from phasmid.cli.parser import COMMANDS, build_parser, flags, switches
 
 SETTING = re.compile(
     r'(?<![\w."\]-])([a-z][a-z0-9_]*) = '
-    r'("[^"]*"|\[.*\]|true|false|-?\d+(?:\.\d+)?(?:e[-+]?\d+)?)(, (?=[a-z0-9_]+ = ))?'
+    r'("(?:\\.|[^"\\])*"|\[(?:[^][]|\[[^][]*\])*\]|true|false|-?\d+(?:\.\d+)?(?:e[-+]?\d+)?)'
+    r"(, (?=[a-z0-9_]+ = ))?"
 )
 """A key with its value in TOML, and the comma before another."""
 
@@ -37,10 +38,13 @@ def typed(hint: str, arguments: Sequence[str], where: str = "") -> str:
     Returns:
         The remedy; empty where it can be typed nowhere.
     """
+    if not SETTING.search(hint):
+        return hint
+    # Most refusals need neither the fields of a scenario nor the command's options.
     from phasmid.scenario import option_keys
 
-    command = next((one for one in arguments if one in COMMANDS), None)
-    known, keys = set(flags(build_parser(command))), option_keys()
+    parser = build_parser(next((one for one in arguments if one in COMMANDS), None))
+    known, alone, keys = set(flags(parser)), set(switches(parser)), option_keys()
     source = next(filter(ROBOT_FILE.fullmatch, arguments), "")
     file = any(map(TOML_FILE.search, (where, *arguments)))
     is_untypable = False
@@ -55,10 +59,15 @@ def typed(hint: str, arguments: Sequence[str], where: str = "") -> str:
         is_import = path[:1] == ("robot_import",)
         if TOML_FILE.search(where) and not is_import:
             return match[0]
-        option = f"{flag} {option_value(value)}{' ' if more else ''}"
-        if flag in known:
-            return option
-        if is_import and source:
+        if flag in known or (is_import and source):
+            if flag in alone and value != "true":
+                return match[0]
+            try:
+                option = flag if flag in alone else f"{flag} {option_value(value)}"
+            except tomllib.TOMLDecodeError:
+                return match[0]
+            if flag in known:
+                return f"{option}{' ' if more else ''}"
             converted = f"phasmid convert {shlex.quote(source)} robot.toml {option}"
             return f"{converted}, and robot.toml in its place"
         if not path:
@@ -73,9 +82,13 @@ def typed(hint: str, arguments: Sequence[str], where: str = "") -> str:
 
 
 def option_value(value: str) -> str:
-    """Return a value of TOML as the value of an option."""
+    """Return a value of TOML as the value of an option.
+
+    Raises:
+        TOMLDecodeError: It is none.
+    """
     found: Any = tomllib.loads(f"x = {value}")["x"]
     if isinstance(found, list):
         rows = [",".join(map(str, one)) if isinstance(one, list) else str(one) for one in found]
-        return shlex.quote((";" if isinstance(found[0], list) else ",").join(rows))
+        return shlex.quote((";" if any(isinstance(one, list) for one in found) else ",").join(rows))
     return shlex.quote(found) if isinstance(found, str) else value

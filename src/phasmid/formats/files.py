@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from phasmid.errors import InvalidInput, plain
+from phasmid.toml import toml_value
 
 _UPWARDS = 8
 """Number of folders above a file that are searched for its package."""
@@ -127,7 +128,7 @@ def _resolved(file: Path, name: str, noun: str, packages: Mapping[str, str]) -> 
     shown = plain(package[:100])
     raise InvalidInput(
         f'{noun} "{plain(rest[:200])}" is in package "{shown}", which is unknown.',
-        hint=f'package = "{shown}=.", with the folder of the package',
+        hint=f"package = {toml_value(f'{shown}=.')}, with the folder of the package",
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import count
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -28,7 +29,7 @@ from phasmid.terrain import (
     heights_from_text,
     read_heights,
 )
-from phasmid.terrain.ground import HIGHEST_FRICTION
+from phasmid.terrain.ground import HIGHEST_FRICTION, MOST_PATCHES
 from phasmid.terrain.height_map import RAMP
 from phasmid.terrain.height_text import BEGINNING, LONGEST
 from phasmid.toml import is_file
@@ -171,9 +172,9 @@ class TerrainTable(Table):
             InvalidInput: No such ground is known to the contact model, or its file is absent.
         """
         patches = [Patch((x0, x1), (y0, y1), mu) for x0, x1, y0, y1, mu in self.patches]
-        if self.kind == "ice":
-            patches = [*self._tiles(), *patches]
         with located("terrain"):
+            if self.kind == "ice":
+                patches = [*self._tiles(MOST_PATCHES - len(patches)), *patches]
             return Ground(self._shape(), self.friction, tuple(patches), self.terrain_yaw)
 
     @property
@@ -235,9 +236,24 @@ class TerrainTable(Table):
             return _height_map(source, _stamp(source), white, cell, self.terrain_start)
         return Flat()
 
-    def _tiles(self) -> list[Patch]:
-        """Return every second tile of the field, as on a chessboard."""
-        along, across = round(FIELD_LENGTH / self.tile), round(ICE_WIDTH / self.tile)
+    def _tiles(self, most: int) -> list[Patch]:
+        """Return every second tile of the field, as on a chessboard.
+
+        Args:
+            most: Number of tiles that are allowed; below 0 the other patches are refused.
+
+        Raises:
+            InvalidInput: There would be more.
+        """
+        number = _tile_count(self.tile)
+        if number > most >= 0:
+            larger = count(math.ceil(1000 * self.tile))
+            raise InvalidInput(
+                f"ice in tiles of {1000 * self.tile:g} mm has {number} slippery ones; the limit "
+                f"of patches of friction leaves {most}.",
+                hint=f"tile_mm = {next(mm for mm in larger if _tile_count(mm / 1000) <= most)}",
+            )
+        along, across = _field(self.tile)
         left = -across * self.tile / 2
         tiles = []
         for i in range(along):
@@ -245,6 +261,17 @@ class TerrainTable(Table):
                 x, y = self._start + i * self.tile, left + j * self.tile
                 tiles.append(Patch((x, x + self.tile), (y, y + self.tile), self.ice_friction))
         return tiles
+
+
+def _field(tile: float) -> tuple[int, int]:
+    """Return the numbers of tiles along and across a field of ice."""
+    return round(FIELD_LENGTH / tile), round(ICE_WIDTH / tile)
+
+
+def _tile_count(tile: float) -> int:
+    """Return the number of slippery tiles: every second one, the first included."""
+    along, across = _field(tile)
+    return math.ceil(along * across / 2)
 
 
 @lru_cache(2)

@@ -34,6 +34,7 @@ from phasmid.studies.results import (
 from phasmid.studies.runs import Row, Run, Runner, fingerprint, load_function, numbered
 from phasmid.studies.search import search
 from phasmid.studies.webpage import study_page
+from phasmid.toml import toml_value
 
 Progress = Callable[[int, int, int], None]
 """Receives the numbers of runs done, of all runs, and of failures."""
@@ -244,11 +245,12 @@ def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: boo
     for path in (folder, folder / PARTS / PAGE):
         check_place(path, room=ROOM)
     if exists:
+        elsewhere = toml_value(f"{folder}-2")
         is_study = (folder / DEFINITION).exists()
         if not is_study:
             raise InvalidInput(
                 f"{folder} exists and is no folder of a study; nothing was written.",
-                hint=f'out = "{folder}-2"',
+                hint=f"out = {elsewhere}",
             )
         changed = _changes(read_definition(folder)["parts"], parts)
         if not changed:
@@ -257,7 +259,7 @@ def _prepare(folder: Path, table: Study, parts: Mapping[str, str], *, force: boo
             listed = ", ".join(changed[:4]) + (", ..." if len(changed) > 4 else "")
             raise InvalidInput(
                 f"{folder} holds another study of this name; changed since: {listed}.",
-                hint=f'out = "{folder}-2", or force = True, which deletes its rows',
+                hint=f"out = {elsewhere}, or force = true, which deletes its rows",
             )
     # Other machines may begin a part of this study now: the folder appears whole.
     new = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}.partial")

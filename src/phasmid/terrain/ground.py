@@ -66,7 +66,7 @@ class Ground:
         if len(self.patches) > MOST_PATCHES:
             raise InvalidInput(
                 f"ground has {len(self.patches)} patches of friction; the limit is {MOST_PATCHES}.",
-                hint="patches = [], or a larger friction_tile",
+                hint="patches = []",
             )
 
     @property
