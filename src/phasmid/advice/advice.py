@@ -204,17 +204,26 @@ def plan_cycles(
     try:
         return scenario, plan(scenario), own
     except InfeasibleWalk as error:
-        error.reword(partial(_with_speed, scenario))
+        error.reword(partial(_with_speed, scenario, speed))
         raise
 
 
-def _with_speed(scenario: Scenario, hint: str) -> str:
-    """Return settings of a walk with its speed [m/s] in place of its period."""
+def _with_speed(scenario: Scenario, speed: float | None, hint: str) -> str:
+    """Return settings of a walk with its speed in place of its period.
+
+    Args:
+        scenario: The walk, which was refused.
+        speed: Speed that was wanted [m/s]; None: a period was.
+        hint: Settings of the walk, or words, which are kept.
+    """
     try:
         changes: dict[str, Any] = tomllib.loads(f"x = {{ {hint} }}")["x"]
     except tomllib.TOMLDecodeError:
         return hint
     changed, robot = scenario.replace(**changes), scenario.base_robot()
+    if changed.stride.step_length <= 0 or (speed is None and "period" not in changes):
+        # A walk that does not go ahead has no speed.
+        return hint
     gait = changed.load_gait(len(robot.legs), robot.leg_names)
     speed = changed.stride.step_length / (gait.duty_factor * changed.period)
     rest = {key: value for key, value in changes.items() if key != "period"}
