@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidGait, InvalidInput
 from phasmid.gait import HEXAPOD_GAITS
 from phasmid.robot import load_robot, robot_to_toml
 from phasmid.scenario import Scenario, load_scenario, option_keys, scenario_to_toml
@@ -246,3 +246,15 @@ def test_replace_takes_values_of_the_robots_file():
     ):
         with pytest.raises(InvalidInput, match=sentence):
             scenario.replace(**{key: -1})
+
+
+def test_an_unknown_gait_is_refused_also_where_the_robot_is_not_read(tmp_path, monkeypatch):
+    """The robot is looked for beside the scenario, and a known gait needs none."""
+    file = tmp_path / "s.toml"
+    file.write_text('robot = "absent.toml"\ngait = "tripodd"\n')
+    with pytest.raises(InvalidGait, match="tripodd") as caught:
+        load_scenario(file)
+    assert caught.value.hint.startswith('"tripod"')
+    monkeypatch.setattr("phasmid.scenario.scenario.load_robot", lambda _: pytest.fail("it is read"))
+    file.write_text('robot = "phantomx-ax"\ngait = "tripod"\n')
+    assert load_scenario(file).gait.name == "tripod"

@@ -25,7 +25,9 @@ def scenario_names() -> tuple[str, ...]:
 
 @checked
 def load_scenario(source: str | Path = "paper") -> Scenario:
-    """Load a scenario from a preset or a file; the robot's file is not read.
+    """Load a scenario from a preset or a file.
+
+    The robot's file is not read, but for the gaits that are proposed in place of an unknown one.
 
     Args:
         source: Name of a preset, such as ``paper``, or path of a ``.toml`` file. A robot file,
