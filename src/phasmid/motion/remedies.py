@@ -32,7 +32,7 @@ SMALLEST_SHARE, SMALLEST_STEP, SMALLEST_TURN = 0.1, 0.01, math.radians(1)
 SLOWEST = 50.0
 """Largest factor of a period that is proposed."""
 
-SWAYS = (0.08, 0.04, 0.12, 0.16, 0.2, 0.0)
+SWAYS = (0.1, 0.06, 0.14, 0.18, 0.0)
 """Sways that are tried, that of the library's crawl first."""
 
 DUTY_FACTORS = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95)

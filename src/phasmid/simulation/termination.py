@@ -108,7 +108,7 @@ def check_termination(
             upright < math.cos(STEEPEST_TILT),
             Ending.FELL,
             f"the trunk tilted past {math.degrees(STEEPEST_TILT):.0f}°",
-            "a gait with a larger duty factor, or a shorter stride",
+            "a gait with a larger duty factor, or a shorter step",
         ),
         (clearance < 0, Ending.FELL, "the trunk touched the ground", "a higher stance"),
     )
