@@ -13,9 +13,10 @@ import pytest
 
 from phasmid import kinematics
 from phasmid.control import Command
-from phasmid.formats import import_robot, load_robot
+from phasmid.formats import import_robot, load_robot, save_robot
 from phasmid.motion import plan
 from phasmid.reporting import summarise
+from phasmid.robot import with_values
 from phasmid.scenario import load_scenario
 from phasmid.simulation import drive, simulate
 
@@ -120,3 +121,14 @@ def test_it_walks_and_is_driven_in_a_crawl(file: Path) -> None:
     recording = drive(scenario, commands=Command(velocity=(0.05, 0.0, 0.0)))
     assert recording.attrs["ending"] == "COMPLETED"
     assert np.ptp(recording["body_position"].values[:, 0]) > 0.85 * 0.05 * 8.0
+
+
+def test_the_stance_of_a_file_is_kept_where_its_gait_does_not_support(tmp_path: Path) -> None:
+    """The centre of mass is 80 mm ahead: another stance with room would not support either."""
+    robot = with_values(load_robot("quadruped"), {"body.com": [0.08, 0, 0]})
+    save_robot(robot, tmp_path / "ahead.xml")
+    again = import_robot(tmp_path / "ahead.xml").robot
+    assert again is not None
+    np.testing.assert_allclose(
+        again.arrays.neutral_foot, robot.arrays.neutral_foot, rtol=0, atol=1e-6
+    )

@@ -5,11 +5,11 @@ import pytest
 
 from phasmid import load_scenario
 from phasmid.errors import InfeasibleWalk
-from phasmid.gait import gaits_of
+from phasmid.gait import default_gait, gaits_of
 from phasmid.motion import longest_stride
 from phasmid.motion.feasibility import check_reach, checked_times
 from phasmid.motion.walk import course_of
-from phasmid.robot import load_robot, preset_names
+from phasmid.robot import load_robot, preset_names, with_values
 
 
 def check(robot, gait, step):
@@ -25,12 +25,19 @@ def check(robot, gait, step):
 def test_a_plan_allows_the_longest_stride_and_no_longer_one(preset, direction):
     robot = load_robot(preset)
     gait = next(iter(gaits_of(len(robot.legs)).values()))
-    longest = longest_stride(robot, gait, direction=direction)
+    longest = longest_stride(robot, gait, direction=direction, supported=True)
     way = np.array([np.cos(direction), np.sin(direction)])
     # 20 bisections of a 16th of a leg's length, which is at most 0.6 m: 4e-8 m.
     check(robot, gait.name, (longest - 1e-7) * way)
     with pytest.raises(InfeasibleWalk):
         check(robot, gait.name, (longest + 1e-6) * way)
+
+
+def test_a_gait_that_does_not_support_has_room_for_steps_and_no_supported_one():
+    """80 mm ahead, the centre of mass is outside of the three feet that stand."""
+    robot, gait = with_values(load_robot("quadruped"), {"body.com": [0.08, 0, 0]}), default_gait(4)
+    assert longest_stride(robot, gait) > 0.04
+    assert longest_stride(robot, gait, supported=True) == 0.0
 
 
 def test_no_step_is_possible_where_a_lift_has_no_room():

@@ -202,7 +202,9 @@ def _print_robot(
         say(f"  leg {number}: {_origin(origin)}")
     _print_limits(robot)
     if gait is not None:
-        ahead, side = (longest_stride(robot, gait, direction=way) for way in (0.0, np.pi / 2))
+        ahead, side = (
+            longest_stride(robot, gait, direction=way, supported=True) for way in (0.0, np.pi / 2)
+        )
         ahead, side = math.floor(1000 * ahead), math.floor(1000 * side)
         say(
             f"  longest step: {ahead} mm ahead, {side} mm sideways, in the "

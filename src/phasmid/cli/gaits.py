@@ -63,7 +63,8 @@ def run(options: argparse.Namespace) -> int:
             margin = limp.margin
         else:
             margin = least_margin(gait, feet, com, (step, 0.0, 0.0))
-            last = [f"{math.floor(1000 * longest_stride(robot, gait))}"]
+            longest = longest_stride(robot, gait, supported=True)
+            last = [f"{math.floor(1000 * longest)}"]
             last.append(f"{1000 * _fastest(robot, gait):.0f}")
             shown.append(gait)
         rows.append([*_cells(shown[-1], margin), *last])

@@ -300,7 +300,7 @@ def _instants(
     Swing feet are at their neutral places.
     """
     neutral = neutral_feet(robot)
-    way = np.array([min(STEP, longest_stride(robot, gait, supported=False)), 0.0, 0.0])
+    way = np.array([min(STEP, longest_stride(robot, gait)), 0.0, 0.0])
     cycle = timing(gait, PHASES)
     swayed = sway(gait, neutral, 1.0, cycle.phase).way[:, None]
     share = np.where(cycle.stance, cycle.share, 0.0)

@@ -77,13 +77,25 @@ def has_room_for(robot: Robot, gait: Gait, stride: Stride) -> bool:
     return is_in_reach(LevelCourse(robot, gait, stride), checked_phases(gait) * stride.period)
 
 
+def is_supported(robot: Robot, gait: Gait, stride: Stride) -> bool:
+    """Return whether the standing feet support the robot throughout a cycle on level ground.
+
+    All feet must be within reach.
+    """
+    phases = checked_phases(gait)
+    feet = LevelCourse(robot, gait, stride).motion(phases * stride.period)[1].position
+    com = centre_of_mass(robot, joint_angles(robot.arrays, hip_from_body(robot, feet)))
+    margin = support_margin(feet[..., :2], gait.stance(phases), com[..., :2])
+    return bool((margin > 0).all())
+
+
 def longest_stride(
     robot: Robot,
     gait: Gait,
     stride: Stride | None = None,
     direction: float = 0.0,
     *,
-    supported: bool = True,
+    supported: bool = False,
 ) -> float:
     """Longest straight step on level ground for which all legs have room throughout a cycle.
 
@@ -108,29 +120,21 @@ def longest_stride(
     }
     stride = (stride or Stride(period=1.0)).model_copy(update=of_one_metre)
 
-    phases = checked_phases(gait)
-    stance = gait.stance(phases)
-
-    def has_room(length: float) -> bool:
-        course = LevelCourse(robot, gait, stride.scaled(length))
-        feet = course.motion(phases * stride.period)[1].position
-        hip_feet = hip_from_body(robot, feet)
-        if not within_reach(robot, hip_feet).all():
-            return False
-        if not supported:
-            return True
-        com = centre_of_mass(robot, joint_angles(robot.arrays, hip_feet))
-        return bool((support_margin(feet[..., :2], stance, com[..., :2]) > 0).all())
+    def is_possible(length: float) -> bool:
+        step = stride.scaled(length)
+        return has_room_for(robot, gait, step) and (
+            not supported or is_supported(robot, gait, step)
+        )
 
     # Feet may leave their reach and enter it again: only the first gap counts.
     tried = np.linspace(0.0, 2.0 * float(robot.arrays.lengths.sum(axis=1).max()), STRIDES)
-    first = next((n for n, length in enumerate(tried) if not has_room(length)), STRIDES)
+    first = next((n for n, length in enumerate(tried) if not is_possible(length)), STRIDES)
     if first in (0, STRIDES):
         return float(tried[first - 1]) if first else 0.0
     low, high = float(tried[first - 1]), float(tried[first])
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
-        low, high = (middle, high) if has_room(middle) else (low, middle)
+        low, high = (middle, high) if is_possible(middle) else (low, middle)
     return low
 
 
