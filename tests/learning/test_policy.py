@@ -18,6 +18,7 @@ from phasmid.learning import (
     save_policy,
 )
 from phasmid.learning.control_period import reference_leg
+from phasmid.robot import load_robot, with_values
 from phasmid.scenario import Scenario
 from phasmid.simulation.drive import drive
 
@@ -45,6 +46,16 @@ def test_a_policy_keeps_its_task_and_computes_its_network(tmp_path):
     assert policy.task == task
     x = np.random.default_rng(1).normal(size=(4, len(W))).astype(np.float32)
     np.testing.assert_allclose(policy(x), x @ W, atol=1e-6)
+
+
+def test_a_policy_of_a_changed_robot_keeps_it_and_not_its_name_alone(tmp_path):
+    """The changed robot has the name of a preset, on which the policy was not trained."""
+    robot = with_values(load_robot("phantomx-ax"), {"legs.*.tibia": 0.16})
+    task = load_task("walk").replace(robot=robot)
+    kept = Policy(linear_policy(tmp_path, task)[0]).task
+    (length,) = {leg.lengths[2] for leg in kept.scenario().load_robot().legs}
+    assert length == 0.16
+    assert kept.model_dump() == task.model_dump()
 
 
 @pytest.mark.parametrize("history", [1, 3])

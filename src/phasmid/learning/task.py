@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le
-from pydantic import ConfigDict, field_serializer
+from pydantic import ConfigDict, field_serializer, field_validator
 
 from phasmid.arguments import checked
 from phasmid.errors import located
 from phasmid.formats import with_robot
-from phasmid.robot import Robot
+from phasmid.robot import Robot, robot_to_toml
+from phasmid.robot.file import robot_from_table
 from phasmid.scenario import Scenario
 from phasmid.tables import (
     Angle,
@@ -29,7 +30,7 @@ from phasmid.tables import (
     in_si,
     validate,
 )
-from phasmid.toml import find_file, preset_names, read_toml
+from phasmid.toml import find_file, parse_toml, preset_names, read_toml
 
 Share = Annotated[Number, Ge(0), Le(1)]
 Positive = Annotated[Number, Gt(0)]
@@ -262,7 +263,8 @@ class Task(Table):
     """A learning task.
 
     Attributes:
-        robot: A preset, a robot file, or a `Robot`; the file of a policy keeps its name alone.
+        robot: A preset, a robot file, or a `Robot`; the file of a policy keeps one as the
+            text of its file, without meshes.
         fidelity: ``fast``: time steps of 4 ms, one sphere per foot, motors without inner law;
             ``full``: the model of `phasmid.drive`, with time steps of 1 ms, four points per foot,
             and the servo's law, gears, backlash and heat.
@@ -286,9 +288,16 @@ class Task(Table):
     terrain: TerrainTable = TerrainTable()
     damage: DamageTable = DamageTable()
 
+    @field_validator("robot")
+    @classmethod
+    def _read_robot(cls, robot: str | Robot) -> str | Robot:
+        if isinstance(robot, Robot) or "\n" not in robot:
+            return robot
+        return robot_from_table(parse_toml(robot, "the task's robot"), Path("robot.toml"), robot)
+
     @field_serializer("robot")
-    def _name_robot(self, robot: str | Robot) -> str:
-        return robot.name if isinstance(robot, Robot) else robot
+    def _write_robot(self, robot: str | Robot) -> str:
+        return robot_to_toml(robot) if isinstance(robot, Robot) else robot
 
     def scenario(self) -> Scenario:
         """Return the default scenario with the task's robot.
