@@ -194,7 +194,9 @@ def plan_cycles(
             raise InvalidInput(f"speed is {speed:g} m/s; it must be greater than 0.")
         if own <= 0:
             raise InvalidInput(
-                "step_length is 0; a speed needs a step ahead.", hint="step_length_mm = 40"
+                f"step_length is {1000 * scenario.stride.step_length:g} mm; a speed needs a step "
+                "ahead.",
+                hint="step_length_mm = 40",
             )
         # Whole time steps of a cycle spare the plan from being computed for each step.
         dt = scenario.simulation.time_step
