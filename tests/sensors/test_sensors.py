@@ -205,7 +205,7 @@ def test_samples_rarer_than_readings_are_refused_by_scenario_and_sense_alike(sho
     with pytest.raises(InvalidInput) as caught:
         scenario.replace(measured="everything", record_interval=0.02)
     assert caught.value.what == what
-    assert caught.value.hint == "record_interval_ms = 10 or less, or imu_rate = 50 or less"
+    assert caught.value.hint == "imu_rate = 50, foot_rate = 50"
     scenario.replace(record_interval=0.02)
     with pytest.raises(InvalidInput) as caught:
         sense(scenario, run.isel(time=slice(None, None, 20)))

@@ -306,7 +306,7 @@ def test_ground_that_cannot_be_walked_is_refused(make, what):
 
 
 @pytest.mark.parametrize(
-    ("unit", "hint"), [(1e-3, "a larger map_cell"), (1.0, "are these numbers millimetres?")]
+    ("unit", "hint"), [(1e-3, "map_cell_mm = 61"), (1.0, "are these numbers millimetres?")]
 )
 def test_a_height_map_in_millimetres_is_guessed(unit, hint):
     # Heights from 0 to 60, 10 mm apart: even in millimetres too steep.

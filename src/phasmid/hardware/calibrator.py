@@ -50,25 +50,26 @@ def check_pose(robot: Robot, pose: str) -> None:
     Raises:
         InvalidInput: The angle of a joint is outside its limits.
     """
+    outside = _outside(robot, pose)
+    if outside:
+        raise InvalidInput(outside, hint=f'pose = "{first_pose(robot)}"')
+
+
+def _outside(robot: Robot, pose: str) -> str:
+    """Return which joint of a pose is outside its limits; empty if none is."""
     for leg, angles in zip(robot.legs, pose_angles(robot, pose), strict=True):
         for joint, angle, (low, high) in zip(JOINTS, angles, leg.joint_limits, strict=True):
             if not low <= angle <= high:
-                raise InvalidInput(
+                return (
                     f"in the {pose} pose {leg.name}.{joint} is at {math.degrees(angle):.4g}°, "
-                    f"outside its limits, {math.degrees(low):.4g}° to {math.degrees(high):.4g}°.",
-                    hint=f'pose = "{first_pose(robot)}"',
+                    f"outside its limits, {math.degrees(low):.4g}° to {math.degrees(high):.4g}°."
                 )
+    return ""
 
 
 def first_pose(robot: Robot) -> str:
     """Return the first of `POSES` within the robot's joint limits; the last one if none is."""
-    for pose in POSES[:-1]:
-        try:
-            check_pose(robot, pose)
-        except InvalidInput:
-            continue
-        return pose
-    return POSES[-1]
+    return next((pose for pose in POSES[:-1] if not _outside(robot, pose)), POSES[-1])
 
 
 class Sweep:
