@@ -47,6 +47,8 @@ walk --duration 1e9
 walk --samples 1e9
 walk --patches 0,1,2
 walk --terrain ice --tile-mm 30
+walk many.toml
+walk rough.toml
 walk --contact-law simscape --terrain stairs
 walk --load-transfer 5
 walk --name ../a
@@ -107,6 +109,8 @@ FILES = {
     "far.toml": preset("mount_mm = [0, -103.4, 0]", "mount = [0, -103.4, 0]"),
     "turned.toml": preset("yaw_deg = -90", "yaw = -90"),
     "long.toml": "[stride]\nstep_length_mm = 400\n",
+    "many.toml": f"[terrain]\npatches = {[[0, 1, 0, 1, 0.5]] * 1001}\n",
+    "rough.toml": '[terrain]\nkind = "rough"\nroughness_mm = 100\n',
     "misplaced.toml": "step_length_mm = 40\n",
     "trot.toml": 'robot = "quadruped"\ngait = "trot"\n',
 }

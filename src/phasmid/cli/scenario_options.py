@@ -196,6 +196,8 @@ def _value(key: str, text: str) -> Any:
     from phasmid.scenario import option_keys
 
     form = _list_form(option_keys()[key])
+    if form.endswith("...") and not text:
+        return []
     if form.endswith(";..."):
         return [[number_or_text(part) for part in row.split(",")] for row in text.split(";")]
     if form.endswith(",...") or (form and "," in text):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.arguments import checked
-from phasmid.errors import InvalidInput, located
+from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.gait import is_gait_file
 from phasmid.robot.file import OTHER_FORMATS, robot_from_table
 from phasmid.robot.unread import refuse_unread
@@ -49,8 +49,13 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
         raw["gait"] = str(path.parent / gait)
     elif isinstance(gait, dict) and is_gait_file(gait.get("name")) and "offsets" not in gait:
         gait["name"] = str(path.parent / gait["name"])
-    with located(path.name):
+    try:
         scenario = validate(Scenario, raw, in_file(path, content))
+    except PhasmidError as error:
+        if path.name not in error.where:
+            # A table that is refused as a whole tells its own name alone.
+            error.where = ", ".join(filter(None, (path.name, error.where)))
+        raise
     if isinstance(scenario.robot, str) and Path(scenario.robot).suffix:
         return scenario.model_copy(update={"robot": str(path.parent / scenario.robot)})
     return scenario
