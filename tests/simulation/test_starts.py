@@ -89,7 +89,7 @@ def test_what_is_told_against_sliding_helps():
 def test_a_remedy_has_the_slope_s_sign(slope):
     scenario = Scenario().replace(terrain="slope", slope=math.radians(slope))
     remedy = Slide(1.0, math.radians(20), 0.28).remedy(scenario)
-    assert remedy == f"Try --friction 0.5 or --slope-deg {math.copysign(12, slope):g}"
+    assert remedy == f"--friction 0.5 or --slope-deg {math.copysign(12, slope):g}"
 
 
 def test_a_slide_that_ends_a_run_is_no_matter_of_the_time_step():

@@ -22,6 +22,9 @@ creeps by a millimetre per second, and moving on steep ground by 40."""
 SLIDING_TIME = 0.2
 """Time over which the speed of sliding is measured [s]: feet that chatter touch often in it."""
 
+CHATTER = 0.02
+"""Interval of samples up to which a foot that touches in one of two slides [s]: fast feet chatter."""
+
 LEAST_TOUCH = 0.1 * SLIDING_TIME
 """Least part of this time in which feet touch the ground [s]; fast ones leap."""
 
@@ -79,8 +82,10 @@ def find_slide(
     ground, scale = scenario.load_terrain(), scenario.scale(robot)
     if ground.faces_up or len(time) < 2 or time[-1] - time[0] < SLIDING_TIME:
         return None
-    # A foot that lifts before the next sample moves freely.
-    touching = contact[:-1] & contact[1:]
+    touching = contact[:-1]
+    if np.diff(time).mean() > CHATTER:
+        # A foot that lifts before the next sample makes a part of its swing.
+        touching = touching & contact[1:]
     counts = np.maximum(touching.sum(axis=1), 1)
 
     def mean(values: np.ndarray) -> np.ndarray:
