@@ -23,7 +23,7 @@ SLIDING_TIME = 0.2
 """Time over which the speed of sliding is measured [s]: feet that chatter touch often in it."""
 
 CHATTER = 0.02
-"""Interval of samples up to which a foot that touches in one of two slides [s]: fast feet chatter."""
+"""Interval of samples up to which a foot that touches in one of two slides [s]: feet chatter."""
 
 LEAST_TOUCH = 0.1 * SLIDING_TIME
 """Least part of this time in which feet touch the ground [s]; fast ones leap."""
