@@ -139,6 +139,28 @@ def test_a_command_of_its_own_gait_gets_a_velocity_of_that_gait():
     assert "--velocity 0.0" in run.attrs["ending_reason"]
 
 
+def test_a_robot_that_slides_back_is_told_of_slope_and_friction():
+    ground = {"kind": "slope", "slope_deg": 20, "friction": 0.2, "planned_on": "level"}
+    run = drive(AX.replace(terrain=ground), commands=Command(velocity=(0.05, 0.0, 0.0)))
+    assert run.attrs["ending"] == "SHORT"
+    assert "it slides, since the ground is 20° steep and its friction" in run.attrs["ending_reason"]
+
+
+def test_a_robot_that_lost_its_legs_is_not_told_to_walk_slower():
+    commands = Command(velocity=(0.05, 0.0, 0.0), lost_legs=frozenset({1, 2, 3}))
+    reason = drive(AX, commands=commands).attrs["ending_reason"]
+    assert "(stands: 3 of 6 legs remain; at least 4 are needed to walk" in reason
+    assert "Try" not in reason
+
+
+def test_feet_that_lift_too_high_for_the_servos_lift_less():
+    scenario = AX.replace(step_height_mm=300)
+    velocity = Command(velocity=(0.05, 0.0, 0.0))
+    fields, _ = options(drive(scenario, commands=velocity).attrs["ending_reason"])
+    assert list(fields) == ["step_height_mm"]
+    assert drive(AX.replace(**fields), commands=velocity).attrs["ending"] == "COMPLETED"
+
+
 @pytest.mark.parametrize(
     "changes",
     [{}, {"step_turn_deg": 12}, {"robot": "quadruped", "gait": "crawl", "duration": 2.5}],

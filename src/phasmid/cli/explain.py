@@ -88,7 +88,8 @@ def _foot(scenario: Scenario, options: argparse.Namespace) -> int:
         possible = _rounded(foot, options.frame)
         if possible is not None:
             typed_place = ",".join(f"{x:.4f}" for x in possible.tolist())
-            say(f"  try  --foot-at {shlex.quote(plain(name))} {typed_place}")
+            frame = " --frame hip" if options.frame == "hip" else ""
+            say(f"  try  --foot-at {shlex.quote(plain(name))} {typed_place}{frame}")
     words = ["explain", plain(leg.name), text]
     _draw(robot, [foot], f"A foot position of {leg.name}", options, scenario, words)
     return 0 if foot.is_possible else 1

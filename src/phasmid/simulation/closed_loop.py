@@ -59,6 +59,9 @@ STANDING_HARDNESS = 10.0
 moving one. It divides the creep, and multiplies the mass with which a contact point resists its
 acceleration along the ground; a standing foot has none."""
 
+LIMITS = "the velocity was scaled", "goes no farther", "slow", "a lift waits"
+"""Beginnings of the events that tell why a controller is slower than its command."""
+
 COMMANDED = "velocity_command"
 """Channel of the commanded velocity, beside the controller's telemetry."""
 
@@ -433,8 +436,10 @@ class ClosedLoopRun(Run):
         if follower is None or not isinstance(commands, CommandScript):
             if len(self.command_changes) == 1:
                 command = self.command_changes[0][1]
-            events = getattr(self.controller, "events", ())
-            return super().shortfall(command, str(events[-1][1]) if events else event)
+            told = [str(text) for _, text in getattr(self.controller, "events", ())]
+            lame = [text for text in told if text.startswith("stands:")]
+            limits = [text for text in told if text.startswith(LIMITS)]
+            return super().shortfall(command, (lame or limits or [event])[-1])
         reached, count = len(follower.reached), len(commands.waypoint)
         if reached == count:
             return None

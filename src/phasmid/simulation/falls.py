@@ -12,7 +12,7 @@ import numpy as np
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.robot import JOINTS
-from phasmid.scenario.sliding import find_slide
+from phasmid.scenario.sliding import Slide, find_slide
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.termination import FASTEST_BODY, Ending, Failure
@@ -61,18 +61,31 @@ class Past:
         fell = failure.ending is Ending.FELL
         if len(self._rows) < 2 or not (fell or failure.ending is Ending.DIVERGED):
             return failure
-        samples = np.array(list(self._rows), dtype=self._rows[0].dtype)
+        samples = self._samples
         slid = self._slid(failure, samples)
         if slid or not fell:
             return slid or failure
         return self._tipped(failure, samples) or self._overloaded(failure, samples) or failure
 
+    def slide(self) -> Slide | None:
+        """Return how the robot slides down its ground, or None."""
+        if len(self._rows) < 2:
+            return None
+        run, samples = self._run, self._samples
+        time, channels = (
+            np.arange(len(samples)) * (self._every * run.dt),
+            sample_channels(run, samples),
+        )
+        feet, contact = channels["foot_position"], channels["contact"]
+        return find_slide(run.scenario, run.robot, time, feet, contact)
+
+    @property
+    def _samples(self) -> Samples:
+        return np.array(list(self._rows), dtype=self._rows[0].dtype)
+
     def _slid(self, failure: Failure, samples: Samples) -> Failure | None:
         """Return a failure whose cause is that the robot slid."""
-        run, time = self._run, np.arange(len(samples)) * (self._every * self._run.dt)
-        channels = sample_channels(run, samples)
-        feet, contact = channels["foot_position"], channels["contact"]
-        slide = find_slide(run.scenario, run.robot, time, feet, contact)
+        run, slide = self._run, self.slide()
         if slide is None:
             return None
         who = f"{failure.reason} while the robot"

@@ -539,6 +539,9 @@ class Run:
         if found is None:
             return None
         cause, remedy = found
+        slide = self._past.slide()
+        if slide is not None:
+            cause, remedy = f"it slides, since {slide.cause}", slide.remedy(self.scenario)
         return Failure(Ending.SHORT, self.step, f"in {time:.4g} s: {cause}", remedy)
 
     def _outcome(self, failure: Failure | None) -> Attributes:

@@ -116,11 +116,13 @@ def shortfall_cause(
     if share is None or share >= LEAST_SHARE:
         return None
     feasible, stride = following.feasible.smallest_share, scenario.stride
-    usual = StrideTable().step_height * scenario.scale(scenario.load_robot()).length
-    friction = scenario.terrain.friction
+    usual, friction = usual_step_height(scenario), scenario.terrain.friction
     if feasible is not None and feasible < LEAST_SHARE:
         why = f" ({event})" if event else ""
         remedy = feasible_options(scenario, command) if command else "slower commands"
+        if event.startswith("stands:"):
+            # The legs that are left cannot walk at any velocity.
+            remedy = ""
         return f"its controller takes {100 * feasible:z.0f} % of that for feasible{why}", remedy
     if following.joint_error > LARGEST_JOINT_ERROR:
         return "its joints do not follow their targets", "a stronger or faster servo"
@@ -130,6 +132,11 @@ def shortfall_cause(
     if friction < SLIPPERY:
         return f"its feet slip, with a friction of {friction:g}", f"--friction {2 * SLIPPERY:g}"
     return "its feet slip or are held up", "a higher step, or a slower walk"
+
+
+def usual_step_height(scenario: Scenario) -> float:
+    """Return the default step height, scaled with the robot's legs [m]."""
+    return StrideTable().step_height * scenario.scale(scenario.load_robot()).length
 
 
 def feasible_options(scenario: Scenario, command: Command) -> str:
@@ -170,7 +177,11 @@ def feasible_options(scenario: Scenario, command: Command) -> str:
         # The run was another controller's, or its legs cannot walk.
         return ""
     most = max(shares.values())
-    if most <= 0 or (len(shares) == 1 and most >= LEAST_SHARE):
+    if most <= 0:
+        lower = usual_step_height(scenario)
+        limit = engine.largest_velocity(command.velocity, step_height=lower)
+        return f"--step-height-mm {1000 * lower:.2g}" if any(limit.velocity) else ""
+    if len(shares) == 1 and most >= LEAST_SHARE:
         return ""
     period = next(each for each, share in shares.items() if share >= USABLE_SHARE * most)
     options = [f"--period {_digits(period)}"] * (len(shares) > 1)
