@@ -144,6 +144,10 @@ def test_a_robot_that_slides_back_is_told_of_slope_and_friction():
     run = drive(AX.replace(terrain=ground), commands=Command(velocity=(0.05, 0.0, 0.0)))
     assert run.attrs["ending"] == "SHORT"
     assert "it slides, since the ground is 20° steep and its friction" in run.attrs["ending_reason"]
+    fields, _ = options(run.attrs["ending_reason"])
+    better = AX.replace(terrain={**ground, **fields})
+    run = drive(better, commands=Command(velocity=(0.05, 0.0, 0.0)))
+    assert run.attrs["ending"] == "COMPLETED"
 
 
 def test_a_robot_that_lost_its_legs_is_not_told_to_walk_slower():

@@ -55,12 +55,16 @@ class Slide:
     def remedy(self, scenario: Scenario) -> str:
         """Return options with which the robot would stand."""
         enough = math.ceil(10 * math.tan(self.slope) / GRIP_SHARE) / 10
+        is_one = not scenario.terrain.patches
+        more = f"--friction {enough:g}" if is_one else f"a friction of {enough:g}"
+        return f"{more} or {self.flatter(scenario)}"
+
+    def flatter(self, scenario: Scenario) -> str:
+        """Return the option of a slope on which the robot would stand and walk."""
         terrain, held = scenario.terrain, math.degrees(math.atan(GRIP_SHARE * self.friction))
-        more = f"a friction of {enough:g}" if terrain.patches else f"--friction {enough:g}"
-        flatter = "flatter ground"
-        if terrain.kind == "slope" and held >= 1:
-            flatter = f"--slope-deg {math.copysign(math.floor(held), terrain.slope):g}"
-        return f"{more} or {flatter}"
+        if terrain.kind != "slope" or held < 1:
+            return "flatter ground"
+        return f"--slope-deg {math.copysign(math.floor(held), terrain.slope):g}"
 
 
 def find_slide(

@@ -541,7 +541,7 @@ class Run:
         cause, remedy = found
         slide = self._past.slide()
         if slide is not None:
-            cause, remedy = f"it slides, since {slide.cause}", slide.remedy(self.scenario)
+            cause, remedy = f"it slides, since {slide.cause}", slide.flatter(self.scenario)
         return Failure(Ending.SHORT, self.step, f"in {time:.4g} s: {cause}", remedy)
 
     def _outcome(self, failure: Failure | None) -> Attributes:
