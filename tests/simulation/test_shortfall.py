@@ -22,7 +22,7 @@ AX = Scenario().replace(robot="phantomx-ax", drive="ideal-servo", duration=3.0)
 
 def options(reason):
     """The options of a remedy, as fields of a scenario and a velocity."""
-    texts = dict(re.findall(r"--([a-z-]+) ([-\d.,]+\d)", reason))
+    texts = dict(re.findall(r"--([a-z-]+) (-?\d(?:[-\d.,]*\d)?)", reason))
     velocity = (
         tuple(map(float, texts.pop("velocity", "").split(","))) if "velocity" in texts else ()
     )
