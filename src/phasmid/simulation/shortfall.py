@@ -65,6 +65,7 @@ class CommandFollowing:
             stride, duration = walk.scenario.planned_stride, walk.scenario.duration
             steps = float(progress(walk.gait, stride, np.array(duration)).position)
             self._twist = step_twist(stride.step) * steps / duration
+            self._neutral, self._period = neutral_feet(walk.robot), stride.period
 
     def add(self, time: Float[np.ndarray, " time"], channels: Mapping[str, np.ndarray]) -> None:
         """Add the next samples; the channels are those of a recording."""
@@ -81,8 +82,7 @@ class CommandFollowing:
         self._last |= {name: values[-1:].copy() for name, values in now.items()}
         time, path, orientation = (part[name] for name in ("time", *names[:2]))
         if self._walk is not None:
-            neutral, period = neutral_feet(self._walk.robot), self._walk.scenario.period
-            aside = sway(self._walk.gait, neutral, period, time)
+            aside = sway(self._walk.gait, self._neutral, self._period, time)
             path = aside.removed_from(path, quaternion_yaw(orientation))
             self.tracking += track_twist(time, self._twist, path, orientation)
         elif "velocity_command" in part:
