@@ -22,7 +22,7 @@ import numpy as np
 from run import address_as_void_pointer
 
 from phasmid import Scenario, load_scenario
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.drive import new_drive
 from phasmid.simulation.servo import SERVO_STATE, servo_step

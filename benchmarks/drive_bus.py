@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from phasmid.comparison import compare
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.hardware import (
     Bus,
     Driver,

@@ -19,7 +19,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from kinematic_world import core_engine, drive, random_commands, worst
-from phasmid.control import Command, Observation
+from phasmid.experiment import Command, Observation
 from phasmid.robot import load_robot, preset_names
 
 SETTLING = 8.0

@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from phasmid import load_scenario, plan
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.live import RATE, serve
 from phasmid.simulation import Run, new_drive, new_run
 

@@ -142,7 +142,8 @@ def draw_swing(path: Path) -> None:
     from matplotlib.figure import Figure
 
     from kinematic_world import drive
-    from phasmid.control import Command, LocomotionEngine
+    from phasmid.control import LocomotionEngine
+    from phasmid.experiment import Command
     from phasmid.reporting.style import FAINT, JOINT_COLOURS, save_figure, styled
     from phasmid.robot import load_robot
 
@@ -180,7 +181,8 @@ def draw_swing(path: Path) -> None:
 def draw_walk(path: Path) -> None:
     """Draw the robot on unknown blocks."""
     from phasmid import drive
-    from phasmid.control import Command, LocomotionEngine
+    from phasmid.control import LocomotionEngine
+    from phasmid.experiment import Command
     from phasmid.reporting.drawing import draw_robot, mid_walk_swing_time
     from phasmid.reporting.run import read_run
     from phasmid.reporting.style import save_figure

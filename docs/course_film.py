@@ -13,7 +13,7 @@ from playwright.sync_api import sync_playwright
 from studio_page import IMAGES, chromium
 
 import phasmid
-from phasmid.control import Command
+from phasmid.experiment import Command
 
 VELOCITY, LASTS = 0.06, 62
 """Forward velocity [m/s], and duration with which the robot has left the course [s]."""

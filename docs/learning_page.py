@@ -28,8 +28,9 @@ from matplotlib.figure import Figure  # noqa: E402
 
 import ground  # noqa: E402
 from phasmid import drive, summarise  # noqa: E402
-from phasmid.control import Command, Controller, LocomotionEngine  # noqa: E402
+from phasmid.control import LocomotionEngine  # noqa: E402
 from phasmid.cores import cores  # noqa: E402
+from phasmid.experiment import Command, Controller  # noqa: E402
 from phasmid.learning import (  # noqa: E402
     Policy,
     PolicyController,

@@ -20,7 +20,7 @@ PACKAGES = (
     "phasmid.dynamics",
     "phasmid.forces",
     "phasmid.terrain",
-    "phasmid.sensors",
+    "phasmid.experiment",
     "phasmid.control.estimation",
     "phasmid.control.sequences",
     "phasmid.control",

@@ -3,7 +3,7 @@
 import numpy as np
 
 import phasmid
-from phasmid.control import JointTargets
+from phasmid.experiment import JointTargets
 
 
 class SineTripod:

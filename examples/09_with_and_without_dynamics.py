@@ -3,7 +3,8 @@
 import numpy as np
 
 import phasmid
-from phasmid.control import Command, EngineSettings, LocomotionEngine
+from phasmid.control import EngineSettings, LocomotionEngine
+from phasmid.experiment import Command
 
 DRIVES = {"ideal-servo": "ideal servos", "servo": "its own servos", "torque": "torque"}
 PERIOD, CYCLES = 1.0, 3

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import numpy as np
 
 import phasmid
-from phasmid.control import Command, Observation
+from phasmid.experiment import Command, Observation
 
 LONGEST = 300.0
 """Time after which a lock is taken for one that was left behind [s]."""

@@ -5,7 +5,7 @@ import json
 import mujoco
 import numpy as np
 
-from phasmid.control import Command, Observation
+from phasmid.experiment import Command, Observation
 from phasmid.learning import PolicyController
 
 

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.control.types import LegPhase
+from phasmid.experiment import Command, Observation
 from phasmid.gait import GAITS, support_margin
 from phasmid.kinematics import body_from_hip, centre_of_mass, foot_position
 

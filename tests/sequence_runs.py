@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from phasmid.control import Command, JointTargets, Observation
 from phasmid.control.sequences import Sequencer, Stage
+from phasmid.experiment import Command, JointTargets, Observation
 
 DT = 0.005
 

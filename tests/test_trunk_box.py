@@ -13,19 +13,20 @@ import numpy as np
 import pytest
 
 from formats.trees import block, with_link
-from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.control.foothold_planning import TRUNK_CLEARANCE
 from phasmid.control.sequences import packing
 from phasmid.control.sequences.ground import belly_ground, resting_ground
 from phasmid.errors import InvalidRobot
+from phasmid.experiment import Command, Observation
 from phasmid.formats import robot_from_tree, tree_of
 from phasmid.kinematics import neutral_feet, rotation_rpy, rpy_quaternion, trunk_clearance
 from phasmid.reporting.robot_mesh import link_meshes
 from phasmid.robot import Robot, load_robot, robot_to_toml
 from phasmid.robot.variants import with_payload
 from phasmid.scenario import Scenario
-from phasmid.sensors.depth import DepthSensor
 from phasmid.simulation.contact import trunk_points
+from phasmid.simulation.sensors.depth import DepthSensor
 from phasmid.simulation.start import standing
 from phasmid.simulation.termination import trunk_clearance as clearance_in_run
 
@@ -163,7 +164,8 @@ def test_a_thin_trunk_stays_thin_and_hips_alone_give_one_of_a_servos_height() ->
 @pytest.mark.usefixtures("compiled_engine")
 def test_a_packed_robot_rests_on_it() -> None:
     """In the physics engine: the contact's springs give less than a millimetre."""
-    from phasmid.control import Posture, SafetyFilter, Sequencer
+    from phasmid.control import SafetyFilter, Sequencer
+    from phasmid.experiment import Posture
     from phasmid.simulation import drive
 
     scenario = Scenario().replace(

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from phasmid.control import Command
 from phasmid.control.sequences import packing
+from phasmid.experiment import Command
 from phasmid.hardware import (
     Bus,
     Driver,

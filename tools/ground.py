@@ -35,7 +35,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import phasmid
-from phasmid.control import Command
+from phasmid.experiment import Command
 from versions import ROOT, UserError, check_source, commit_of, run_of
 
 # The walk -----------------------------------------------------------------------------------------

@@ -24,8 +24,9 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 import ground
-from phasmid.control import Command, JointTargets, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
+from phasmid.experiment import Command, JointTargets, Observation
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
 

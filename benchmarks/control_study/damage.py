@@ -9,9 +9,10 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 import ground
-from phasmid.control import Command, LocomotionEngine
+from phasmid.control import LocomotionEngine
 from phasmid.control.reach import ENOUGH, reach_margin
 from phasmid.control.types import Model
+from phasmid.experiment import Command
 from phasmid.gait import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles
 from phasmid.robot import load_robot

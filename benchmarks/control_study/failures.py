@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid import load_robot
-from phasmid.control import Command, LocomotionEngine, SafetyFilter, Sequencer
+from phasmid.control import LocomotionEngine, SafetyFilter, Sequencer
+from phasmid.experiment import Command, Ending
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.simulation import Ending, drive
+from phasmid.simulation import drive
 
 from .study import Case
 

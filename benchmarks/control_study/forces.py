@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from phasmid.control import Command, EngineSettings, LocomotionEngine
+from phasmid.control import EngineSettings, LocomotionEngine
+from phasmid.experiment import Command, Ending
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation import Ending, drive
+from phasmid.simulation import drive
 
 from .study import Case, markdown
 from .tracking import track

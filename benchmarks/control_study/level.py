@@ -11,13 +11,13 @@ import numpy as np
 from jaxtyping import Float
 
 import phasmid
-from phasmid.control import Command
+from phasmid.experiment import Command, Ending
 from phasmid.forces import holding_forces
 from phasmid.gait import gaits_of, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet, quaternion_rotation
 from phasmid.robot import Robot, load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation import Ending, drive
+from phasmid.simulation import drive
 from phasmid.terrain import Flat, Ground
 
 from .study import Case

@@ -6,9 +6,10 @@ import time
 
 import numpy as np
 
-from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
+from phasmid.experiment import Command, Observation
 from phasmid.robot import Robot
-from phasmid.sensors.depth import lidar_rays
+from phasmid.simulation.sensors.depth import lidar_rays
 
 WALKS, UPDATES = 10, 2000
 """Number of equal walks, and updates in each."""

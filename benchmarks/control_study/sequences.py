@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.control import Command, LocomotionEngine
+from phasmid.control import LocomotionEngine
+from phasmid.experiment import Command, Ending
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation import Ending
 from phasmid.simulation import drive as simulate
 
 from .study import Case, grouped, markdown

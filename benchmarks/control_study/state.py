@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.reporting import summarise
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive

@@ -13,9 +13,10 @@ import numpy as np
 
 import ground
 from ground import BLIND, GROUNDS, MODES, ROBOT, SEEING, label
-from phasmid.control import Command, LocomotionEngine
+from phasmid.control import LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
 from phasmid.robot import Robot, load_robot, load_servo

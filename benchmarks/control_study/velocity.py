@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 import phasmid
-from phasmid.control import Command, LocomotionEngine
+from phasmid.control import LocomotionEngine
+from phasmid.experiment import Command, Ending
 from phasmid.gait import GAITS
 from phasmid.reporting.style import JOINT_COLOURS, LIMIT_COLOUR, leg_colour, save_figure, styled
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
-from phasmid.simulation import Ending, drive
+from phasmid.simulation import drive
 
 from .study import Case, grouped, markdown
 from .tracking import track

@@ -20,8 +20,8 @@ from importlib import metadata
 from pathlib import Path
 
 import phasmid
-from phasmid.control import Command
 from phasmid.errors import PhasmidError
+from phasmid.experiment import Command
 from phasmid.learning import PolicyController, export_task, load_task
 from phasmid.reporting.robot_mesh import mesh_pieces
 from phasmid.reporting.summary import summarise

@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     from phasmid.robot import Robot as Robot
     from phasmid.robot import Servo as Servo
     from phasmid.scenario import Scenario as Scenario
-    from phasmid.sensors import sense as sense
     from phasmid.simulation import replay as replay
+    from phasmid.simulation import sense as sense
     from phasmid.simulation import simulate as simulate
     from phasmid.simulation import simulate_many as simulate_many
     from phasmid.simulation.drive import drive as drive
@@ -71,8 +71,7 @@ _NAMES = {
     "reporting": "export plot report summarise",
     "robot": "Body Leg Link Robot Servo",
     "scenario": "Scenario",
-    "sensors": "sense",
-    "simulation": "drive replay simulate simulate_many",
+    "simulation": "drive replay sense simulate simulate_many",
     "studies": "load_study study",
     "verification": "verify",
     "video": "save_video",

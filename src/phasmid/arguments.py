@@ -66,7 +66,7 @@ SOURCES = {
     "Robot": 'phasmid.load_robot("phantomx-ax")',
     "Walk": "phasmid.plan(scenario)",
     "Dataset": "phasmid.simulate(scenario, walk), or phasmid.load_recording(path)",
-    "Command": "phasmid.control.Command(velocity=(0.05, 0, 0))",
+    "Command": "phasmid.experiment.Command(velocity=(0.05, 0, 0))",
 }
 """Where an object of a class comes from."""
 

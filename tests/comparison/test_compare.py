@@ -10,9 +10,9 @@ from phasmid.cli import main
 from phasmid.comparison.bootstrap import BlockBootstrap
 from phasmid.comparison.log import RobotLog
 from phasmid.comparison.replays import command_knots
-from phasmid.control import Command
 from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command
 
 SCENARIO = phasmid.load_scenario("paper").replace(
     robot="phantomx-ax", drive="servo", period=1, duration=2, record_interval=0.01

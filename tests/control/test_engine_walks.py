@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from kinematic_world import core_engine, drive, random_commands
-from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.control.types import LegPhase
 from phasmid.control.velocity_limits import LEAST_CLEARANCE
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, Observation
 from phasmid.gait import GAITS, load_gait
 from phasmid.kinematics import joint_angles, neutral_feet, trunk_clearance
 from phasmid.robot import load_robot

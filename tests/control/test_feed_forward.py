@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import phasmid
-from phasmid.control import Command, EngineSettings, LocomotionEngine, Observation
+from phasmid.control import EngineSettings, LocomotionEngine
 from phasmid.control.feed_forward.settings import FeedForwardSettings
+from phasmid.experiment import Command, Observation
 
 ROBOT = phasmid.load_robot("phantomx-paper")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.foothold_planning import (
     FOOT_CLEARANCE,
@@ -12,6 +12,7 @@ from phasmid.control.foothold_planning import (
     WINDOW,
 )
 from phasmid.control.terrain_map import CELL
+from phasmid.experiment import Command, Observation
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import load_robot
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from phasmid import load_robot
-from phasmid.control import Command, JointTargets, Observation, Posture
 from phasmid.control.safety import AMBIENT, Mode, SafetyMonitor, SafetySettings, tipping
 from phasmid.control.safety_filter import BRAKING, SafetyFilter
 from phasmid.control.sequences.stance import neutral_stance
+from phasmid.experiment import Command, JointTargets, Observation, Posture
 from phasmid.kinematics import rpy_quaternion
 from sequence_runs import DT
 

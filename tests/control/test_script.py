@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import phasmid
-from phasmid.control import Command, CommandScript, LegCommand, Posture, load_script
+from phasmid.control import CommandScript, load_script
 from phasmid.control.script import commands_to_text, script_from_text
 from phasmid.control.waypoints import WaypointFollower
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, LegCommand, Posture
 from phasmid.gait import Gait
 from phasmid.scenario import Scenario
 

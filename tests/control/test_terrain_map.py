@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.control import Command, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.terrain_map import (
     CELL,
@@ -26,10 +26,11 @@ from phasmid.control.terrain_map import (
 from phasmid.control.types import LegPhase
 from phasmid.control.vectors import rotation
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, Observation
 from phasmid.kinematics import joint_angles, neutral_feet
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
-from phasmid.sensors.depth import DepthSensor
+from phasmid.simulation.sensors.depth import DepthSensor
 
 ROBOT = load_robot("phantomx-mk4")
 NOISE = (0.01, 0.01, LEAST_NOISE)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from phasmid import kinematics
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.formats import import_robot, load_robot, save_robot
 from phasmid.motion import plan
 from phasmid.reporting import summarise

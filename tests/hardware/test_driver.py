@@ -11,8 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from phasmid.control import Command
 from phasmid.errors import InvalidInput, OutputError
+from phasmid.experiment import Command
 from phasmid.hardware import (
     DriverSettings,
     Reaction,
@@ -130,7 +130,7 @@ def test_goals_stay_within_the_limits_of_robot_and_calibration(monkeypatch):
             pass
 
         def update(self, observation, command):
-            from phasmid.control import JointTargets
+            from phasmid.experiment import JointTargets
 
             q = observation.joint_position + 5.0
             return JointTargets(q, 0 * q)
@@ -647,7 +647,7 @@ def test_other_sensors_reach_the_controller_and_the_log(monkeypatch, tmp_path):
             self.q = observation.joint_position
 
         def update(self, observation, command):
-            from phasmid.control import JointTargets
+            from phasmid.experiment import JointTargets
 
             seen.append(observation.orientation)
             return JointTargets(self.q, 0 * self.q)

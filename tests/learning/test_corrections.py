@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from phasmid.control import Command, JointTargets, LocomotionEngine
+from phasmid.control import LocomotionEngine
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, JointTargets
 from phasmid.learning import PolicyController, WalkEnv, WalkVectorEnv, export_task, load_task
 from phasmid.learning.corrections import corrected, motor_goals
 from phasmid.learning.task import CORRECTIONS

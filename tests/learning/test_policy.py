@@ -6,8 +6,8 @@ import pytest
 from onnx import TensorProto, helper, numpy_helper
 from rich.console import Console
 
-from phasmid.control import Command, Observation
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, Observation
 from phasmid.learning import (
     Policy,
     PolicyController,

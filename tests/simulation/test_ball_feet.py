@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.kinematics import body_height
 from phasmid.motion import plan
 from phasmid.reporting.numbers import contact_displacement

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from phasmid.control import Command, JointTargets
+from phasmid.experiment import Command, JointTargets
 from phasmid.reporting import summarise
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive, new_drive

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from phasmid import drive, load_scenario, plan, simulate
-from phasmid.control import Command, JointTargets, Player, SafetyFilter
+from phasmid.control import Player, SafetyFilter
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, JointTargets
 from phasmid.simulation.closed_loop import period_steps
 
 PAPER = load_scenario("paper").replace(duration=1.2, drive="prescribed")
@@ -200,10 +201,10 @@ Q = WALK.q[0]
 @pytest.mark.parametrize(
     ("targets", "words"),
     [
-        (Q, "returned an array of shape (6, 3); it must return a phasmid.control.JointTargets"),
-        (None, "returned None; it must return a phasmid.control.JointTargets"),
-        ([0.0, 1.0], "returned [0.0, 1.0]; it must return a phasmid.control.JointTargets"),
-        ({"position": Q}, "it must return a phasmid.control.JointTargets"),
+        (Q, "returned an array of shape (6, 3); it must return a phasmid.experiment.JointTargets"),
+        (None, "returned None; it must return a phasmid.experiment.JointTargets"),
+        ([0.0, 1.0], "returned [0.0, 1.0]; it must return a phasmid.experiment.JointTargets"),
+        ({"position": Q}, "it must return a phasmid.experiment.JointTargets"),
         (JointTargets(Q[:5], Q[:5]), "has shape (5, 3); it must have shape (6, 3)"),
         (JointTargets(Q.ravel(), Q.ravel()), "has shape (18,); it must have shape (6, 3)"),
         (JointTargets(Q, 0.0), "velocity of the controller's JointTargets has shape ()"),

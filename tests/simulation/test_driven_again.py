@@ -3,8 +3,9 @@
 import pytest
 
 from phasmid import drive, load_scenario, plan, replay
-from phasmid.control import Command, CommandScript, LocomotionEngine, Player
+from phasmid.control import CommandScript, LocomotionEngine, Player
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command
 from phasmid.simulation.drive import scenario_controller
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")

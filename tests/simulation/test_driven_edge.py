@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from phasmid import Scenario, drive
-from phasmid.control import Command
+from phasmid.experiment import Command
 
 EDGE, DROP = 0.3, 0.25
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from phasmid import drive, load_scenario, plan
-from phasmid.control import Command, Player
+from phasmid.control import Player
 from phasmid.errors import InvalidInput
-from phasmid.simulation import Ending
+from phasmid.experiment import Command, Ending
 from walks import with_servo
 
 BENCHMARKS = str(Path(__file__).parents[2] / "benchmarks")

@@ -6,15 +6,9 @@ import numpy as np
 import pytest
 
 from phasmid import load_robot
-from phasmid.control import (
-    Command,
-    CommandScript,
-    LocomotionEngine,
-    Posture,
-    SafetyFilter,
-    Sequencer,
-)
+from phasmid.control import CommandScript, LocomotionEngine, SafetyFilter, Sequencer
 from phasmid.control.types import LegUse
+from phasmid.experiment import Command, Posture
 from phasmid.scenario import Scenario
 from phasmid.simulation import drive
 

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InfeasibleLoad
+from phasmid.experiment import Ending
 from phasmid.interrupts import StopSignals
 from phasmid.motion import plan
 from phasmid.recording import load_recording
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Ending, Run, simulate, simulate_many
+from phasmid.simulation import Run, simulate, simulate_many
 from phasmid.simulation.termination import check_termination
 from walks import with_servo
 

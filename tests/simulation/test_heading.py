@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.gait import GAITS
 from phasmid.kinematics import quaternion_yaw
 from phasmid.motion import plan

@@ -10,8 +10,8 @@ from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.robot import load_robot, robot_to_toml
-from phasmid.scenario import Scale, Scenario, load_scenario, scale_of
-from phasmid.scenario.similarity import REFERENCE_LENGTH, REFERENCE_WEIGHT
+from phasmid.robot.similarity import REFERENCE_LENGTH, REFERENCE_WEIGHT, Scale, scale_of
+from phasmid.scenario import Scenario, load_scenario
 from phasmid.simulation import longest_time_step, simulate
 from phasmid.units import STANDARD_GRAVITY
 from walks import scaled_robot

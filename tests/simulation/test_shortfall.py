@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.control import Command, CommandScript, Player
+from phasmid.control import CommandScript, Player
+from phasmid.experiment import Command
 from phasmid.motion import plan
 from phasmid.recording.channels import WALKING
 from phasmid.reporting import summarise

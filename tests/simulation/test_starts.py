@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from phasmid.control import Command
+from phasmid.experiment import Command
 from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting import summarise
 from phasmid.reporting.run import read_run

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from phasmid import Scenario, load_robot, plan
-from phasmid.control import Command
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_servo
 from phasmid.simulation import with_time_step

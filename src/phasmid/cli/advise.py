@@ -56,7 +56,7 @@ def run(options: argparse.Namespace) -> int:
         raise
     _print(advice)
     if figure is not None:
-        from phasmid.advice.figure import advice_figure
+        from phasmid.reporting.advice_figure import advice_figure
 
         write_figure(advice_figure(advice), [figure])
         say(f"Written to {plain(str(figure))}")

@@ -22,7 +22,8 @@ from phasmid.cli.result_folder import log_of, result_folder
 from phasmid.errors import InvalidInput, PhasmidError, plain
 
 if TYPE_CHECKING:
-    from phasmid.control import CommandScript, Controller
+    from phasmid.control import CommandScript
+    from phasmid.experiment import Controller
     from phasmid.hardware import Driver, DriveReport, ServoCalibration
     from phasmid.robot import Robot
     from phasmid.scenario import Scenario

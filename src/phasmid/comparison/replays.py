@@ -10,12 +10,13 @@ from jaxtyping import Bool, Float
 
 from phasmid.comparison.log import RobotLog, body_measurements
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Ending
 from phasmid.motion import JointTrajectory
 from phasmid.recording import Recording
 from phasmid.robot import Robot, Servo
 from phasmid.scenario import Scenario
-from phasmid.sensors.models import Sampling
-from phasmid.simulation import Ending, simulate
+from phasmid.simulation import simulate
+from phasmid.simulation.sensors.models import Sampling
 
 
 @dataclass(frozen=True, eq=False)

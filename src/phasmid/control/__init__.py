@@ -1,10 +1,7 @@
 """Control in closed loop: observations and commands in, joint targets out."""
 
-from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.control.constraints import VelocityLimit
-from phasmid.control.controller import Controller
 from phasmid.control.engine import LocomotionEngine
-from phasmid.control.observation import Observation
 from phasmid.control.player import Player
 from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
 from phasmid.control.safety_filter import SafetyFilter
@@ -16,22 +13,15 @@ from phasmid.control.script import (
 )
 from phasmid.control.sequences import Sequencer
 from phasmid.control.settings import EngineSettings
-from phasmid.control.targets import JointTargets
 
 __all__ = [
-    "Command",
     "CommandScript",
-    "Controller",
     "EngineSettings",
     "SafetyMonitor",
-    "JointTargets",
-    "LegCommand",
     "VelocityLimit",
     "LocomotionEngine",
     "Mode",
-    "Observation",
     "Player",
-    "Posture",
     "load_script",
     "commands_to_text",
     "script_from_text",

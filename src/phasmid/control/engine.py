@@ -12,16 +12,13 @@ from jaxtyping import Float
 
 from phasmid.arguments import checked
 from phasmid.control.blocked_directions import BlockedDirections
-from phasmid.control.command import Command
 from phasmid.control.constraints import REACH, SUPPORT, Constraint, VelocityLimit
 from phasmid.control.estimation.state import DELAY_UPDATES
 from phasmid.control.event_log import EventLog
 from phasmid.control.gait_selection import GaitSelector
 from phasmid.control.memory import MEMORY
-from phasmid.control.observation import Observation
 from phasmid.control.records import MAX_LEGS, fill, record_behind, view_of
 from phasmid.control.settings import EngineSettings, with_settings
-from phasmid.control.targets import JointTargets
 from phasmid.control.terrain_map import SOURCES, TerrainMapView, clear_map
 from phasmid.control.types import (
     STANDING,
@@ -34,6 +31,9 @@ from phasmid.control.types import (
     model_of,
 )
 from phasmid.errors import InvalidGait, InvalidInput
+from phasmid.experiment.command import Command
+from phasmid.experiment.observation import Observation
+from phasmid.experiment.targets import JointTargets
 from phasmid.gait import Gait
 from phasmid.kinematics import (
     body_from_hip,

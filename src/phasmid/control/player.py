@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Bool
 
 from phasmid.arguments import checked
-from phasmid.control.command import Command
-from phasmid.control.observation import Observation
-from phasmid.control.targets import JointTargets
 from phasmid.errors import InvalidInput
+from phasmid.experiment.command import Command
+from phasmid.experiment.observation import Observation
+from phasmid.experiment.targets import JointTargets
 from phasmid.motion import Motion, Walk
 
 BLOCK = 256

@@ -10,9 +10,9 @@ from enum import IntEnum
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.command import Command, Posture
-from phasmid.control.observation import Observation
 from phasmid.errors import InvalidInput
+from phasmid.experiment.command import Command, Posture
+from phasmid.experiment.observation import Observation
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Robot

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from phasmid.arguments import checked
-from phasmid.control.command import Command
-from phasmid.control.controller import Controller
-from phasmid.control.observation import Observation
 from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings
-from phasmid.control.targets import JointTargets, checked_targets
+from phasmid.experiment.command import Command
+from phasmid.experiment.controller import Controller
+from phasmid.experiment.observation import Observation
+from phasmid.experiment.targets import JointTargets, checked_targets
 from phasmid.robot import JOINTS, Robot
 
 LIMIT_SLACK = 1e-6

@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le, Len
 from pydantic import BeforeValidator, FailFast, PrivateAttr
 
-from phasmid.control.command import Command, LegCommand, Posture
 from phasmid.errors import InvalidInput, located
+from phasmid.experiment.command import Command, LegCommand, Posture
 from phasmid.gait import Gait
 from phasmid.tables import (
     Angle,

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.command import Command
 from phasmid.control.script import ROUND_OFF, CommandScript
+from phasmid.experiment.command import Command
 
 TURN_GAIN = 1.5
 """Yaw rate per error of the heading [1/s]."""

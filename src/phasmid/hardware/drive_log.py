@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.experiment.ending import Ending, Failure
 from phasmid.forces.analysis import recording_attributes
 from phasmid.recording.channels import CHANNELS
 from phasmid.recording.file import check_place
 from phasmid.recording.log import RecordingLog, check_log
+from phasmid.recording.provenance import ending_attributes, versions
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import Scenario
-from phasmid.simulation.channels import ending_attributes, versions
 from phasmid.simulation.start import standing
-from phasmid.simulation.termination import Ending, Failure
 
 INTERVAL = 0.2
 """Time between writes [s]: what a killed process loses at most."""

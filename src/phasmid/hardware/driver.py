@@ -15,21 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control import (
-    Command,
-    CommandScript,
-    Controller,
-    JointTargets,
-    Observation,
-    Posture,
-    SafetyFilter,
-    Sequencer,
-)
+from phasmid.control import CommandScript, SafetyFilter, Sequencer
 from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torque, inverse_law
 from phasmid.control.sequences.sequencer import Stage as Sequence
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.control.waypoints import WaypointFollower, plane_pose
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, Controller, JointTargets, Observation, Posture
+from phasmid.experiment.ending import Ending, Failure
 from phasmid.hardware.bus import PortLost
 from phasmid.hardware.drive_log import DriveLog, Watch
 from phasmid.hardware.paced_targets import PacedTargets
@@ -49,11 +42,9 @@ from phasmid.hardware.stages import (
 )
 from phasmid.hardware.torque_off import Guard, NoGuard, torque_off_after_exit
 from phasmid.interrupts import handled_signals
-from phasmid.recording.channels import CHANNELS
+from phasmid.recording.channels import CHANNELS, COMMANDED, OBSERVED
 from phasmid.scenario import Scenario
-from phasmid.simulation.closed_loop import COMMANDED, Commanded
-from phasmid.simulation.observation import OBSERVED
-from phasmid.simulation.termination import Ending, Failure
+from phasmid.simulation.closed_loop import Commanded
 
 if TYPE_CHECKING:
     from phasmid.control.estimation import BodyStateEstimator
@@ -111,7 +102,7 @@ class Driver:
         log: Path of the log; None: no log.
         force: Whether an older log is replaced.
         sensors: Returns what other sensors measure, at each update: fields of
-            `phasmid.control.Observation` such as ``orientation`` and ``angular_velocity``.
+            `phasmid.experiment.Observation` such as ``orientation`` and ``angular_velocity``.
 
     Attributes:
         stage: Present stage.

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from phasmid.control import Observation
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Observation
 from phasmid.hardware.bus import MONITORED, TRIES, Bus, BusError, ServoReading
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.rates import read_time

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from enum import Enum
 
-from phasmid.simulation.termination import Failure
+from phasmid.experiment.ending import Failure
 
 LONGEST_RAMP = 4.0
 """Longest time for the confirmation of all output limits, after `DriverSettings.ramp_time` [s]."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control import Command, JointTargets, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.control.feed_forward.servo_goal import (
     SLOW,
     goal_memory,
@@ -15,6 +15,7 @@ from phasmid.control.feed_forward.servo_goal import (
     inverse_law,
 )
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, JointTargets, Observation
 from phasmid.learning.episodes import Episodes
 from phasmid.learning.model import Motor
 from phasmid.learning.physics import Physics

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.control import Command, JointTargets, LocomotionEngine, Observation
+from phasmid.control import LocomotionEngine
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, JointTargets, Observation
 from phasmid.learning.control_period import begin_period
 from phasmid.learning.corrections import corrected, new_controller, take_action
 from phasmid.learning.episodes import States, empty_episodes, task_constants

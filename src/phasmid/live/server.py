@@ -105,7 +105,7 @@ class LiveServer:
     def velocity(self) -> tuple[float, float, float] | None:
         """Return the velocity that a client commands now, or None.
 
-        It is forward, left [m/s] and yaw rate [rad/s], as in `phasmid.control.Command`.
+        It is forward, left [m/s] and yaw rate [rad/s], as in `phasmid.experiment.Command`.
         """
         arrival, velocity = self._listener.command
         return velocity if time.perf_counter() - arrival < DEAD_MAN_TIME else None

@@ -112,6 +112,20 @@ CHANNELS: dict[str, Channel] = {
 }
 """Every channel by its name, in the order in which a recording keeps them."""
 
+COMMANDED = "velocity_command"
+"""Channel of the commanded velocity, beside the controller's telemetry."""
+
+OBSERVED = {
+    "joint_position_measured": "joint_position",
+    "joint_load_measured": "joint_load",
+    "imu_angular_velocity": "angular_velocity",
+    "imu_acceleration": "acceleration",
+    "imu_orientation": "orientation",
+    "foot_normal_force_measured": "foot_normal_force",
+    "contact_measured": "contact",
+}
+"""Measured channels, and their fields of an observation."""
+
 WALKING = 2, 3
 """Values of ``sequence`` at which a robot may walk: stands or walks, and stops."""
 

@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from phasmid import kinematics
 from phasmid.errors import InvalidInput
+from phasmid.experiment.contact_law import STANDING_SPEED
 from phasmid.gait import support_margin, sway
 from phasmid.recording.channels import walking_command
 from phasmid.reporting.run import Run, Source
@@ -25,7 +26,6 @@ from phasmid.reporting.steps import (
     rms,
 )
 from phasmid.robot.servo import HEAT_RANGE
-from phasmid.scenario.contact_law import STANDING_SPEED
 from phasmid.scenario.sliding import find_slide
 
 SHORTEST_DISTANCE = 1e-3

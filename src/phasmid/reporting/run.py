@@ -18,7 +18,8 @@ from phasmid.reporting.steps import settling
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
 from phasmid.robot.servo_words import servo_words
-from phasmid.scenario import Scale, recorded_scenario, scenario_names
+from phasmid.robot.similarity import Scale
+from phasmid.scenario import recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
 
 LEAST = 1e-6

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.scenario import Scale
+from phasmid.robot.similarity import Scale
 
 SETTLING = 0.080
 """Time around a switch of legs in which impacts dominate, for ``phantomx-ax`` [s]."""

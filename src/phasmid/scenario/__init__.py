@@ -1,21 +1,16 @@
 """Scenarios: robot, gait, stride, ground and simulation of one experiment, as data."""
 
-from phasmid.scenario.contact_law import ContactLaw
 from phasmid.scenario.file import load_scenario, recorded_scenario, scenario_names, scenario_to_toml
 from phasmid.scenario.relevance import idle_fields
 from phasmid.scenario.scenario import SETTLING_TIME, Scenario, option_keys
-from phasmid.scenario.similarity import Scale, scale_of
 
 __all__ = [
     "SETTLING_TIME",
-    "ContactLaw",
-    "Scale",
     "Scenario",
     "idle_fields",
     "load_scenario",
     "option_keys",
     "recorded_scenario",
-    "scale_of",
     "scenario_names",
     "scenario_to_toml",
 ]

@@ -13,6 +13,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, advised, nearest
+from phasmid.experiment.contact_law import ContactLaw
 from phasmid.gait import (
     GAIT_NAMES,
     Gait,
@@ -32,8 +33,7 @@ from phasmid.robot import (
     with_payload,
     with_values,
 )
-from phasmid.scenario.contact_law import ContactLaw
-from phasmid.scenario.similarity import Scale, scale_of
+from phasmid.robot.similarity import Scale, scale_of
 from phasmid.scenario.tables import (
     USUAL_STEP,
     ContactTable,

@@ -14,12 +14,12 @@ from jaxtyping import Float
 from pydantic import BeforeValidator, Field, model_validator
 
 from phasmid.errors import InvalidInput
+from phasmid.experiment.contact_law import ContactKind, ContactLaw
 from phasmid.gait import Gait, is_gait_file, read_gait
 from phasmid.robot import Servo
 from phasmid.robot.servo import both_directions
+from phasmid.robot.similarity import Scale
 from phasmid.robot.table import MOST_LEGS
-from phasmid.scenario.contact_law import ContactKind, ContactLaw
-from phasmid.scenario.similarity import Scale
 from phasmid.tables import (
     Angle,
     AngularVelocity,

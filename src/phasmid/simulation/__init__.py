@@ -7,8 +7,8 @@ from phasmid.simulation.model import build_model
 from phasmid.simulation.model_reference import check_load
 from phasmid.simulation.rerun import Difference, Replay, replay
 from phasmid.simulation.run import Run
+from phasmid.simulation.sensors import sense
 from phasmid.simulation.start import longest_time_step, with_time_step
-from phasmid.simulation.termination import Ending
 from phasmid.simulation.walks import (
     Refinement,
     new_run,
@@ -20,7 +20,6 @@ from phasmid.simulation.walks import (
 __all__ = [
     "CONTACT_POINTS",
     "Difference",
-    "Ending",
     "Refinement",
     "Replay",
     "Run",
@@ -32,6 +31,7 @@ __all__ = [
     "new_drive",
     "new_run",
     "replay",
+    "sense",
     "simulate",
     "simulate_many",
     "time_step_refinement",

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import json
-import platform
-from functools import cache
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
-from phasmid.sensors import sense
-from phasmid.sensors.models import rotated_vector
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
-from phasmid.simulation.termination import Ending, Failure
+from phasmid.simulation.sensors import sense
+from phasmid.simulation.sensors.models import rotated_vector
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run
@@ -49,29 +45,6 @@ def sample_channels(run: Run, samples: Samples) -> dict[str, np.ndarray]:
         # MuJoCo keeps a free body's angular velocity in body axes.
         "body_angular_velocity": rotated_vector(qpos[:, 3:7], qvel[:, 3:6]),
         **run.drive.channels(samples["drive"]),
-    }
-
-
-@cache
-def versions() -> dict[str, str]:
-    """Return the versions and machine that a run's bits depend on, by attribute."""
-    import mujoco
-
-    return {
-        "phasmid_version": version("phasmid"),
-        "mujoco_version": mujoco.__version__,
-        "numpy_version": np.__version__,
-        "numba_version": version("numba"),
-        "machine": f"{platform.system()} {platform.machine()}",
-    }
-
-
-def ending_attributes(failure: Failure | None) -> dict[str, str | int | float]:
-    """Return how a run ended, as attributes of its recording."""
-    ending = failure.ending if failure else Ending.COMPLETED
-    return {
-        "ending": ending.name,
-        "ending_reason": failure.sentence if failure else ending.value,
     }
 
 

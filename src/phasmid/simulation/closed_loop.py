@@ -12,26 +12,19 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import described
-from phasmid.control import (
-    Command,
-    CommandScript,
-    Controller,
-    JointTargets,
-    Observation,
-    Player,
-    Posture,
-    commands_to_text,
-)
-from phasmid.control.targets import checked_targets
+from phasmid.control import CommandScript, Player, commands_to_text
 from phasmid.control.waypoints import WaypointFollower, plane_pose
 from phasmid.errors import InvalidInput, nearest
+from phasmid.experiment import Command, Controller, JointTargets, Observation, Posture
+from phasmid.experiment.contact_law import STANDING_SPEED
+from phasmid.experiment.ending import Ending, Failure
+from phasmid.experiment.targets import checked_targets
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import Motion, Walk
-from phasmid.recording.channels import CHANNELS, COORDINATES
+from phasmid.recording.channels import CHANNELS, COMMANDED, COORDINATES
 from phasmid.recording.recording import Attributes
 from phasmid.robot import JOINTS
 from phasmid.scenario import Scenario
-from phasmid.scenario.contact_law import STANDING_SPEED
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
@@ -39,7 +32,7 @@ from phasmid.simulation.loop import Samples
 from phasmid.simulation.observation import Observer
 from phasmid.simulation.run import BLOCK_STEPS, Run, Watcher
 from phasmid.simulation.start import SHORTEST_PRACTICAL
-from phasmid.simulation.termination import Ending, Failure, trunk_clearance
+from phasmid.simulation.termination import trunk_clearance
 
 if TYPE_CHECKING:
     from phasmid.control.estimation import BodyStateEstimator
@@ -61,9 +54,6 @@ acceleration along the ground; a standing foot has none."""
 
 LIMITS = "the velocity was scaled", "goes no farther", "slow", "a lift waits"
 """Beginnings of the events that tell why a controller is slower than its command."""
-
-COMMANDED = "velocity_command"
-"""Channel of the commanded velocity, beside the controller's telemetry."""
 
 TARGETS = "joint_position_target", "joint_velocity_target", "joint_acceleration_target"
 
@@ -289,7 +279,7 @@ class ClosedLoopRun(Run):
         if command is not None and not isinstance(command, Command):
             raise InvalidInput(
                 f"the function of commands returned {described(command)}; it must return a "
-                "phasmid.control.Command, or None to end the run.",
+                "phasmid.experiment.Command, or None to end the run.",
                 hint="return Command(velocity=(0.05, 0, 0))",
             )
         return command

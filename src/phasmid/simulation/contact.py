@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.experiment import ContactLaw
 from phasmid.kinematics import joint_angles, leg_frames
 from phasmid.robot import Leg, Robot
-from phasmid.scenario import ContactLaw, Scenario
+from phasmid.scenario import Scenario
 from phasmid.terrain import Blocky, Ground, Slope
 
 if TYPE_CHECKING:

@@ -11,9 +11,7 @@ from pydantic import TypeAdapter
 
 from phasmid.arguments import checked
 from phasmid.control import (
-    Command,
     CommandScript,
-    Controller,
     EngineSettings,
     LocomotionEngine,
     Player,
@@ -24,6 +22,7 @@ from phasmid.control import (
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.sequences import packing
 from phasmid.errors import InvalidInput, plain
+from phasmid.experiment import Command, Controller
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
 from phasmid.recording import Recording

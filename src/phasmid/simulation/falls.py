@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from phasmid.experiment.ending import Ending, Failure
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.robot import JOINTS
 from phasmid.scenario.sliding import Slide, find_slide
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.loop import Samples
-from phasmid.simulation.termination import FASTEST_BODY, Ending, Failure
+from phasmid.simulation.termination import FASTEST_BODY
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run

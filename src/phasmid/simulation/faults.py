@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, nearest
 from phasmid.robot import JOINTS, Robot
-from phasmid.sensors.models import rotated
+from phasmid.simulation.sensors.models import rotated
 
 
 class Part(NamedTuple):

@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics import BodyMotion, mass_matrix
+from phasmid.experiment import ContactLaw
 from phasmid.kinematics import body_height, jacobian, joint_angles, rpy_quaternion
 from phasmid.robot import JOINTS, Body, Leg, Link, Robot
-from phasmid.scenario import ContactLaw, Scenario
+from phasmid.scenario import Scenario
 from phasmid.simulation.contact import (
     GROUND,
     add_foot_planes,

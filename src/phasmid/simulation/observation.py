@@ -10,28 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.control import Observation
-from phasmid.sensors.depth import DepthSensor
-from phasmid.sensors.measurement import SensorStream
-from phasmid.sensors.models import INVERSE, ROUNDING, robot_sensors
+from phasmid.experiment import Observation
+from phasmid.recording.channels import OBSERVED
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import present_sample
+from phasmid.simulation.sensors.depth import DepthSensor
+from phasmid.simulation.sensors.measurement import SensorStream
+from phasmid.simulation.sensors.models import INVERSE, ROUNDING, robot_sensors
 from phasmid.simulation.servo import RUNNING, ServoDrive
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run
-
-OBSERVED = {
-    "joint_position_measured": "joint_position",
-    "joint_load_measured": "joint_load",
-    "imu_angular_velocity": "angular_velocity",
-    "imu_acceleration": "acceleration",
-    "imu_orientation": "orientation",
-    "foot_normal_force_measured": "foot_normal_force",
-    "contact_measured": "contact",
-}
-"""Measured channels, and their fields of an observation."""
 
 
 class Observer:

@@ -16,8 +16,8 @@ from phasmid.control import script_from_text
 from phasmid.errors import InvalidInput, plain
 from phasmid.motion import Motion, plan, trajectory_from_text
 from phasmid.recording import Recording, load_recording
+from phasmid.recording.provenance import versions
 from phasmid.scenario import Scenario, recorded_scenario
-from phasmid.simulation.channels import versions
 from phasmid.simulation.drive import new_drive, recorded_controller
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.walks import new_run

@@ -15,20 +15,17 @@ import numpy as np
 from jaxtyping import Float, Shaped
 
 from phasmid.arguments import numbers
-from phasmid.control import Command
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command
+from phasmid.experiment.ending import Ending, Failure
 from phasmid.forces.analysis import recording_attributes
 from phasmid.interrupts import held_signals
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
+from phasmid.recording.provenance import ending_attributes, versions
 from phasmid.recording.recording import Attributes
 from phasmid.scenario import SETTLING_TIME, Scenario
-from phasmid.simulation.channels import (
-    ending_attributes,
-    sample_channels,
-    versions,
-    with_sensors,
-)
+from phasmid.simulation.channels import sample_channels, with_sensors
 from phasmid.simulation.contact import FootGround
 from phasmid.simulation.drives import (
     Drive,
@@ -53,7 +50,7 @@ from phasmid.simulation.model_reference import ModelReference
 from phasmid.simulation.servo import ServoDrive
 from phasmid.simulation.shortfall import CommandFollowing, shortfall_cause
 from phasmid.simulation.start import start_offset
-from phasmid.simulation.termination import Ending, Failure, check_termination
+from phasmid.simulation.termination import check_termination
 
 if TYPE_CHECKING:
     import mujoco

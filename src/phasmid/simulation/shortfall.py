@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control import Command
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command
 from phasmid.gait import sway
 from phasmid.kinematics import (
     CommandTracking,

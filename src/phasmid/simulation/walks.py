@@ -13,13 +13,13 @@ from jaxtyping import Float
 from phasmid.arguments import check_kind, checked
 from phasmid.cores import cores
 from phasmid.errors import FailedRuns, InvalidInput
+from phasmid.experiment.ending import Ending
 from phasmid.motion import JointTrajectory, Motion, Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
 from phasmid.simulation.drives import check_feed_forward
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.start import check_start, with_time_step
-from phasmid.simulation.termination import Ending
 
 
 @checked

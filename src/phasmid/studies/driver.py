@@ -16,8 +16,8 @@ from phasmid.formats import load_scenario
 from phasmid.interrupts import held_signals
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, check_place, write_whole
+from phasmid.recording.provenance import versions
 from phasmid.reporting.summary import check_number
-from phasmid.simulation.channels import versions
 from phasmid.studies.definition import Study, load_study_file
 from phasmid.studies.executor import Executor, LocalExecutor
 from phasmid.studies.results import (

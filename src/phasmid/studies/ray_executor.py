@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.errors import InvalidInput, OutputError
-from phasmid.simulation.channels import versions
+from phasmid.recording.provenance import versions
 from phasmid.studies.executor import ONE_THREAD, Executor, Report, make_rows
 from phasmid.studies.runs import Row, Run, Runner
 

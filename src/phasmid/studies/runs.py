@@ -15,8 +15,9 @@ from typing import Any
 
 import pandas as pd
 
-from phasmid.control import Command, CommandScript, EngineSettings, load_script
+from phasmid.control import CommandScript, EngineSettings, load_script
 from phasmid.errors import InfeasibleWalk, InvalidInput, PhasmidError, nearest
+from phasmid.experiment import Command
 from phasmid.forces import analyse
 from phasmid.formats import is_foreign, load_robot
 from phasmid.motion import plan

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from phasmid.control import Command, LocomotionEngine, Player, SafetyFilter, Sequencer
+from phasmid.control import LocomotionEngine, Player, SafetyFilter, Sequencer
 from phasmid.control.sequences import Stage as Sequence
 from phasmid.control.types import LegUse
 from phasmid.errors import InvalidGait
+from phasmid.experiment import Command
+from phasmid.experiment.ending import Failure
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import plan
 from phasmid.reporting.numbers import SHORTEST_DISTANCE
@@ -23,7 +25,6 @@ from phasmid.simulation import new_drive
 from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.drive import scenario_controller
 from phasmid.simulation.loop import Samples
-from phasmid.simulation.termination import Failure
 from phasmid.studio.setting import LOCOMOTION, Setting
 
 if TYPE_CHECKING:

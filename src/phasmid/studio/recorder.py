@@ -17,13 +17,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from phasmid.errors import InvalidInput, OutputError
+from phasmid.experiment.ending import Ending, Failure
 from phasmid.recording import RecordingLog
 from phasmid.recording.file import cannot_write
+from phasmid.recording.provenance import ending_attributes
 from phasmid.robot import preset_names
 from phasmid.robot.glb import glb
 from phasmid.scenario import scenario_to_toml
-from phasmid.simulation.channels import ending_attributes
-from phasmid.simulation.termination import Ending, Failure
 from phasmid.studio.live import LiveRobot
 from phasmid.studio.setting import Setting
 

@@ -10,12 +10,13 @@ from jaxtyping import Float, Int
 
 from phasmid.dynamics import BodyMotion
 from phasmid.errors import PhasmidError
+from phasmid.experiment import Ending
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import plan
 from phasmid.recording import Recording
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario, load_scenario
-from phasmid.simulation import Ending, Run, build_model, simulate
+from phasmid.simulation import Run, build_model, simulate
 
 if TYPE_CHECKING:
     import mujoco

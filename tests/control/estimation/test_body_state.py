@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import phasmid
-from phasmid.control import Command, CommandScript, Observation
+from phasmid.control import CommandScript
 from phasmid.control.estimation import BodyStateEstimator, BodyStateSettings
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Command, Observation
 from phasmid.kinematics import (
     hip_from_body,
     joint_angles,

@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from phasmid.control import Observation
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.body_levelling import LEVEL_RATE, SHIFT_RATE
 from phasmid.control.estimation.estimator import SAG_LIMIT, GroundEstimator, update_estimates
@@ -14,6 +13,7 @@ from phasmid.control.memory import MEMORY
 from phasmid.control.types import STATE, LegPhase
 from phasmid.dynamics import leg_torque
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Observation
 from phasmid.kinematics import (
     hip_from_body,
     joint_angles,

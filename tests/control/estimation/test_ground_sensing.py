@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from phasmid.control import Command
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.estimation import EstimatorSettings
+from phasmid.experiment import Command
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
 from phasmid.simulation.drive import drive

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from control.estimation.walker import DT, ROBOT, SPEED, Walker
-from phasmid.control import Command, Observation
 from phasmid.control.blocked_directions import BlockedDirections
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.estimation.estimator import update_estimates
@@ -14,6 +13,7 @@ from phasmid.control.estimation.ground_plane import FORGETTING_TIME
 from phasmid.control.footholds import FAR, LOOKS
 from phasmid.control.leg_phases import PROBING_SPEED
 from phasmid.control.types import LegPhase, Manoeuvre, SearchStage
+from phasmid.experiment import Command, Observation
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
 

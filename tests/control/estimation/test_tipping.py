@@ -5,10 +5,10 @@ import pytest
 
 from control.estimation.test_obstacle import Stage
 from control.estimation.walker import DT, Walker
-from phasmid.control import Command
 from phasmid.control.estimation.estimator import ROUGH_TIPPING, TIPPING
 from phasmid.control.leg_phases import LANDING_SPEED, LANDING_TIME
 from phasmid.control.types import Contact, LegPhase
+from phasmid.experiment import Command
 
 
 @pytest.mark.parametrize("share", [0.1, 0.4, 0.6])

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from phasmid.control import Command, Observation
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.types import LegPhase
+from phasmid.experiment import Command, Observation
 from phasmid.kinematics import joint_angles
 from phasmid.robot import load_robot
 

@@ -30,9 +30,9 @@ from phasmid.control.estimation.state import (
     Measurements,
     parameters_of,
 )
-from phasmid.control.observation import Observation
 from phasmid.control.records import MAX_LEGS, fill, view_of
 from phasmid.errors import InvalidInput
+from phasmid.experiment.observation import Observation
 from phasmid.robot import Robot
 from phasmid.units import STANDARD_GRAVITY
 

@@ -33,9 +33,9 @@ from phasmid.control.estimation.state import (
     parameters_of,
 )
 from phasmid.control.estimation.terrain_adaptation import MOST_BODY_RISE, adapt_to_terrain
-from phasmid.control.observation import Observation
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import Contact, LegPhase, Model, Reference, State
+from phasmid.experiment.observation import Observation
 from phasmid.robot import Robot
 
 HIT_RISE, MOST_RAISES = 0.02, 3

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.targets import JointTargets
+from phasmid.experiment.targets import JointTargets
 from phasmid.robot import Robot
 
 SPEED_SHARE, LOADED_SHARE = 0.5, 0.2

@@ -8,9 +8,9 @@ from collections.abc import Collection
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.control.observation import Observation
 from phasmid.control.sequences.posture import KNEE_FOLD, leg_poses, resting_limits
 from phasmid.control.sequences.stance import STEP_HEIGHT
+from phasmid.experiment.observation import Observation
 from phasmid.robot import Robot
 
 LOSS_TIME = 0.2

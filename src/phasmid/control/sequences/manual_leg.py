@@ -7,9 +7,9 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.command import LegCommand
 from phasmid.control.sequences.ground import knees_and_feet, knees_and_soles, solve_feet
 from phasmid.control.sequences.stance import SMOOTH, STEP_HEIGHT, Stance, StancePlanner
+from phasmid.experiment.command import LegCommand
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Robot
 

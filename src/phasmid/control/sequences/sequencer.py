@@ -11,9 +11,6 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import checked
-from phasmid.control.command import Command, Posture
-from phasmid.control.controller import Controller
-from phasmid.control.observation import Observation
 from phasmid.control.sequences.ground import GroundPlane, knees_and_feet, resting_ground
 from phasmid.control.sequences.joint_path import JointPath, Route, SetpointFilter, largest_speed
 from phasmid.control.sequences.leg_loss import LegFaultDetector, lifted_leg
@@ -21,8 +18,11 @@ from phasmid.control.sequences.manual_leg import ManualLegs, lift_legs
 from phasmid.control.sequences.posture import Packing, fold_legs, get_up, packing
 from phasmid.control.sequences.stance import neutral_stance, stance_on, to_neutral
 from phasmid.control.sequences.start import StartJudge
-from phasmid.control.targets import JointTargets, checked_targets
 from phasmid.errors import InfeasibleWalk
+from phasmid.experiment.command import Command, Posture
+from phasmid.experiment.controller import Controller
+from phasmid.experiment.observation import Observation
+from phasmid.experiment.targets import JointTargets, checked_targets
 from phasmid.robot import JOINTS, Robot
 
 STILL_SPEED, STILL_TIME = 0.01, 0.1

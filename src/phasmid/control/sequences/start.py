@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.observation import Observation
 from phasmid.control.sequences.ground import (
     GroundPlane,
     knees_and_feet,
     resting_ground,
     up_direction,
 )
+from phasmid.experiment.observation import Observation
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import Robot
 

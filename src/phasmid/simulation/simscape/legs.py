@@ -14,9 +14,9 @@ from jaxtyping import Shaped
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.dynamics.matrices import moments_about_origin
+from phasmid.experiment import ContactLaw
 from phasmid.kinematics import LinkFrames, link_frames
 from phasmid.robot import Robot
-from phasmid.scenario import ContactLaw
 from phasmid.simulation.contact import CONTACT_POINTS, foot_points
 from phasmid.simulation.drives import Setpoints
 

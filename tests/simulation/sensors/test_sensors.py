@@ -10,8 +10,8 @@ from phasmid.errors import InvalidInput
 from phasmid.kinematics import quaternion_rotation, rotation_rpy, rpy_quaternion
 from phasmid.recording import new_recording
 from phasmid.scenario.tables import SensorsTable
-from phasmid.sensors.measurement import measure
-from phasmid.sensors.models import InertialSensor, Sampling
+from phasmid.simulation.sensors.measurement import measure
+from phasmid.simulation.sensors.models import InertialSensor, Sampling
 
 GRAVITY = 9.81
 PERFECT = {

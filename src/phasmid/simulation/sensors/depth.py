@@ -15,11 +15,11 @@ from phasmid.compiled import compiled
 from phasmid.kinematics import neutral_feet, quaternion_rotation
 from phasmid.robot import Robot
 from phasmid.scenario.tables import SensorsTable
-from phasmid.sensors.models import Sampling, random_stream, rotated
+from phasmid.simulation.sensors.models import Sampling, random_stream, rotated
 from phasmid.terrain import Ground
 
 DEPTH = 5
-"""Number of the sensor's random stream, beside those of `phasmid.sensors.models`."""
+"""Number of the sensor's random stream, beside those of `phasmid.simulation.sensors.models`."""
 
 ROWS, COLUMNS, WIDTH = 30, 40, math.radians(70)
 """Rays of the camera, and its horizontal angle of view [rad]."""

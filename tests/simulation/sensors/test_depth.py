@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import phasmid
-from phasmid.control import Command, LocomotionEngine
+from phasmid.control import LocomotionEngine
+from phasmid.experiment import Command
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import load_robot
 from phasmid.scenario import Scenario, idle_fields
-from phasmid.sensors.depth import BRACKET, HALVINGS, DepthSensor
+from phasmid.simulation.sensors.depth import BRACKET, HALVINGS, DepthSensor
 
 ROBOT = load_robot("phantomx-ax")
 HEIGHT = -neutral_feet(ROBOT)[:, 2].mean()

@@ -39,8 +39,8 @@ def checked_targets(targets: object, shape: tuple[int, int]) -> JointTargets:
     if not isinstance(targets, JointTargets):
         raise InvalidInput(
             f"the controller's update returned {described(targets)}; it must return a "
-            "phasmid.control.JointTargets with position, velocity and optionally torque, each of "
-            f"shape {shape}.",
+            "phasmid.experiment.JointTargets with position, velocity and optionally torque, each "
+            f"of shape {shape}.",
             hint="return JointTargets(position, velocity)",
         )
     q, v, torque = targets.position, targets.velocity, targets.torque

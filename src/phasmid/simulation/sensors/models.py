@@ -12,7 +12,8 @@ from jaxtyping import Float, Int
 
 from phasmid.compiled import gufunc
 from phasmid.robot import Robot
-from phasmid.scenario import Scale, Scenario
+from phasmid.robot.similarity import Scale
+from phasmid.scenario import Scenario
 from phasmid.scenario.tables import SensorsTable
 
 GYRO, ACCELEROMETER, ORIENTATION, FOOT = 1, 2, 3, 4

@@ -13,7 +13,7 @@ from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.recording import Recording, new_recording
 from phasmid.scenario import Scenario
-from phasmid.sensors.models import Sensor, robot_sensors
+from phasmid.simulation.sensors.models import Sensor, robot_sensors
 
 
 @checked

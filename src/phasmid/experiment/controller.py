@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Protocol, runtime_checkable
 
-from phasmid.control.command import Command
-from phasmid.control.observation import Observation
-from phasmid.control.targets import JointTargets
+from phasmid.experiment.command import Command
+from phasmid.experiment.observation import Observation
+from phasmid.experiment.targets import JointTargets
 
 
 @runtime_checkable
