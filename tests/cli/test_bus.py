@@ -11,6 +11,7 @@ import pytest
 from phasmid.cli import main
 from phasmid.cli.bus import _emulator
 from phasmid.cli.parser import build_parser
+from phasmid.extras import install_hint
 from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
 from phasmid.robot import load_robot
 
@@ -133,4 +134,4 @@ def test_a_port_that_is_not_there(capsys):
 def test_without_the_extra_one_sentence(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "dynamixel_sdk", None)
     assert main(["bus", "scan", "/dev/null"]) == 2
-    assert 'pip install "phasmid[hardware]"' in capsys.readouterr().err
+    assert install_hint("hardware") in capsys.readouterr().err

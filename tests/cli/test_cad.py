@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from phasmid.cli import main
+from phasmid.extras import install_hint
 from phasmid.robot.glb import read_glb
 
 FILES = {"phantomx-paper.step", "phantomx-paper.step.toml", "phantomx-paper.glb"}
@@ -42,6 +43,6 @@ def test_without_the_extra_it_says_what_to_install(
     build123d.cache_clear()
     assert capsys.readouterr().err.splitlines() == [
         "phasmid: solids and STEP files need build123d, which is not installed.",
-        '  try  pip install "phasmid[cad]"',
+        f"  try  {install_hint('cad')}",
     ]
     assert not (tmp_path / "out").exists()

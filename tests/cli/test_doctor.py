@@ -7,6 +7,7 @@ import pytest
 
 from phasmid.cli import doctor, main
 from phasmid.cli.doctor import Finding
+from phasmid.extras import install_hint
 
 FINDINGS = [
     Finding("engine", "ready", "MuJoCo 4.0.1", needed=True),
@@ -68,7 +69,7 @@ def test_packages_that_are_absent_or_old_are_named(monkeypatch):
     assert found["derivation"].what == "the equations in symbols: sympy 1.14"
     del installed["sympy"]
     found = {one.topic: one for one in doctor.examine()}
-    assert found["derivation"].remedy == 'pip install --upgrade "phasmid[derivation]"'
+    assert found["derivation"].remedy == install_hint("derivation")
     assert not found["derivation"].needed
 
 

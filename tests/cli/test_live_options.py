@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from phasmid.cli import main
+from phasmid.extras import install_hint
 
 
 def test_one_sentence_says_what_the_live_view_lacks(monkeypatch, capsys, tmp_path):
@@ -12,7 +13,7 @@ def test_one_sentence_says_what_the_live_view_lacks(monkeypatch, capsys, tmp_pat
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "foxglove", None)
     assert main(["walk", "--live", "--out", str(tmp_path / "walk")]) == 2
-    assert 'try  pip install "phasmid[live]"' in capsys.readouterr().err
+    assert f"try  {install_hint('live')}" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import pytest
 
 from phasmid.cli import main, studio
+from phasmid.extras import install_hint
 from phasmid.interrupts import STOP_SIGNALS
 from phasmid.studio import server
 from phasmid.studio.guard import names_of
@@ -190,7 +191,7 @@ def test_without_the_extra_its_command_is_named(stage, monkeypatch, capsys):
     assert main(["studio", "--no-open"]) == 2
     assert capsys.readouterr().err == (
         "phasmid: the live page needs the extra studio, which is not installed.\n"
-        '  try  pip install "phasmid[studio]"\n'
+        f"  try  {install_hint('studio')}\n"
     )
 
 

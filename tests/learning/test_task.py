@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from phasmid.errors import InvalidInput
+from phasmid.extras import install_hint
 from phasmid.learning import Task, load_task, task_names
 
 
@@ -46,4 +47,4 @@ def test_without_gymnasium_one_sentence_says_what_to_install():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("InvalidInput learning needs Gymnasium")
-    assert 'pip install "phasmid[learn]"' in done.stdout
+    assert install_hint("learn") in done.stdout

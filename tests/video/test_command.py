@@ -10,6 +10,7 @@ import pytest
 import phasmid.video
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
+from phasmid.extras import install_hint
 from phasmid.reporting import renderer
 from phasmid.reporting.renderer import Lack
 from phasmid.video import save_video
@@ -107,7 +108,7 @@ def test_an_mp4_without_its_encoder_is_refused_before_the_run(
     assert main([*arguments, "--video", str(tmp_path / "walk.mp4")]) == 2
     assert capsys.readouterr().err == (
         "phasmid: a video as .mp4 needs PyAV, which was not found.\n"
-        '  try  pip install "phasmid[video]", or a .gif\n'
+        f"  try  {install_hint('video')}, or a .gif\n"
     )
     assert files_of(tmp_path) == ({"run"} if command == "report" else set())
 

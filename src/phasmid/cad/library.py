@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from phasmid.errors import PhasmidError
+from phasmid.extras import install_hint
 
 
 @cache
@@ -35,5 +36,5 @@ def check_installed() -> None:
     if find_spec("OCP") is None or find_spec("build123d") is None:
         raise PhasmidError(
             "solids and STEP files need build123d, which is not installed.",
-            hint='pip install "phasmid[cad]"',
+            hint=install_hint("cad"),
         )

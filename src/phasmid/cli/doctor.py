@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple
 
 from phasmid.cli.output import say
 from phasmid.errors import OutputError, plain
+from phasmid.extras import install_hint
 
 PURPOSES = {
     "cad": "solids and STEP files",
@@ -124,9 +125,9 @@ def _packages(topic: str, extra: str, purpose: str) -> Finding:
         if not requirement.specifier.contains(version, prereleases=True):
             missing.append(f"{found[-1]} is installed; it must be {requirement.specifier}")
     if missing:
-        package = f"phasmid[{extra}]" if extra else "phasmid"
+        remedy = install_hint(extra) if extra else "pip install --upgrade phasmid"
         what = f"{purpose}: {'; '.join(missing)}"
-        return Finding(topic, "absent", what, f'pip install --upgrade "{package}"', not extra)
+        return Finding(topic, "absent", what, remedy, not extra)
     return Finding(topic, "ready", f"{purpose}: {', '.join(found)}", needed=not extra)
 
 

@@ -19,6 +19,7 @@ from phasmid.cli.scenario_options import (
     scenario_of,
 )
 from phasmid.errors import InvalidInput, plain
+from phasmid.extras import install_hint
 from phasmid.interrupts import handled_signals
 from phasmid.recording.file import check_place
 
@@ -62,7 +63,7 @@ def run(options: argparse.Namespace) -> int:
     except ModuleNotFoundError:
         raise InvalidInput(
             "the live page needs the extra studio, which is not installed.",
-            hint='pip install "phasmid[studio]"',
+            hint=install_hint("studio"),
         ) from None
     from phasmid.studio.live_simulation import LiveSimulation
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.extras import install_hint
 from phasmid.hardware.control_table import Model, Register, model_of_number
 from phasmid.hardware.rates import FACTORY_LATENCY, exchange_time, wire_time
 from phasmid.hardware.status import StatusError, hardware_error, status_error
@@ -124,7 +125,7 @@ class Bus:
         except ModuleNotFoundError:
             raise InvalidInput(
                 "the servo bus needs the extra hardware, which is not installed.",
-                hint='pip install "phasmid[hardware]"',
+                hint=install_hint("hardware"),
             ) from None
         self._sdk = dynamixel_sdk
         if self.latency is None:

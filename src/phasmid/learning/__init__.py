@@ -4,12 +4,13 @@ Importing this package registers the environments with Gymnasium.
 """
 
 from phasmid.errors import InvalidInput
+from phasmid.extras import install_hint
 
 try:
     import gymnasium
 except ModuleNotFoundError as error:
     raise InvalidInput(
-        "learning needs Gymnasium, which is not installed.", hint='pip install "phasmid[learn]"'
+        "learning needs Gymnasium, which is not installed.", hint=install_hint("learn")
     ) from error
 
 from phasmid.learning.environment import WalkEnv, WalkVectorEnv

@@ -15,6 +15,7 @@ import numpy as np
 from phasmid.control import LocomotionEngine
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command, JointTargets, Observation
+from phasmid.extras import install_hint
 from phasmid.learning.control_period import begin_period
 from phasmid.learning.corrections import corrected, new_controller, take_action
 from phasmid.learning.episodes import States, empty_episodes, task_constants
@@ -51,7 +52,7 @@ class Policy:
         except ModuleNotFoundError as error:
             raise InvalidInput(
                 "policies need onnxruntime, which is not installed.",
-                hint='pip install "phasmid[learn]"',
+                hint=install_hint("learn"),
             ) from error
         path = _find(source)
         content = path.read_bytes()

@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from phasmid.errors import OutputError, plain
+from phasmid.extras import install_hint
 from phasmid.reporting.camera import FAR, View
 from phasmid.reporting.robot_mesh import link_poses, mesh_pieces, quaternions
 from phasmid.reporting.style import rgb
@@ -43,8 +44,6 @@ TILE, PIXELS = 256, 2048
 
 OFF = ("disable", "disabled", "off", "false", "0")
 """Values of ``MUJOCO_GL`` that forbid all drawing."""
-
-VIDEO_EXTRA = 'pip install "phasmid[video]"'
 
 Segment = tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"], float, str]
 """Start and end [m], radius [m] and colour of a rod without a shadow."""
@@ -91,7 +90,7 @@ def opengl_lack() -> Lack | None:
     if backend in OFF:
         return Lack("OpenGL", "unset MUJOCO_GL", f"which MUJOCO_GL={backend} forbids")
     if backend == "glfw" and find_spec("glfw") is None:
-        return Lack("glfw", VIDEO_EXTRA)
+        return Lack("glfw", install_hint("video"))
     try:
         import mujoco
 

@@ -12,6 +12,7 @@ from typing import Any
 from phasmid.arguments import checked
 from phasmid.cores import cores
 from phasmid.errors import InvalidInput, OutputError, plain
+from phasmid.extras import install_hint
 from phasmid.formats import load_scenario
 from phasmid.interrupts import held_signals
 from phasmid.recording import Recording
@@ -295,5 +296,5 @@ def _check_extra(extra: str, *packages: str) -> None:
     if missing:
         raise InvalidInput(
             f"this study needs the extra {extra}; not installed: {', '.join(missing)}.",
-            hint=f'pip install "phasmid[{extra}]"',
+            hint=install_hint(extra),
         )

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
+from phasmid.extras import install_hint
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, check_new_file
-from phasmid.reporting.renderer import VIDEO_EXTRA, SceneRenderer, opengl_lack
+from phasmid.reporting.renderer import SceneRenderer, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose
 from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import styled
@@ -126,7 +127,8 @@ def check_video(path: str | Path, *, force: bool = False) -> Path:
         )
     if path.suffix.lower() == ".mp4" and find_spec("av") is None:
         raise InvalidInput(
-            "a video as .mp4 needs PyAV, which was not found.", hint=f"{VIDEO_EXTRA}, or a .gif"
+            "a video as .mp4 needs PyAV, which was not found.",
+            hint=f"{install_hint('video')}, or a .gif",
         )
     check_new_file(path, option="--video FILE", force=force)
     return path
