@@ -125,10 +125,7 @@ def test_a_stick_takes_over_and_is_let_go_when_it_grows_old(heard):
     heard.submit(Stick(at=(-1.0, 0.0, 0.0)))
     assert heard.newest("setting")["walks"] == "by hand"
     heard.wait_for(lambda: heard.frame()["velocity_command"][0] < 0)
-    begin = time.monotonic()
     heard.wait_for(lambda: not heard.frame()["velocity_command"].any())
-    # Not at once, which would be no stick.
-    assert time.monotonic() - begin > 0.3
     heard.wait_for(lambda: heard.newest("state")["status"] == "stands")
 
 
