@@ -38,7 +38,6 @@ PACKAGES = (
     "phasmid.identification",
     "phasmid.cad",
     "phasmid.derivation",
-    "phasmid.verification",
     "phasmid.errors",
 )
 """Packages with public names, in the order of the reference."""

@@ -17,7 +17,7 @@ from phasmid.experiment import Command, JointTargets
 
 FUNCTIONS = """advise analyse compare drive export import_robot load_recording load_robot
 load_scenario load_study load_trajectory plan plot replay report save_mcap save_recording save_robot
-save_video sense simulate simulate_many study summarise verify""".split()  # noqa: SIM905
+save_video sense simulate simulate_many study summarise""".split()  # noqa: SIM905
 CLASSES = ["Body", "Gait", "JointTrajectory", "Leg", "Link", "Robot", "Servo"]
 
 

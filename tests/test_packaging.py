@@ -39,7 +39,7 @@ def test_each_lock_holds_versions_and_hashes_of_all_that_it_is_for():
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not on this machine")
 @pytest.mark.parametrize(
     ("target", "develops"),
-    [*[(t, False) for t in ("walk", "studio", "paper", "verify")], ("test", True), ("lint", True)],
+    [*[(t, False) for t in ("walk", "studio")], ("test", True), ("lint", True)],
 )
 def test_what_a_user_makes_installs_no_packages_of_developers(target, develops, tmp_path):
     make = ["make", "--dry-run", target, f"VENV={tmp_path / 'venv'}"]

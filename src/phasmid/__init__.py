@@ -52,7 +52,6 @@ if TYPE_CHECKING:
     from phasmid.simulation.drive import drive as drive
     from phasmid.studies import load_study as load_study
     from phasmid.studies import study as study
-    from phasmid.verification import verify as verify
     from phasmid.video import save_video as save_video
 
     __version__: str
@@ -73,7 +72,6 @@ _NAMES = {
     "scenario": "Scenario",
     "simulation": "drive replay sense simulate simulate_many",
     "studies": "load_study study",
-    "verification": "verify",
     "video": "save_video",
 }
 """Public names by the package that has them."""

@@ -48,7 +48,6 @@ CHOSEN = (
     "options: walk --friction-damping 5e-324",
     "options: walk --terrain rough --rough-length-mm 1e-300",
     "options: drive --waypoints 1,0,1e300",
-    "options: verify --rows 0",
     "options: export-firmware --out walk.txt",
     "options: export-firmware --terrain stairs",
 )

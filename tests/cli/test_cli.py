@@ -481,7 +481,6 @@ def test_a_command_needs_neither_of_its_streams(here, monkeypatch):
     monkeypatch.setattr(sys, "stdout", None)
     monkeypatch.setattr(sys, "stderr", None)
     assert main(["walk", "--duration", "0.1", "--no-figures"]) == 0
-    assert main(["verify", "--rows", "1"]) == 0
     assert main(["nothing"]) == 2
     sys.stdout.close()
     sys.stderr.close()

@@ -26,7 +26,6 @@ COMMANDS = {
     "video": ["walk", *WALK, "--video", "out.gif"],
     "studio": ["studio", "--port", "0", "--no-open"],
     "paper": ["paper"],
-    "verify": ["verify", "--rows", "1,2"],
     "plot": ["plot", "run", "joint-torque"],
 }
 
@@ -36,7 +35,6 @@ SHOWN = {
     "video": ("walking", "filming", "COMPLETED"),
     "studio": ("The robot is at", "the studio is closed"),
     "paper": ("simulating", "the paper says", "statements"),
-    "verify": ("free fall", "pass, 0 fail"),
     "plot": ("joint-torque.svg",),
 }
 """Words of each command's output on a terminal."""
@@ -119,10 +117,10 @@ def streams(monkeypatch, write, read):
     [
         *[(command, {}) for command in COMMANDS],
         ("walk", {"NO_COLOR": "1"}),
-        ("verify", {"NO_COLOR": "1"}),
+        ("plot", {"NO_COLOR": "1"}),
         ("paper", {"TERM": None}),
         ("walk", {"COLUMNS": "0"}),
-        ("verify", {"COLUMNS": "²"}),
+        ("plot", {"COLUMNS": "²"}),
     ],
 )
 def test_every_command_ends_well_on_a_terminal(command, change, here, monkeypatch):

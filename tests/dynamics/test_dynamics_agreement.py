@@ -1,6 +1,6 @@
 """Three ways to one torque, on thousands of random states.
 
-The closed form, the recursion and Pinocchio share no line of code. Row 10 of `phasmid verify` adds
+The closed form, the recursion and Pinocchio share no line of code. Check 10 of tests/physics adds
 MuJoCo, and tests/derivation Lagrange's equations.
 """
 

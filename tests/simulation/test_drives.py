@@ -9,7 +9,7 @@ from phasmid.motion import plan
 from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, simulate
-from phasmid.verification.laboratory import joint_state, trunk_motion
+from physics.bench import joint_state, trunk_motion
 
 DRIVES = "prescribed", "torque", "ideal-servo", "servo"
 

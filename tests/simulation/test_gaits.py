@@ -9,8 +9,8 @@ from phasmid.kinematics import quaternion_yaw
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from phasmid.verification.equations import agreement
-from phasmid.verification.laboratory import Laboratory
+from physics.bench import Bench
+from physics.equations import agreement
 from walks import WALKS, tilted_robot, uneven_robot
 
 STRIDES = {
@@ -49,9 +49,9 @@ def test_it_walks_as_far_as_it_was_told(robot, gait, stride):
 
 @pytest.mark.parametrize("robot", ODD_ROBOTS)
 def test_closed_form_recursion_and_the_simulated_model_give_odd_robots_one_torque(robot):
-    # Row 10 of `phasmid verify`, on other robots: within 1e-10 N·m and N.
-    for reading in agreement(Laboratory(load_scenario("paper").replace(robot=ODD_ROBOTS[robot]))):
-        assert reading.got < 1e-10
+    # Check 10 of tests/physics, on other robots: within 1e-10 N·m and N.
+    for row in agreement(Bench(load_scenario("paper").replace(robot=ODD_ROBOTS[robot]))):
+        assert row.got < 1e-10
 
 
 @pytest.mark.parametrize(("preset", "gait"), WALKS)

@@ -24,7 +24,6 @@ COMMANDS = {
     "compare": "compare a robot's log with the replay of its joint targets in simulation",
     "replay": "repeat a recorded walk and compare it bit by bit",
     "paper": "reproduce the paper: its figures, and a grade for each of its statements",
-    "verify": "check the physics against closed forms and conservation laws",
     "cad": "write a robot as solids (STEP) and meshes (extra cad)",
     "check": "check whether a robot or scenario is physically possible",
     "explain": "say why a foot position, posture or walk is impossible, and the nearest possible",

@@ -1,37 +1,18 @@
 """Free motion: falling, swinging, order of the error, and momentum of the robot afloat."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
-from jaxtyping import Float
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from phasmid.dynamics import leg_matrices, momentum
 from phasmid.kinematics import centre_of_mass, joint_angles, quaternion_rotation
-from phasmid.robot import Leg, Link
-from phasmid.scenario import Scenario
-from phasmid.simulation import Run, build_model
 from phasmid.simulation.model import X_AXIS_UP, set_inertia
-from phasmid.verification.laboratory import (
-    INTEGRATORS,
-    Laboratory,
-    compiled,
-    hold,
-    joint_state,
-    trunk_motion,
-    with_integrator,
-)
-from phasmid.verification.row import Row, reading, seen
-
-if TYPE_CHECKING:
-    import mujoco
-
+from physics.bench import INTEGRATORS, compiled, hold, joint_state, trunk_motion, with_integrator
+from physics.rows import row, samples
 
 STEP = 0.001
 """Time step of these experiments [s]; where the order counts, half and twice of it too."""
@@ -49,14 +30,14 @@ EXACT = {"rtol": 1e-13, "atol": 1e-15}
 """Tolerances of an integration that counts as exact."""
 
 
-def fall(laboratory: Laboratory) -> Iterator[Row]:
+def fall(bench):
     """Compare 0.5 s of the thrown robot's flight, joints held, with free fall."""
-    time, g = 0.5, laboratory.scenario.model.gravity
+    time, g = 0.5, bench.scenario.model.gravity
     speed = np.array([1.0, 0.0, 2.0])
     way = speed * time - np.array([0.0, 0.0, g * time**2 / 2])
     errors = {}
     for integrator in INTEGRATORS:
-        run = laboratory.standing()
+        run = bench.standing()
         data = run.data
         with_integrator(run.model, integrator, STEP)
         data.qpos[2] += 1.0
@@ -70,7 +51,7 @@ def fall(laboratory: Laboratory) -> Iterator[Row]:
     first, fourth = (errors[integrator] for integrator in INTEGRATORS)
     known = g * STEP * time / 2
     why = "The method is of first order and its error is known, ½ g Δt t: 1 % of that."
-    yield reading(
+    yield row(
         "too low, semi-implicit Euler",
         -float(first[2]),
         0.01 * known,
@@ -79,14 +60,14 @@ def fall(laboratory: Laboratory) -> Iterator[Row]:
         expected=known,
     )
     why = "Nothing acts sideways: 500 sums of numbers below 1 m, each rounded by 1e-16 m."
-    yield reading("sideways", first[:2], 1e-12, why, unit="m")
+    yield row("sideways", first[:2], 1e-12, why, unit="m")
     why = "A parabola is exact for RK4: 500 sums of numbers below 2 m, rounded by 2e-16 m each."
-    yield reading("off the parabola, RK4", fourth, 1e-12, why, unit="m")
+    yield row("off the parabola, RK4", fourth, 1e-12, why, unit="m")
 
 
-def pendulum_period(laboratory: Laboratory) -> Iterator[Row]:
+def pendulum_period(bench):
     """Compare the period of a rod's swing with the closed form."""
-    g = laboratory.scenario.model.gravity
+    g = bench.scenario.model.gravity
     exact = 4 * math.sqrt(2 * ROD / (3 * g)) * ellipk(math.sin(SWING / 2) ** 2)
     for integrator, tolerance, why in (
         (
@@ -96,67 +77,63 @@ def pendulum_period(laboratory: Laboratory) -> Iterator[Row]:
         ),
         ("RK4", 1e-9, "RK4 errs by less than (ω Δt)⁴ = 1e-10."),
     ):
-        angle, _ = _swing(laboratory.scenario, integrator, STEP)
+        angle, _ = _swing(bench, integrator, STEP)
         error = _period(angle, STEP) / exact - 1
-        yield reading(f"relative error, {integrator}", error, tolerance, why)
+        yield row(f"relative error, {integrator}", error, tolerance, why)
 
 
-def pendulum_energy(laboratory: Laboratory) -> Iterator[Row]:
+def pendulum_energy(bench):
     """Compare the rod's total energy with that at the start."""
-    g = laboratory.scenario.model.gravity
+    g = bench.scenario.model.gravity
 
-    def worst(integrator: str, step: float) -> float:
-        angle, speed = _swing(laboratory.scenario, integrator, step)
+    def worst(integrator, step):
+        angle, speed = _swing(bench, integrator, step)
         # Per mass of the rod.
         energy = ROD**2 * speed**2 / 6 + g * ROD / 2 * (1 - np.cos(angle))
         return float(np.abs(energy / energy[0] - 1).max())
 
     euler = worst("semi-implicit", STEP)
     why = "RK4 loses (ω Δt)⁵/72 a step, over 20 000 steps below 1e-9."
-    yield reading("relative, RK4", worst("RK4", STEP), 1e-8, why)
+    yield row("relative, RK4", worst("RK4", STEP), 1e-8, why)
     why = "Semi-implicit Euler keeps an energy that differs by ½ ω Δt = 1.6e-3 at the most."
-    yield reading("relative, semi-implicit", euler, 2e-3, why)
+    yield row("relative, semi-implicit", euler, 2e-3, why)
     why = "Proportional to the time step: the next order is Δt², a thousandth of it here."
     ratio = euler / worst("semi-implicit", STEP / 2)
-    yield reading("at Δt over at Δt/2", ratio, 0.1, why, expected=2.0)
+    yield row("at Δt over at Δt/2", ratio, 0.1, why, expected=2.0)
 
 
-def convergence(laboratory: Laboratory) -> Iterator[Row]:
+def convergence(bench):
     """Femur and tibia of leg 1, swinging from a fixed axis, against the leg's own equations."""
-    leg = laboratory.scenario.load_robot().legs[0]
-    exact = _integrate_equations(leg, laboratory.scenario.model.gravity)
+    leg = bench.scenario.load_robot().legs[0]
+    exact = _integrate_equations(leg, bench.scenario.model.gravity)
     for integrator, order, coarse in zip(INTEGRATORS, (1, 4), (STEP, 2 * STEP), strict=True):
         errors = [
-            np.linalg.norm(_double_pendulum(laboratory.scenario, leg, integrator, step) - exact)
+            np.linalg.norm(_double_pendulum(bench, leg, integrator, step) - exact)
             for step in (coarse, coarse / 2)
         ]
         why = "log2 of the errors at Δt and Δt/2; the next power of Δt adds some percent."
-        yield reading(
+        yield row(
             f"order, {integrator}", math.log2(errors[0] / errors[1]), 0.1, why, expected=order
         )
 
 
-def _mass_centre(run: Run) -> Float[np.ndarray, "3"]:
+def _mass_centre(run):
     data = run.data
     inside = centre_of_mass(run.robot, data.qpos[7:].reshape(-1, 3).copy())
     return data.qpos[:3] + quaternion_rotation(data.qpos[3:7].copy()) @ inside
 
 
-def _swing(
-    scenario: Scenario, integrator: str, step: float
-) -> tuple[Float[np.ndarray, " time"], Float[np.ndarray, " time"]]:
+def _swing(bench, integrator, step):
     """Angles [rad] and speeds [rad/s] of the rod for a little more than ten periods."""
-    import mujoco
-
     spec = mujoco.MjSpec()
     rod = spec.worldbody.add_body(explicitinertial=True, mass=1.0, ipos=[0.0, 0.0, -ROD / 2])
     rod.inertia = [ROD**2 / 12, ROD**2 / 12, 1e-6]
     rod.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0])
-    model = compiled(spec, scenario, integrator=integrator, dt=step)
+    model = compiled(spec, bench, integrator=integrator, dt=step)
     data = mujoco.MjData(model)
     data.qpos[0] = SWING
     # An amplitude of 0.5 rad swings by 1.6 % slower than a small one.
-    period = 1.02 * 2 * math.pi * math.sqrt(2 * ROD / (3 * scenario.model.gravity))
+    period = 1.02 * 2 * math.pi * math.sqrt(2 * ROD / (3 * bench.scenario.model.gravity))
     count = round(10 * period / step)
     angle, speed = np.empty((2, count + 1))
     for k in range(count + 1):
@@ -165,7 +142,7 @@ def _swing(
     return angle, speed
 
 
-def _period(angle: Float[np.ndarray, " time"], step: float) -> float:
+def _period(angle, step):
     """Mean time between passages through 0 in one direction [s]."""
     before = np.flatnonzero((angle[:-1] < 0) & (angle[1:] >= 0))
     passages = []
@@ -176,38 +153,30 @@ def _period(angle: Float[np.ndarray, " time"], step: float) -> float:
     return (passages[1] - passages[0]) / (len(before) - 1)
 
 
-def _double_pendulum(
-    scenario: Scenario, leg: Leg, integrator: str, step: float
-) -> Float[np.ndarray, "2"]:
+def _double_pendulum(bench, leg, integrator, step):
     """Angles of femur and tibia in the engine, let go level and stretched [rad]."""
-    import mujoco
-
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
     parent = _add_link(spec.worldbody, leg.femur, [0.0, 0.0, 0.0], X_AXIS_UP)
     _add_link(parent, leg.tibia, [leg.femur.length, 0.0, 0.0], (1.0, 0.0, 0.0, 0.0))
-    model = compiled(spec, scenario, integrator=integrator, dt=step)
+    model = compiled(spec, bench, integrator=integrator, dt=step)
     data = mujoco.MjData(model)
     for _ in range(round(SWUNG / step)):
         mujoco.mj_step(model, data)
     return data.qpos.copy()
 
 
-def _add_link(
-    parent: mujoco.MjsBody, link: Link, at: list[float], turn: tuple[float, float, float, float]
-) -> mujoco.MjsBody:
-    import mujoco
-
+def _add_link(parent, link, at, turn):
     body = parent.add_body(pos=at, quat=turn)
     set_inertia(body, link)
     body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, 1.0])
     return body
 
 
-def _integrate_equations(leg: Leg, gravity: float) -> Float[np.ndarray, "2"]:
+def _integrate_equations(leg, gravity):
     """Integrate Eqs. 10-11, corrected, with the coxa held."""
 
-    def rates(state: Float[np.ndarray, "4"]) -> Float[np.ndarray, "4"]:
+    def rates(state):
         femur, tibia = state[2:]
         M, B, C, G = leg_matrices(leg, np.array([0.0, *state[:2]]), gravity=gravity)
         # The products of coxa and femur, coxa and tibia, femur and tibia; then the squares.
@@ -225,7 +194,7 @@ WAVING = 1.0
 """Speed above which a joint is counted as moving [rad/s]."""
 
 
-def floating_momentum(laboratory: Laboratory) -> Iterator[Row]:
+def floating_momentum(bench):
     """Without gravity, drifting and turning, all legs waved by servos for a second."""
     waving = 0
     # The servos hold a leg at up to 100 rad/s, which RK4 must resolve to its fourth power.
@@ -244,23 +213,21 @@ def floating_momentum(laboratory: Laboratory) -> Iterator[Row]:
             "Of fourth order: 1.1e-8 was measured at 1 ms, so 4e-11 at a quarter of it.",
         ),
     ):
-        drifts, moving = _drifts(laboratory, integrator, dt)
+        drifts, moving = _drifts(bench, integrator, dt)
         waving += moving
         for what, drift in drifts.items():
-            yield reading(f"{what}, {integrator}, {1000 * dt:g} ms", drift, tolerance, why)
-    yield seen(waving, f"joints above {WAVING:g} rad/s, all instants together")
+            yield row(f"{what}, {integrator}, {1000 * dt:g} ms", drift, tolerance, why)
+    yield samples(waving, f"joints above {WAVING:g} rad/s, all instants together")
 
 
-def _drifts(laboratory: Laboratory, integrator: str, step: float) -> tuple[dict[str, float], int]:
+def _drifts(bench, integrator, step):
     """Largest change of linear and angular momentum, as parts of those at the start.
 
     The second value counts joints that move, over all instants.
     """
-    import mujoco
-
-    scenario = laboratory.scenario.replace(drive="ideal-servo")
+    scenario = bench.scenario.replace(drive="ideal-servo")
     robot = scenario.load_robot()
-    model = with_integrator(build_model(robot, scenario), integrator, step)
+    model = with_integrator(bench.model(scenario), integrator, step)
     model.opt.gravity[:] = 0.0
     data = mujoco.MjData(model)
     neutral = joint_angles(robot.arrays, robot.arrays.neutral_foot).ravel()

@@ -1,18 +1,12 @@
 """How feet share a load: by the laws of the optimum, by a second method, and by hand."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.forces import Contacts, minimum_norm, share_load
 from phasmid.kinematics import centre_of_mass, quaternion_rotation, yaw_quaternion
-from phasmid.motion import SampledMotion, plan
-from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Row, reading
-from phasmid.verification.walking import amid_stance
+from phasmid.motion import plan
+from physics.rows import row
+from physics.walking import amid_stance
 
 LOADS, FRICTION = 20, 0.6
 """Number of loads on six feet, and the friction under them."""
@@ -21,9 +15,8 @@ ROUNDS = 4000
 """Steps of the second method."""
 
 
-def force_sharing(laboratory: Laboratory) -> Iterator[Row]:
+def force_sharing(bench):
     """Least forces within friction cones, on uneven ground."""
-    del laboratory
     contacts, wrench = _loads()
     force = share_load(contacts, wrench, "friction-cone")
     given = np.concatenate([force.sum(axis=1), np.cross(contacts.feet, force).sum(axis=1)], axis=-1)
@@ -31,17 +24,17 @@ def force_sharing(laboratory: Laboratory) -> Iterator[Row]:
     other = _second_method(contacts, wrench)
     other_local = np.einsum("nlij,nli->nlj", contacts.axes, other)
     why = "Equilibrium is eliminated first, so that it holds to round-off of 100 N."
-    yield reading("equilibrium", given - wrench, 1e-9, why, unit="N, N·m")
+    yield row("equilibrium", given - wrench, 1e-9, why, unit="N, N·m")
     why = (
         "F = Aᵀλ + z with z on the cones' inner normals where they are touched; the program is "
         "solved to 1e-11 of some 10 N."
     )
-    yield reading("KKT residual", _stationarity(contacts, local), 1e-9, why, unit="N")
+    yield row("KKT residual", _stationarity(contacts, local), 1e-9, why, unit="N")
     why = f"Alternating projections, {ROUNDS} rounds, end within 1e-8 N of the optimum."
-    yield reading("off a second method", local - other_local, 1e-7, why, unit="N")
+    yield row("off a second method", local - other_local, 1e-7, why, unit="N")
 
 
-def _loads() -> tuple[Contacts, Float[np.ndarray, "loads 6"]]:
+def _loads():
     """Six feet on slopes, and the load of forces that use up to 95 % of the friction."""
     rng = np.random.default_rng(22)
     angle = 2 * np.pi * np.arange(6) / 6
@@ -58,7 +51,7 @@ def _loads() -> tuple[Contacts, Float[np.ndarray, "loads 6"]]:
     return contacts, np.concatenate(wrench, axis=-1)
 
 
-def _grasps(contacts: Contacts) -> Float[np.ndarray, "loads 6 18"]:
+def _grasps(contacts):
     """From forces in contact axes to force and moment."""
     count, legs = contacts.feet.shape[:2]
     columns = np.swapaxes(contacts.axes, -1, -2)
@@ -67,7 +60,7 @@ def _grasps(contacts: Contacts) -> Float[np.ndarray, "loads 6 18"]:
     return np.swapaxes(both.reshape(count, 3 * legs, 6), 1, 2)
 
 
-def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
+def _stationarity(contacts, local):
     """Return the part of the forces that no multiplier of the right sign explains."""
     left = []
     for A, f in zip(_grasps(contacts), local, strict=True):
@@ -89,7 +82,7 @@ def _stationarity(contacts: Contacts, local: np.ndarray) -> float:
     return float(np.max(left))
 
 
-def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:
+def _second_method(contacts, wrench):
     """Return the forces by ADMM (Boyd et al. 2011), in world axes.
 
     One half makes the least squares within equilibrium, the other projects on the cones.
@@ -109,7 +102,7 @@ def _second_method(contacts: Contacts, wrench: np.ndarray) -> np.ndarray:
     return np.einsum("nlij,nlj->nli", contacts.axes, local)
 
 
-def _into_cones(f: Float[np.ndarray, "loads axes"]) -> Float[np.ndarray, "loads axes"]:
+def _into_cones(f):
     """Project forces onto the friction cones."""
     local = f.reshape(len(f), -1, 3)
     normal, along = local[..., 0], local[..., 1:]
@@ -127,12 +120,12 @@ TRIPODS = (((0, 2, 4), 4), ((1, 3, 5), 1))
 """Legs of each tripod and its middle leg, counted from 0."""
 
 
-def tripod(laboratory: Laboratory) -> Iterator[Row]:
+def tripod(bench):
     """Compare the middle foot's share by areas, by the force model, and in the walk."""
-    recording, robot = laboratory.walk(), laboratory.scenario.load_robot()
-    weight = robot.mass * laboratory.scenario.model.gravity
+    recording, robot = bench.walk(), bench.scenario.load_robot()
+    weight = robot.mass * bench.scenario.model.gravity
     why = "Three equations with three unknowns, of numbers about 1: round-off of 1e-15."
-    yield reading("statics: model off the areas' share", _model_error(laboratory), 1e-9, why)
+    yield row("statics: model off the areas' share", _model_error(bench), 1e-9, why)
     rotation = quaternion_rotation(recording["body_orientation"].values)
     inside = centre_of_mass(robot, recording["joint_position"].values)
     centre = recording["body_position"].values + (rotation @ inside[..., None])[..., 0]
@@ -142,7 +135,7 @@ def tripod(laboratory: Laboratory) -> Iterator[Row]:
         share = _share_by_areas(feet, centre[rows], legs, middle)
         seen = recording["foot_normal_force"].values[rows, middle] / weight
         why = "The specified 2 %: accelerations of the body average out over a stance."
-        yield reading(
+        yield row(
             f"leg {middle + 1}, simulated mean",
             seen.mean(),
             0.02 * float(share.mean()),
@@ -151,11 +144,11 @@ def tripod(laboratory: Laboratory) -> Iterator[Row]:
         )
 
 
-def _model_error(laboratory: Laboratory) -> float:
+def _model_error(bench):
     """Largest difference of the force model's share of a middle foot from that by areas."""
-    walk = plan(laboratory.scenario)
+    walk = plan(bench.scenario)
     centre = mass_centre(walk)
-    weight = walk.robot.mass * laboratory.scenario.model.gravity
+    weight = walk.robot.mass * bench.scenario.model.gravity
     # About the centre of mass the weight has no moment.
     wrench = np.array([0.0, 0.0, weight, 0.0, 0.0, 0.0])
     arms = walk.foot_position - centre[:, None]
@@ -168,19 +161,14 @@ def _model_error(laboratory: Laboratory) -> float:
     return float(np.max(apart))
 
 
-def mass_centre(walk: SampledMotion) -> Float[np.ndarray, "time 3"]:
+def mass_centre(walk):
     """Return the planned centre of mass of a robot whose trunk stays level, world axes [m]."""
     rotation = quaternion_rotation(yaw_quaternion(walk.trunk.yaw))
     inside = centre_of_mass(walk.robot, walk.q)
     return np.asarray(walk.trunk.position + (rotation @ inside[..., None])[..., 0])
 
 
-def _share_by_areas(
-    feet: Float[np.ndarray, "some legs 3"],
-    centre: Float[np.ndarray, "some 3"],
-    legs: tuple[int, ...],
-    middle: int,
-) -> Float[np.ndarray, " some"]:
+def _share_by_areas(feet, centre, legs, middle):
     """Return a foot's share of the weight.
 
     It is the area of the triangle of the centre of mass and the other two feet, divided by that of
@@ -190,8 +178,6 @@ def _share_by_areas(
     return _area(centre[:, :2], a, b) / _area(feet[:, middle, :2], a, b)
 
 
-def _area(
-    a: Float[np.ndarray, "some 2"], b: Float[np.ndarray, "some 2"], c: Float[np.ndarray, "some 2"]
-) -> Float[np.ndarray, " some"]:
+def _area(a, b, c):
     u, v = b - a, c - a
     return (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / 2

@@ -1,29 +1,21 @@
 """Servos within their limits, in every sample of walks and sweeps that reach them."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
+import mujoco
 import numpy as np
-from jaxtyping import Bool, Float
 
 from phasmid.errors import InfeasibleWalk
 from phasmid.motion import plan
-from phasmid.recording import Recording
-from phasmid.robot import Robot
-from phasmid.scenario import Scenario
 from phasmid.scenario.tables import SimulationTable
 from phasmid.simulation.drives import Setpoints
 from phasmid.tables import choices
-from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Row, reading, seen
+from physics.rows import row, samples
 
 LOAD = 4.0
 """Mass added to the trunk of the overloaded robot [kg]: 2.5 times the mass of the paper's robot."""
 
-OVERLOADED: dict[str, Any] = {"period": 0.6, "duration": 2.0, "servo": {"voltage": 10.0}}
+OVERLOADED = {"period": 0.6, "duration": 2.0, "servo": {"voltage": 10.0}}
 """A gait near the shortest period that the servos allow; the voltage counts for their own law."""
 
 SWEEP, SWEEP_STEPS = 1.2, 300
@@ -37,45 +29,41 @@ RAMP = 1.0
 
 CLAMPED = "Limits are clamped and laws are kept in every sample, to round-off."
 
-Limits = dict[str, tuple[float, str, Bool[np.ndarray, "..."] | None]]
-"""The largest excess over each limit, its unit, and which samples are at the limit; None: it is a
-law that holds at every sample."""
 
-
-def servo_limits(laboratory: Laboratory) -> Iterator[Row]:
+def servo_limits(bench):
     """Excess over the limits of torque, speed and angle, and how often each limit is reached.
 
     The overloaded walk counts up to its end, however it ends. Prescribed joints have no limits.
     """
-    robot = _overloaded(laboratory.scenario.base_robot())
+    robot = _overloaded(bench.scenario.base_robot())
     for drive in choices(SimulationTable.model_fields["drive"]):
         if drive == "prescribed":
             continue
         changes = {**OVERLOADED, "robot": robot, "drive": drive}
         # The rotor's motion is followed from one step to the next.
-        changes["record_interval"] = laboratory.scenario.simulation.time_step
-        scenario = laboratory.scenario.replace(**changes)
-        recording = laboratory.walk(to_the_end=False, **changes)
+        changes["record_interval"] = bench.scenario.simulation.time_step
+        scenario = bench.scenario.replace(**changes)
+        recording = bench.run(scenario).simulate()
         if drive == "servo":
-            limits = _motor(scenario, recording) | _goal_range(laboratory)
+            limits = _motor(scenario, recording) | _goal_range(bench)
         else:
-            limits = _line(scenario, recording) | _speed(laboratory, drive)
+            limits = _line(scenario, recording) | _speed(bench, drive)
         for what, (excess, unit, reached) in limits.items():
             case = f"{what}, {drive}"
-            yield reading(case, max(excess, 0.0), 1e-9, CLAMPED, unit=unit)
+            yield row(case, max(excess, 0.0), 1e-9, CLAMPED, unit=unit)
             if reached is not None:
-                yield seen(int(reached.sum()), f"samples at the limit: {case}")
-    yield from _planned_range(laboratory)
+                yield samples(int(reached.sum()), f"samples at the limit: {case}")
+    yield from _planned_range(bench)
 
 
-def _overloaded(robot: Robot) -> Robot:
+def _overloaded(robot):
     """Return a robot with the load in its trunk."""
     body = robot.body
     mass = body.mass + LOAD
     return replace(robot, body=replace(body, mass=mass, inertia=body.inertia * mass / body.mass))
 
 
-def _line(scenario: Scenario, recording: Recording) -> Limits:
+def _line(scenario, recording):
     """Measure motors' torques against stall, and driving ones against the torque-speed line.
 
     The engine's friction holds a load beside the actuator, whose part is that much less.
@@ -93,15 +81,15 @@ def _line(scenario: Scenario, recording: Recording) -> Limits:
     }
 
 
-def _motor(scenario: Scenario, recording: Recording) -> Limits:
+def _motor(scenario, recording):
     """Measure the motor's output under its supply, and the torque behind its gears.
 
     A step begins with the rotor's speed of the sample before and ends with that of its own: with
     i = (duty V - k w')/R its inertia takes J (w - w')/dt = k i - b w' - torque - friction, and the
     friction is no more than c0 + c1 |k i|. Gears at the stall torque drag the rotor along.
     """
-    table: Any = scenario.servo
-    servo: Any = table.set_up(scenario.load_robot().servo)
+    table = scenario.servo
+    servo = table.set_up(scenario.load_robot().servo)
     motor = servo.motor
     duty, current = (recording[f"servo_{name}"].values[1:] for name in ("duty", "current"))
     torque, speed = recording["joint_torque"].values[1:], recording["servo_speed"].values
@@ -124,31 +112,27 @@ def _motor(scenario: Scenario, recording: Recording) -> Limits:
     }
 
 
-def _speed(laboratory: Laboratory, drive: str) -> Limits:
+def _speed(bench, drive):
     """Measure the speed of coxas that are swept to and fro in the air."""
-    limit = laboratory.scenario.load_robot().servo.no_load_speed
-    speed, _ = _sweep(laboratory, drive, np.repeat([-SWEEP, SWEEP], SWEEP_STEPS))
+    limit = bench.scenario.load_robot().servo.no_load_speed
+    speed, _ = _sweep(bench, drive, np.repeat([-SWEEP, SWEEP], SWEEP_STEPS))
     reached = np.abs(speed) > NEAR * limit
     return {"speed": (float(np.abs(speed).max() - limit), "rad/s", reached)}
 
 
-def _goal_range(laboratory: Laboratory) -> Limits:
+def _goal_range(bench):
     """Measure the angles of coxas whose goals leave the range; the servo's sensor has steps."""
-    robot = laboratory.scenario.load_robot()
+    robot = bench.scenario.load_robot()
     upper, step = robot.arrays.joint_limits[:, 0, 1], robot.servo.resolution
-    goals = np.arange(0.0, 1.5 * upper.max(), RAMP * laboratory.scenario.simulation.time_step)
-    _, angle = _sweep(laboratory, "servo", goals)
+    goals = np.arange(0.0, 1.5 * upper.max(), RAMP * bench.scenario.simulation.time_step)
+    _, angle = _sweep(bench, "servo", goals)
     reached = angle > upper - step
     return {"range and a step of the sensor": (float((angle - upper - step).max()), "rad", reached)}
 
 
-def _sweep(
-    laboratory: Laboratory, drive: str, goals: Float[np.ndarray, " time"]
-) -> tuple[Float[np.ndarray, "time legs"], Float[np.ndarray, "time legs"]]:
+def _sweep(bench, drive, goals):
     """Return speeds [rad/s] and angles [rad] of all coxas that follow goals, without gravity."""
-    import mujoco
-
-    run = laboratory.standing(drive=drive)
+    run = bench.standing(drive=drive)
     data, q = run.data, run.walk.q[:1].copy()
     run.model.opt.gravity[:] = 0.0
     data.qpos[2] += 1.0
@@ -162,13 +146,13 @@ def _sweep(
     return speed, angle
 
 
-def _planned_range(laboratory: Laboratory) -> Iterator[Row]:
+def _planned_range(bench):
     """Plan the walk for coxas with nine tenths of the range that it needs; it must be refused.
 
     Ideal servos and joints driven by torque take any goal: the plan keeps them in the range.
     """
-    robot = laboratory.scenario.base_robot()
-    most = 0.9 * float(np.abs(plan(laboratory.scenario).q[..., 0]).max())
+    robot = bench.scenario.base_robot()
+    most = 0.9 * float(np.abs(plan(bench.scenario).q[..., 0]).max())
     legs = []
     for leg in robot.legs:
         limits = np.array(leg.joint_limits)
@@ -176,10 +160,10 @@ def _planned_range(laboratory: Laboratory) -> Iterator[Row]:
         legs.append(replace(leg, joint_limits=limits))
     excess, refused = 0.0, 0
     try:
-        walk = plan(laboratory.scenario.replace(robot=replace(robot, legs=tuple(legs))))
+        walk = plan(bench.scenario.replace(robot=replace(robot, legs=tuple(legs))))
         excess = float(np.abs(walk.q[..., 0]).max() - most)
     except InfeasibleWalk:
         refused = 1
     case = "range, ideal-servo and torque, by the plan"
-    yield reading(case, excess, 1e-9, "A plan beyond the range is refused.", unit="rad")
-    yield seen(refused, "plans refused")
+    yield row(case, excess, 1e-9, "A plan beyond the range is refused.", unit="rad")
+    yield samples(refused, "plans refused")

@@ -1,11 +1,7 @@
 """Kinematics and dynamics against themselves, conservation laws and other ways to one number."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
-
+import mujoco
 import numpy as np
-from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
 from phasmid.dynamics import (
@@ -24,10 +20,8 @@ from phasmid.kinematics import (
     leg_frames,
     quaternion_rotation,
 )
-from phasmid.robot import Leg, LegArrays, Robot, load_robot, preset_names
-from phasmid.simulation import build_model
-from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Row, reading
+from phasmid.robot import load_robot, preset_names
+from physics.rows import row
 
 STATES = 200
 """Random states."""
@@ -36,21 +30,21 @@ SLOPE = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 """Weights of the central difference of eighth order."""
 
 
-def power(laboratory: Laboratory) -> Iterator[Row]:
+def power(bench):
     """Compare the power of joints and trunk wrench with the rate of energy, in flight."""
-    robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(9)
+    robot, rng = bench.scenario.load_robot(), np.random.default_rng(9)
     legs = (len(robot.legs), 3)
     size, rate, start = (
         rng.uniform(low, high, legs) for low, high in ((0.3, 1), (0.5, 2), (-3, 3))
     )
     axis = rng.normal(size=3)
 
-    def joints(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def joints(t):
         phase = start + rate * t
         s, c = np.sin(phase), np.cos(phase)
         return size * s, size * rate * c, -size * rate**2 * s
 
-    def trunk(t: float) -> BodyMotion:
+    def trunk(t):
         # Turning at a constant rate about one axis; drifting to and fro.
         return BodyMotion(
             position=np.array([np.sin(t), np.cos(1.3 * t), 0.4 * np.sin(0.7 * t)]),
@@ -61,7 +55,7 @@ def power(laboratory: Laboratory) -> Iterator[Row]:
             angular_acceleration=np.zeros(3),
         )
 
-    def energy(t: float) -> np.ndarray:
+    def energy(t):
         body, (q, qd, _) = trunk(t), joints(t)
         return np.asarray(kinetic_energy(robot, body, q, qd) + potential_energy(robot, body, q))
 
@@ -77,14 +71,12 @@ def power(laboratory: Laboratory) -> Iterator[Row]:
         "The difference quotient errs by (ω h)⁸/630 = 2e-11 at ω = 10 rad/s and h = 0.01 s, "
         "and by 1e-12 W of round-off."
     )
-    yield reading(
-        "of the largest power", np.abs(np.subtract(given, gained)).max() / scale, 1e-9, why
-    )
+    yield row("of the largest power", np.abs(np.subtract(given, gained)).max() / scale, 1e-9, why)
 
 
-def agreement(laboratory: Laboratory) -> Iterator[Row]:
+def agreement(bench):
     """Joint torques at random states: Eqs. 10-11, corrected, our recursion, and the engine."""
-    robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(10)
+    robot, rng = bench.scenario.load_robot(), np.random.default_rng(10)
     shape = (STATES, len(robot.legs), 3)
     q = rng.uniform(-np.pi, np.pi, shape)
     qd, qdd, force = (scale * rng.normal(size=shape) for scale in (5.0, 20.0, 10.0))
@@ -96,18 +88,18 @@ def agreement(laboratory: Laboratory) -> Iterator[Row]:
     quaternion = rng.normal(size=(STATES, 4))
     quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
     body = BodyMotion(p, quaternion_rotation(quaternion), v, w, a, dw)
-    gravity = laboratory.scenario.model.gravity
+    gravity = bench.scenario.model.gravity
     torque, wrench = inverse_dynamics(robot, body, q, qd, qdd, gravity=gravity)
     ours = np.concatenate([wrench, torque.reshape(STATES, -1)], axis=1)
-    theirs = _engine_inverse(laboratory, robot, body, quaternion, q, qd, qdd)
+    theirs = _engine_inverse(bench, robot, body, quaternion, q, qd, qdd)
     why = "Sums of a thousand terms up to 200 N, rounded at random: 30 · 2e-16 · 200 = 1e-12."
-    yield reading("closed form - recursion", closed - recursive, 1e-10, why, unit="N·m")
-    yield reading("recursion - engine, in flight", ours - theirs, 1e-10, why, unit="N, N·m")
+    yield row("closed form - recursion", closed - recursive, 1e-10, why, unit="N·m")
+    yield row("recursion - engine, in flight", ours - theirs, 1e-10, why, unit="N, N·m")
 
 
-def structure(laboratory: Laboratory) -> Iterator[Row]:
+def structure(bench):
     """Mass matrices of leg and robot: symmetric, positive definite; their rate less 2 C is skew."""
-    robot, rng = laboratory.scenario.load_robot(), np.random.default_rng(11)
+    robot, rng = bench.scenario.load_robot(), np.random.default_rng(11)
     legs = robot.arrays
     q = rng.uniform(-np.pi, np.pi, (STATES, len(robot.legs), 3))
     qd = rng.normal(size=q.shape)
@@ -121,16 +113,16 @@ def structure(laboratory: Laboratory) -> Iterator[Row]:
     rates = derivative(lambda t: leg_matrices(legs, q + t * qd).M, 0.0)
     skew = rates - 2 * _christoffel(legs, q, qd)
     quotient = "Entries below 0.1 kg·m²: the difference quotient errs by 4e-14, round-off less."
-    yield reading("asymmetry, robot", M - np.swapaxes(M, -1, -2), 1e-11, quotient)
+    yield row("asymmetry, robot", M - np.swapaxes(M, -1, -2), 1e-11, quotient)
     why = "Kinetic energy is positive: no eigenvalue below 0."
-    yield reading("least eigenvalue below 0", max(-smallest, 0.0), 0.0, why)
+    yield row("least eigenvalue below 0", max(-smallest, 0.0), 0.0, why)
     why = "Sums of some 600 terms about 1 J, rounded by 1e-16 J each: 1e-13 of the energy."
-    yield reading("v'M v / 2, off the kinetic energy", quadratic / energy - 1, 1e-11, why)
+    yield row("v'M v / 2, off the kinetic energy", quadratic / energy - 1, 1e-11, why)
     both = skew + np.swapaxes(skew, -1, -2)
-    yield reading("rate - 2 C, not skew, legs", both, 1e-11, quotient, unit="N·m·s")
+    yield row("rate - 2 C, not skew, legs", both, 1e-11, quotient, unit="N·m·s")
 
 
-def _christoffel(legs: LegArrays, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+def _christoffel(legs, q, qd):
     """Return the matrix C(q, q') of Christoffel's symbols, from the quadratic forms of Eq. 10.
 
     A form h(q') belongs to the bilinear form (h(u + v) - h(u) - h(v)) / 2, which with u = q' is
@@ -138,7 +130,7 @@ def _christoffel(legs: LegArrays, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     """
     _, B, C, _ = leg_matrices(legs, q)
 
-    def form(u: np.ndarray) -> np.ndarray:
+    def form(u):
         pairs = np.stack([u[..., 0] * u[..., 1], u[..., 0] * u[..., 2], u[..., 1] * u[..., 2]], -1)
         return (B @ pairs[..., None] + C @ (u**2)[..., None])[..., 0]
 
@@ -146,19 +138,9 @@ def _christoffel(legs: LegArrays, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=-1)
 
 
-def _engine_inverse(
-    laboratory: Laboratory,
-    robot: Robot,
-    body: BodyMotion,
-    quaternion: np.ndarray,
-    q: np.ndarray,
-    qd: np.ndarray,
-    qdd: np.ndarray,
-) -> Float[np.ndarray, "states dof"]:
+def _engine_inverse(bench, robot, body, quaternion, q, qd, qdd):
     """Generalised forces by the engine, its joints let go and its feet in the air."""
-    import mujoco
-
-    model = build_model(robot, laboratory.scenario)
+    model = bench.model(bench.scenario)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     data = mujoco.MjData(model)
     R, rows = body.rotation, []
@@ -175,7 +157,7 @@ def _engine_inverse(
     return np.array(rows)
 
 
-def derivative(f: Callable[[float], np.ndarray], t: float, h: float = 0.01) -> np.ndarray:
+def derivative(f, t, h=0.01):
     """Return the rate of f at t by the central difference of eighth order."""
     terms = (c * (f(t + k * h) - f(t - k * h)) for k, c in enumerate(SLOPE, start=1))
     return np.asarray(sum(terms) / h)
@@ -188,9 +170,8 @@ SHORT = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
 """Parts by which a leg may miss full stretch."""
 
 
-def round_trip(laboratory: Laboratory) -> Iterator[Row]:
+def round_trip(bench):
     """Foot to angles to foot, and angles to foot to angles, over the workspace of all presets."""
-    del laboratory
     there, back, stretched = [], [], []
     for leg in _legs():
         q = _random_angles()
@@ -210,25 +191,23 @@ def round_trip(laboratory: Laboratory) -> Iterator[Row]:
             again = foot_position(leg, joint_angles(leg, far))
             stretched.append(np.abs(again - far).max())
     why = "Sums of a few terms below 0.3 m, each rounded by 3e-17 m: 1e-12 leaves four orders."
-    yield reading("FK(IK(p)) - p", np.max(there), 1e-12, why, unit="m")
-    yield reading("IK(FK(q)) - q, times the leg's length", np.max(back), 1e-12, why, unit="m")
-    yield reading("within 1e-6 of full stretch", np.max(stretched), 1e-12, why, unit="m")
+    yield row("FK(IK(p)) - p", np.max(there), 1e-12, why, unit="m")
+    yield row("IK(FK(q)) - q, times the leg's length", np.max(back), 1e-12, why, unit="m")
+    yield row("within 1e-6 of full stretch", np.max(stretched), 1e-12, why, unit="m")
 
 
-def chain(laboratory: Laboratory) -> Iterator[Row]:
+def chain(bench):
     """Table 1's chain of transforms beside the closed form."""
-    del laboratory
     q = _random_angles()
     apart = [
         np.abs(leg_frames(leg, q)[:, 3, :3, 3] - foot_position(leg, q)).max() for leg in _legs()
     ]
     why = "Products of four transforms: fewer than 20 operations on terms below 0.3 m."
-    yield reading("foot, all presets", np.max(apart), 1e-14, why, unit="m")
+    yield row("foot, all presets", np.max(apart), 1e-14, why, unit="m")
 
 
-def slopes(laboratory: Laboratory) -> Iterator[Row]:
+def slopes(bench):
     """Compare the Jacobian with the complex-step derivative of Table 1's chain."""
-    del laboratory
     q, step, apart = _random_angles(), 1e-30, []
     for leg in _legs():
         J = jacobian(leg, q)
@@ -236,20 +215,20 @@ def slopes(laboratory: Laboratory) -> Iterator[Row]:
             moved = q + 1j * step * np.eye(3)[joint]
             apart.append(np.abs(_foot(leg, moved).imag / step - J[..., joint]).max())
     why = "A complex step has no truncation; some ten operations on lengths below 0.3 m."
-    yield reading("all presets", np.max(apart), 1e-13, why, unit="m")
+    yield row("all presets", np.max(apart), 1e-13, why, unit="m")
 
 
-def _legs() -> list[Leg]:
+def _legs():
     return [load_robot(preset).legs[0] for preset in preset_names()]
 
 
-def _random_angles() -> Float[np.ndarray, "states 3"]:
+def _random_angles():
     """Knee-up angles over the whole range."""
     rng = np.random.default_rng(0)
     return rng.uniform([-3.0, -1.5, -np.pi], [3.0, 1.5, 0.0], (LEG_STATES, 3))
 
 
-def _foot(leg: Leg, q: Complex[np.ndarray, "states 3"]) -> Complex[np.ndarray, "states 3"]:
+def _foot(leg, q):
     """Return the foot by the product of Table 1's transforms, for complex angles."""
     point = np.array([leg.tibia.length, 0.0, 0.0]) + np.zeros_like(q)
     coxa, femur = leg.coxa.length, leg.femur.length

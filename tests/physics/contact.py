@@ -1,13 +1,9 @@
 """Feet on the ground: forces and accelerations, standing, impact and friction."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+import mujoco
 import numpy as np
-from jaxtyping import Float
 
 from phasmid.dynamics import inverse_dynamics, kinetic_energy, potential_energy
 from phasmid.kinematics import (
@@ -17,23 +13,8 @@ from phasmid.kinematics import (
     link_frames,
     rpy_quaternion,
 )
-from phasmid.motion import plan
-from phasmid.robot import Robot
-from phasmid.simulation import Run
-from phasmid.verification.laboratory import (
-    Laboratory,
-    Touch,
-    contact_points,
-    hold,
-    joint_state,
-    touching,
-    trunk_motion,
-)
-from phasmid.verification.row import Row, reading, seen
-
-if TYPE_CHECKING:
-    import mujoco
-
+from physics.bench import contact_points, hold, joint_state, touching, trunk_motion
+from physics.rows import row, samples
 
 INSTANTS = (0.1, 0.37, 1.05, 1.62)
 """Instants of the walk at which the engine's forces are compared [s]."""
@@ -42,15 +23,13 @@ HIGHEST, STEEPEST = 0.15, 0.4
 """From how high at the most [m], and rolled and pitched by how much [rad]."""
 
 
-def forward_and_inverse(laboratory: Laboratory) -> Iterator[Row]:
+def forward_and_inverse(bench):
     """Compare our inverse dynamics and the engine's at its accelerations in contact."""
-    import mujoco
-
     torque, wrench, own, as_run = np.zeros((4, len(INSTANTS)))
     points = 0
     for k, instant in enumerate(INSTANTS):
-        scenario = laboratory.scenario.replace(duration=instant)
-        run = Run(scenario, plan(scenario))
+        scenario = bench.scenario.replace(duration=instant)
+        run = bench.run(scenario)
         run.advance()
         model, data = run.model, run.data
         mujoco.mj_inverse(model, data)
@@ -66,29 +45,29 @@ def forward_and_inverse(laboratory: Laboratory) -> Iterator[Row]:
         mujoco.mj_inverse(model, data)
         own[k] = np.abs(data.qfrc_inverse).max()
     why = "Sums of some hundred terms below 100 N, rounded by 1e-14 N each; the solver at its end."
-    yield reading("torques, our recursion", torque.max(), 1e-9, why, unit="N·m")
-    yield reading("left on the trunk, ours", wrench.max(), 1e-9, why, unit="N, N·m")
-    yield reading("the engine's own inverse", own.max(), 1e-9, why, unit="N, N·m")
+    yield row("torques, our recursion", torque.max(), 1e-9, why, unit="N·m")
+    yield row("left on the trunk, ours", wrench.max(), 1e-9, why, unit="N, N·m")
+    yield row("the engine's own inverse", own.max(), 1e-9, why, unit="N, N·m")
     why = (
         "The imbalance that the engine's solver leaves at its own tolerance of 1e-8, as in every "
         "run."
     )
-    yield reading("left by the solver in a run", as_run.max(), None, why, unit="N, N·m")
-    yield seen(points, "points that touch, all instants together")
+    yield row("left by the solver in a run", as_run.max(), None, why, unit="N, N·m")
+    yield samples(points, "points that touch, all instants together")
 
 
-def static_depth(laboratory: Laboratory) -> Iterator[Row]:
+def static_depth(bench):
     """Mean depth of the points that touch, the robot at rest on six feet.
 
     The number of points that must share the weight comes from the robot, not from the engine.
     """
-    run = laboratory.standing()
+    run = bench.standing()
     for _ in hold(run, 1000):
         pass
     law, weight = run.scenario.contact_law(run.robot), run.robot.mass * run.scenario.model.gravity
     depth = touching(run.robot, run.model, run.data).depth
     why = "Springs are exact at rest; after 2 s the residual motion is below 1e-12 m."
-    yield reading(
+    yield row(
         f"mean of {contact_points(run.robot)} points",
         float(depth.mean()) if len(depth) else math.nan,
         1e-9,
@@ -98,9 +77,9 @@ def static_depth(laboratory: Laboratory) -> Iterator[Row]:
     )
 
 
-def standing(laboratory: Laboratory) -> Iterator[Row]:
+def standing(bench):
     """Sum and moment of the ground's forces about the centre of mass, six feet."""
-    run = laboratory.standing()
+    run = bench.standing()
     robot, data = run.robot, run.data
     for _ in hold(run, 1000):
         pass
@@ -112,18 +91,18 @@ def standing(laboratory: Laboratory) -> Iterator[Row]:
     weight = robot.mass * run.scenario.model.gravity
     reach = float(np.linalg.norm(robot.legs[0].neutral_foot + robot.legs[0].mount_position))
     why = "Equilibrium; after 2 s residual accelerations are below 1e-7 of gravity."
-    yield reading("ΣF / mg", force[2] / weight, 1e-6, why, expected=1.0)
-    yield reading("ΣM / (mg · reach)", np.abs(moment).max() / (weight * reach), 1e-6, why)
-    yield reading("ΣF along the ground / mg", np.abs(force[:2]).max() / weight, 1e-6, why)
+    yield row("ΣF / mg", force[2] / weight, 1e-6, why, expected=1.0)
+    yield row("ΣM / (mg · reach)", np.abs(moment).max() / (weight * reach), 1e-6, why)
+    yield row("ΣF along the ground / mg", np.abs(force[:2]).max() / weight, 1e-6, why)
 
 
-def impact_energy(laboratory: Laboratory) -> Iterator[Row]:
+def impact_energy(bench):
     """Energy from the last instant before each touch to the first after it; drops, joints held."""
     gained, rng = [0.0], np.random.default_rng(20)
     for _ in range(12):
         height = rng.uniform(0.01, HIGHEST)
         roll, pitch = rng.uniform(-STEEPEST, STEEPEST, 2)
-        run = laboratory.standing()
+        run = bench.standing()
         data = run.data
         # No foot is farther than 0.3 m from the middle.
         data.qpos[2] += height + 0.3 * (abs(roll) + abs(pitch))
@@ -141,13 +120,11 @@ def impact_energy(laboratory: Laboratory) -> Iterator[Row]:
                 gained.append(after - before)
             before, touched = after, False
     why = "Springs and dampers give back less than they take; round-off of 1 J is 1e-16 J."
-    yield reading("most that any impact gained", np.max(gained), 1e-9, why, unit="J")
-    yield seen(len(gained) - 1, "impacts")
+    yield row("most that any impact gained", np.max(gained), 1e-9, why, unit="J")
+    yield samples(len(gained) - 1, "impacts")
 
 
-def _needs(
-    robot: Robot, data: mujoco.MjData, touch: Touch, gravity: float
-) -> tuple[Float[np.ndarray, " joints"], Float[np.ndarray, "6"]]:
+def _needs(robot, data, touch, gravity):
     """Return joint torques, and the missing wrench on the trunk, with forces at the contact points.
 
     The recursion takes each foot's force at its tip; that the points are beside it makes a moment,
@@ -166,7 +143,7 @@ def _needs(
     return (joint - beside).ravel(), wrench - total
 
 
-def _energy(run: Run) -> float:
+def _energy(run):
     body, (q, qd, _) = trunk_motion(run.data), joint_state(run.data)
     g = run.scenario.model.gravity
     kinetic = kinetic_energy(run.robot, body, q, qd)
@@ -187,20 +164,20 @@ FAST_SLIP = 0.05
 25 N, more than friction and the point's own inertia need."""
 
 
-def incline(laboratory: Laboratory) -> Iterator[Row]:
+def incline(bench):
     """Find the steepest slope that holds the robot on six feet, joints held, by bisection."""
     for friction in FRICTIONS:
         critical = math.atan(friction)
         low, high = critical - math.radians(2), critical + math.radians(2)
         for _ in range(5):
             middle = (low + high) / 2
-            run = laboratory.standing(friction=friction)
+            run = bench.standing(friction=friction)
             # Twice the speed at which it could creep with all friction that there is.
             limit = 2 * friction * _weight(run) / _damping(run)
             slides = _speed_on_slope(run, middle) > limit
             low, high = (low, middle) if slides else (middle, high)
         why = "Specified; slip from a slope 0.1° too steep shows after 0.5 s; bisected to 0.06°."
-        yield reading(
+        yield row(
             f"steepest that holds, μ = {friction:g}",
             math.degrees((low + high) / 2),
             0.5,
@@ -210,26 +187,24 @@ def incline(laboratory: Laboratory) -> Iterator[Row]:
         )
 
 
-def creep(laboratory: Laboratory) -> Iterator[Row]:
+def creep(bench):
     """Compare the creep velocity on a slope of 20° with that of the friction damping."""
-    scenario = laboratory.scenario
+    scenario = bench.scenario
     for damping in (scenario.contact_law(scenario.load_robot()).friction_damping, CREEPLESS):
-        run = laboratory.standing(friction_damping=damping)
+        run = bench.standing(friction_damping=damping)
         speed = _speed_on_slope(run, CREEP_SLOPE)
         law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
         why = "Sticking friction is a damper in this model. Joints are held to a thousandth."
-        yield reading(
-            f"{damping:g} N·s/m a point", speed, 1e-3 * law, why, unit="m/s", expected=law
-        )
+        yield row(f"{damping:g} N·s/m a point", speed, 1e-3 * law, why, unit="m/s", expected=law)
     why = "The specified 1e-4 m/s; it needs more friction damping than the default."
-    yield reading(f"bound, {CREEPLESS:g} N·s/m a point", speed, 1e-4, why, unit="m/s")
+    yield row(f"bound, {CREEPLESS:g} N·s/m a point", speed, 1e-4, why, unit="m/s")
 
 
-def stopping(laboratory: Laboratory) -> Iterator[Row]:
+def stopping(bench):
     """Compare the stopping distance on six feet, joints held, with v²/(2 μ g)."""
     speed, dt = 0.8, 0.00025
     for friction in FRICTIONS:
-        run = laboratory.standing(friction=friction, dt=dt)
+        run = bench.standing(friction=friction, dt=dt)
         g = run.scenario.model.gravity
         run.data.qvel[0] = speed
         start, aloft = float(run.data.qpos[0]), 0
@@ -241,7 +216,7 @@ def stopping(laboratory: Laboratory) -> Iterator[Row]:
             "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
             "0.1 mm, 0.2 %."
         )
-        yield reading(
+        yield row(
             f"way, μ = {friction:g}",
             float(run.data.qpos[0]) - start,
             0.005 * expected,
@@ -253,41 +228,39 @@ def stopping(laboratory: Laboratory) -> Iterator[Row]:
             "A slipping point receives an additional normal force μ · damping · v, as in engines "
             "with convex contact: above load / (μ · damping), here some 0.1 m/s, feet hop."
         )
-        yield reading(
+        yield row(
             f"time off the ground, μ = {friction:g}", 100 * aloft / steps, None, why, unit="%"
         )
 
 
-def cone(laboratory: Laboratory) -> Iterator[Row]:
+def cone(bench):
     """Check the friction cone at every contact point and step while the robot slides."""
-    measured: list[tuple[float, float, float, int]] = []
+    measured = []
     for friction in FRICTIONS:
-        run = laboratory.standing(friction=friction)
+        run = bench.standing(friction=friction)
         run.data.qvel[:2] = [0.6, -0.8]
         slipping = 2 * friction * _weight(run) / _damping(run)
         measured += [_friction(run, friction, slipping) for _ in hold(run, 300)]
     over, short, along, slips = np.reshape(measured, (-1, 4)).T
     why = "The cone is exact in the engine; forces below 30 N round by 1e-14 N."
-    yield reading("beyond μ times the normal force", over.max(initial=0.0), 1e-9, why, unit="N")
+    yield row("beyond μ times the normal force", over.max(initial=0.0), 1e-9, why, unit="N")
     why = (
         f"A point that slips by more than {FAST_SLIP:g} m/s has all the friction that the cone "
         "allows; round-off as above."
     )
-    yield reading(
+    yield row(
         "short of μ times the normal force, fast slip", short.max(initial=0.0), 1e-9, why, unit="N"
     )
     why = "Friction on a slipping point only dissipates energy."
-    yield reading("along the slip", along.max(initial=0.0), 1e-9, why, unit="N")
-    yield seen(int(slips.sum()), "points that slipped fast, all steps together")
+    yield row("along the slip", along.max(initial=0.0), 1e-9, why, unit="N")
+    yield samples(int(slips.sum()), "points that slipped fast, all steps together")
 
 
-def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float, float, int]:
+def _friction(run, friction, slipping):
     """Return excess over the cone, shortfall in fast slip and friction along the slip.
 
     All three are the largest of all points [N]; the last number counts points in fast slip.
     """
-    import mujoco
-
     # Contacts, forces and velocities of one instant.
     mujoco.mj_forward(run.model, run.data)
     touch = touching(run.robot, run.model, run.data)
@@ -308,16 +281,16 @@ def _friction(run: Run, friction: float, slipping: float) -> tuple[float, float,
     )
 
 
-def _weight(run: Run) -> float:
+def _weight(run):
     return run.robot.mass * run.scenario.model.gravity
 
 
-def _damping(run: Run) -> float:
+def _damping(run):
     """Return the friction damping of all feet's points [N·s/m]."""
     return contact_points(run.robot) * run.scenario.contact_law(run.robot).friction_damping
 
 
-def _speed_on_slope(run: Run, slope: float) -> float:
+def _speed_on_slope(run, slope):
     """Speed downhill, half a second after level ground has become a slope [m/s].
 
     Gravity is turned, not the ground: seen from the ground it is the same.

@@ -1,76 +1,57 @@
 """Where the rows are measured: shared walks, the robot on the bench, and small bodies."""
 
-from __future__ import annotations
+from typing import NamedTuple
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
-
+import mujoco
 import numpy as np
-from jaxtyping import Float, Int
 
 from phasmid.dynamics import BodyMotion
-from phasmid.errors import PhasmidError
 from phasmid.experiment import Ending
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import plan
-from phasmid.recording import Recording
-from phasmid.robot import Robot
-from phasmid.scenario import Scenario, load_scenario
-from phasmid.simulation import Run, build_model, simulate
-
-if TYPE_CHECKING:
-    import mujoco
+from phasmid.scenario import load_scenario
+from phasmid.simulation import Run, build_model
 
 
-class CannotMeasure(PhasmidError):
-    """An experiment that did not come to its end."""
-
-
-def walked(scenario: Scenario, *, to_the_end: bool = True) -> Recording:
-    """Simulate the walk of a scenario.
-
-    Args:
-        scenario: The experiment.
-        to_the_end: Whether a walk that ends early is of no use.
-
-    Raises:
-        CannotMeasure: It ended early.
-    """
-    recording = simulate(scenario, plan(scenario))
-    if to_the_end and not Ending[recording.attrs["ending"]].is_full_length:
-        raise CannotMeasure(str(recording.attrs["ending_reason"]))
-    return recording
-
-
-class Laboratory:
+class Bench:
     """The paper's robot and walk, on the bench and in the engine.
 
     Attributes:
         scenario: The basis of all experiments.
+        change: Called with each model of the engine: introduces an error into the physics.
     """
 
-    def __init__(self, scenario: Scenario | None = None) -> None:
-        self.scenario = load_scenario("paper") if scenario is None else scenario
-        self._walks: dict[str, Recording] = {}
+    def __init__(self, scenario=None, change=lambda model: None):
+        self.scenario, self.change = scenario or load_scenario("paper"), change
+        self._walk = None
 
-    def walk(self, *, to_the_end: bool = True, **changes: Any) -> Recording:
-        """Return the simulated walk with these changes; made once.
+    def model(self, scenario):
+        """Return the engine's model of a scenario's robot."""
+        model = build_model(scenario.load_robot(), scenario)
+        self.change(model)
+        return model
 
-        Raises:
-            CannotMeasure: It ended early.
-        """
-        key = repr(sorted(changes.items()))
-        if key not in self._walks:
-            self._walks[key] = walked(self.scenario.replace(**changes), to_the_end=to_the_end)
-        return self._walks[key]
+    def run(self, scenario):
+        """Return the run of a scenario's walk, before its first step."""
+        run = Run(scenario, plan(scenario))
+        self.change(run.model)
+        return run
 
-    def standing(self, **changes: Any) -> Run:
-        """Return the robot at rest on its neutral feet, joints held.
+    def record(self, scenario):
+        """Return the recording of a scenario's whole walk."""
+        recording = self.run(scenario).simulate()
+        assert Ending[recording.attrs["ending"]].is_full_length, recording.attrs["ending_reason"]
+        return recording
 
-        A new one at each call: experiments push it about.
-        """
-        scenario = self.scenario.replace(**{"step_length": 0.0, "step_height": 0.0, **changes})
-        return Run(scenario, plan(scenario))
+    def walk(self):
+        """Return the recording of the paper's walk, made once."""
+        if self._walk is None:
+            self._walk = self.record(self.scenario)
+        return self._walk
+
+    def standing(self, **changes):
+        """Return a new robot at rest on its neutral feet, joints held."""
+        return self.run(self.scenario.replace(step_length=0.0, step_height=0.0, **changes))
 
 
 INTEGRATORS = ("semi-implicit", "RK4")
@@ -81,31 +62,25 @@ OPTIONS = ("timestep", "integrator", "solver", "cone", "jacobian", "impratio", "
 """Settings of the engine that a small body takes from the robot's model."""
 
 
-def compiled(
-    spec: mujoco.MjSpec, scenario: Scenario, *, integrator: str, dt: float
-) -> mujoco.MjModel:
+def compiled(spec, bench, *, integrator, dt):
     """Compile a small body with the robot's settings and gravity, and a time step [s]."""
-    model, reference = spec.compile(), build_model(scenario.load_robot(), scenario)
+    model, reference = spec.compile(), bench.model(bench.scenario)
     for name in OPTIONS:
         setattr(model.opt, name, getattr(reference.opt, name))
     model.opt.gravity[:] = reference.opt.gravity
     return with_integrator(model, integrator, dt)
 
 
-def with_integrator(model: mujoco.MjModel, integrator: str, dt: float) -> mujoco.MjModel:
+def with_integrator(model, integrator, dt):
     """Change a model's integrator and time step [s], and return it."""
-    import mujoco
-
     if integrator == "RK4":
         model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     model.opt.timestep = dt
     return model
 
 
-def hold(run: Run, steps: int) -> Iterator[int]:
+def hold(run, steps):
     """Step a robot that holds its joints where its walk begins; yields after each step."""
-    import mujoco
-
     target = run.walk.q[0].ravel()
     for k in range(steps):
         run.drive.command(target)
@@ -113,35 +88,33 @@ def hold(run: Run, steps: int) -> Iterator[int]:
         yield k
 
 
-def contact_points(robot: Robot) -> int:
+def contact_points(robot):
     """Return how many points carry a robot on all its feet: four a foot, as in the paper."""
     return 4 * len(robot.legs)
 
 
 class Touch(NamedTuple):
-    """The points that touch the ground, P of them.
+    """The P points that touch the ground; vectors of shape (P, 3) in world axes.
 
     Attributes:
         leg: Index of each one's leg, shape (P,).
-        position: World axes [m], shape (P, 3).
-        force: Of the ground on the foot, world axes [N], shape (P, 3).
-        depth: How far it has sunk in [m], shape (P,).
-        normal: Of the ground, world axes, shape (P, 3).
-        velocity: Of the foot's material there, world axes [m/s], shape (P, 3).
+        position: [m].
+        force: Of the ground on the foot [N].
+        depth: Into the ground [m], shape (P,).
+        normal: Of the ground.
+        velocity: Of the foot's material there [m/s].
     """
 
-    leg: Int[np.ndarray, " points"]
-    position: Float[np.ndarray, "points 3"]
-    force: Float[np.ndarray, "points 3"]
-    depth: Float[np.ndarray, " points"]
-    normal: Float[np.ndarray, "points 3"]
-    velocity: Float[np.ndarray, "points 3"]
+    leg: np.ndarray
+    position: np.ndarray
+    force: np.ndarray
+    depth: np.ndarray
+    normal: np.ndarray
+    velocity: np.ndarray
 
 
-def touching(robot: Robot, model: mujoco.MjModel, data: mujoco.MjData) -> Touch:
+def touching(robot, model, data):
     """Return the engine's contacts, point by point."""
-    import mujoco
-
     tibias = {model.body(f"{leg.name}.tibia").id: i for i, leg in enumerate(robot.legs)}
     count = data.ncon
     leg = np.zeros(count, dtype=int)
@@ -163,7 +136,7 @@ def touching(robot: Robot, model: mujoco.MjModel, data: mujoco.MjData) -> Touch:
     return Touch(leg, position, force, depth, normal, velocity)
 
 
-def trunk_motion(data: mujoco.MjData) -> BodyMotion:
+def trunk_motion(data):
     """Return the trunk's pose, velocity and acceleration in the engine, in world axes."""
     rotation = quaternion_rotation(data.qpos[3:7].copy())
     # The engine turns a free body about its own axes.
@@ -177,7 +150,7 @@ def trunk_motion(data: mujoco.MjData) -> BodyMotion:
     )
 
 
-def joint_state(data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def joint_state(data):
     """Angles, speeds and accelerations of the joints, each of shape (L, 3)."""
     rows = data.qpos[7:], data.qvel[6:], data.qacc[6:]
     q, qd, qdd = (row.reshape(-1, 3).copy() for row in rows)

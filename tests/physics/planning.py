@@ -1,27 +1,21 @@
 """Paths and gaits as they are planned."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
 from itertools import permutations
 
 import numpy as np
-from jaxtyping import Bool, Float
 
 from phasmid.gait import HEXAPOD_GAITS
-from phasmid.motion import Path, blend, join, lift, plan
-from phasmid.verification.equations import derivative
-from phasmid.verification.laboratory import Laboratory
-from phasmid.verification.row import Row, reading
-from phasmid.verification.sharing import mass_centre
+from phasmid.motion import blend, join, lift, plan
+from physics.equations import derivative
+from physics.rows import row
+from physics.sharing import mass_centre
 
 PHASES = 6000
 """Samples of one cycle of a gait; a multiple of all its fractions."""
 
 
-def quintic(laboratory: Laboratory) -> Iterator[Row]:
+def quintic(bench):
     """Ends, seams and derivatives of the quintic paths."""
-    del laboratory
     ends = blend("quintic", np.array([0.0, 1.0]))
     wanted = np.array([[0.0, 1.0], [0.0, 0.0], [0.0, 0.0]])
     top = np.nextafter(0.5, [0.0, 1.0])
@@ -37,17 +31,17 @@ def quintic(laboratory: Laboratory) -> Iterator[Row]:
     )
     target = np.array([[0.3, -0.2], [1.5, -0.7], [0.0, 0.0]])
     why = "Coefficients up to 60, each product rounded by 1e-16: 1e-13 at the most."
-    yield reading("ends of a blend", np.array(ends) - wanted, 1e-12, why)
-    yield reading("over the top of a lift", over, 1e-12, why)
-    yield reading("ends of a join", path - target, 1e-12, why)
+    yield row("ends of a blend", np.array(ends) - wanted, 1e-12, why)
+    yield row("over the top of a lift", over, 1e-12, why)
+    yield row("ends of a join", path - target, 1e-12, why)
     why = (
         "The difference quotient is exact for a quintic but for round-off: some 20 terms up to "
         "10 rounded by 1e-15, over a step of 0.01, are 1e-12."
     )
-    yield reading("derivatives, off the difference quotient", np.max(slopes), 1e-11, why)
+    yield row("derivatives, off the difference quotient", np.max(slopes), 1e-11, why)
 
 
-def gaits(laboratory: Laboratory) -> Iterator[Row]:
+def gaits(bench):
     """Feet on the ground, margin of support and duty factor, all gaits of a hexapod."""
     phases = (np.arange(PHASES) + 0.5) / PHASES
     missing, without, apart, off = 0.0, 0, [], 0.0
@@ -55,32 +49,26 @@ def gaits(laboratory: Laboratory) -> Iterator[Row]:
         stands = gait.stance(phases)
         missing = max(missing, float(3 - stands.sum(axis=1).min()))
         off = max(off, float(np.abs(stands.sum(axis=0) - gait.duty_factor * PHASES).max()))
-        period = laboratory.scenario.period
-        walk = plan(laboratory.scenario.replace(gait=name)).sample(phases * period)
+        period = bench.scenario.period
+        walk = plan(bench.scenario.replace(gait=name)).sample(phases * period)
         margin = _margin(walk.foot_position[..., :2], walk.stance, mass_centre(walk)[:, :2])
         without += int(np.count_nonzero(~(margin > 0)))
         apart.append(np.abs(margin - walk.support_margin).max())
-    yield reading("fewer than three feet down", max(missing, 0.0), 0.0, "Counted.", unit="feet")
-    yield reading("no margin", without, 0.0, "Counted: it must be positive.", unit="instants")
+    yield row("fewer than three feet down", max(missing, 0.0), 0.0, "Counted.", unit="feet")
+    yield row("no margin", without, 0.0, "Counted: it must be positive.", unit="instants")
     why = "Some ten operations on lengths below 0.3 m."
-    yield reading("margin, off the support function's", np.max(apart), 1e-12, why, unit="m")
+    yield row("margin, off the support function's", np.max(apart), 1e-12, why, unit="m")
     why = f"Counted at {PHASES} instants, which all fractions divide; 1e-9 is for a sixth."
-    yield reading("standing, off the duty factor", off, 1e-9, why, unit="instants")
+    yield row("standing, off the duty factor", off, 1e-9, why, unit="instants")
 
 
-def _slope_error(
-    curve: Callable[[Float[np.ndarray, " u"]], Path], u: Float[np.ndarray, " u"]
-) -> float:
+def _slope_error(curve, u):
     """Return the differences of velocity and acceleration from numerical derivatives."""
     rates = derivative(lambda h: np.array(curve(u + h)[:2]), 0.0)
     return float(np.abs(rates - np.array(curve(u)[1:])).max())
 
 
-def _margin(
-    feet: Float[np.ndarray, "time legs 2"],
-    stance: Bool[np.ndarray, "time legs"],
-    centre: Float[np.ndarray, "time 2"],
-) -> Float[np.ndarray, " time"]:
+def _margin(feet, stance, centre):
     """Return the distance of a centre within the standing feet's polygon from its edge [m].
 
     It is the least value of the polygon's support function about the centre, h(n) = max p·n.
