@@ -37,7 +37,6 @@ PACKAGES = (
     "phasmid.hardware",
     "phasmid.identification",
     "phasmid.cad",
-    "phasmid.derivation",
     "phasmid.errors",
 )
 """Packages with public names, in the order of the reference."""

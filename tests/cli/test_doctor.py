@@ -49,8 +49,8 @@ def test_this_machine_is_examined_and_can_walk(capsys):
 
 
 def test_packages_that_are_absent_or_old_are_named(monkeypatch):
-    required = ["numpy>=2.0", "scipy>=1.15", 'sympy>=1.13; extra == "derivation"']
-    installed = {"numpy": "1.26.4", "sympy": "1.14"}
+    required = ["numpy>=2.0", "scipy>=1.15", 'build123d>=0.13; extra == "cad"']
+    installed = {"numpy": "1.26.4", "build123d": "0.14"}
 
     def version(name):
         if name not in installed:
@@ -66,11 +66,11 @@ def test_packages_that_are_absent_or_old_are_named(monkeypatch):
     assert found["packages"].what.endswith(
         "numpy 1.26.4 is installed; it must be >=2.0; scipy is not installed"
     )
-    assert found["derivation"].what == "the equations in symbols: sympy 1.14"
-    del installed["sympy"]
+    assert found["cad"].what == "solids and STEP files: build123d 0.14"
+    del installed["build123d"]
     found = {one.topic: one for one in doctor.examine()}
-    assert found["derivation"].remedy == install_hint("derivation")
-    assert not found["derivation"].needed
+    assert found["cad"].remedy == 'pip install --upgrade "phasmid[cad]"'
+    assert not found["cad"].needed
 
 
 def test_an_engine_that_does_not_start_stops_all_walks(monkeypatch):

@@ -1,7 +1,7 @@
 """Three ways to one torque, on thousands of random states.
 
 The closed form, the recursion and Pinocchio share no line of code. Check 10 of tests/physics adds
-MuJoCo, and tests/derivation Lagrange's equations.
+MuJoCo, and tests/dynamics Lagrange's equations.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from phasmid import derivation
-from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS
+from pages import derivation
+from pages.derivation import ANGLES, GRAVITY, LENGTHS, LINKS
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.dynamics.printed import (
     EQ_10,

@@ -18,7 +18,6 @@ from phasmid.extras import install_hint
 
 PURPOSES = {
     "cad": "solids and STEP files",
-    "derivation": "the equations in symbols",
     "hardware": "real servos on a serial bus",
     "learn": "learned policies and their training",
     "live": "runs live in Foxglove",

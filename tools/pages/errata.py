@@ -1,7 +1,4 @@
-"""Writes docs/errata.md from the table of misprints.
-
-python docs/errata_page.py
-"""
+"""The misprints of the paper and its equation of motion, derived in symbols: docs/errata.md."""
 
 from __future__ import annotations
 
@@ -11,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid import derivation
+from pages.derivation import mid_length, newton_euler, paper_text
 from phasmid.dynamics import leg_matrices
 from phasmid.motion import plan
 from phasmid.paper.misprints import MISPRINTS, SLIPS, Extent, Misprint, torque_error, two_digits
@@ -25,16 +22,18 @@ from phasmid.paper.states import (
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 
+PAGE = Path(__file__).parents[2] / "docs" / "errata.md"
+
 _TEXT = """\
 # The paper's misprints
 
 ```
-python -m phasmid.derivation    # derive Eq 10 by Newton-Euler and by Lagrange (extra derivation)
+make pages PAGE=errata    # derive Eq 10 in symbols, by Newton-Euler, and write this page
 ```
 
 Equations of IMECE2018-88226 as printed, and as phasmid computes them. `kinematics.printed` and
-`dynamics.printed` compute every equation as printed, with any of its misprints. `make errata`
-writes this page from `phasmid.paper.misprints`.
+`dynamics.printed` compute every equation as printed, with any of its misprints;
+`phasmid.paper.misprints` is the table.
 
 Each row gives the largest error of one misprint alone: in swing and in stance on the paper's walk,
 and on random states. The robot is `phantomx-paper` with its masses as Eq 10 assumes (`mass_model =
@@ -94,11 +93,7 @@ exact.
 
 
 def errata() -> str:
-    """The page of misprints, in Markdown; its numbers have two digits on any machine.
-
-    Raises:
-        PhasmidError: sympy is not installed; Eq. 10 is derived for the page.
-    """
+    """The page of misprints, in Markdown; its numbers have two digits on any machine."""
     kinematic = [row for row in MISPRINTS if row.error is not torque_error]
     dynamic = [row for row in MISPRINTS if row.error is torque_error]
     around = np.radians(np.arange(-180.0, 180.0))
@@ -116,7 +111,7 @@ def errata() -> str:
         roll=f"{math.degrees(FARTHEST_ROLL):g}",
         kinematics=_table(kinematic),
         dynamics=_table(dynamic),
-        equation=derivation.paper_text(derivation.mid_length(derivation.newton_euler())),
+        equation=paper_text(mid_length(newton_euler())),
         slips=_lines(("where", "printed", "meant"), SLIPS),
         coupled=two_digits(1000 * coupled),
         own=two_digits(1000 * own),
@@ -149,5 +144,6 @@ def _words(extent: Extent) -> str:
     return f"{largest}, none in {two_digits(100 * extent.without_angle)} %"
 
 
-if __name__ == "__main__":
-    (Path(__file__).parent / "errata.md").write_text(errata(), encoding="utf-8")
+def main() -> None:
+    """Write the page."""
+    PAGE.write_text(errata(), encoding="utf-8")
