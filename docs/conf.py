@@ -17,7 +17,7 @@ from docutils import nodes
 from latex2mathml.converter import convert
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
+sys.path.insert(0, str(HERE.parent / "tools"))
 
 from reference_pages import write_reference  # noqa: E402
 
@@ -32,7 +32,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
 ]
-exclude_patterns = ["gallery/*", "demo/*"]
+exclude_patterns = ["demo/*"]
 default_role = "py:obj"
 
 autodoc_default_options = {"imported-members": True}

@@ -6,7 +6,6 @@ import http.server
 import json
 import os
 import re
-import runpy
 import threading
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 
 from browsers import NEEDED, is_ours, pixels, started, until
+from build_demo import build
 from exported_walks import walk
 
 ROOT = Path(__file__).parents[2]
@@ -29,14 +29,8 @@ browser_needed = [
 ]
 
 
-@pytest.fixture(scope="module")
-def build():
-    """The function that builds the demo."""
-    return runpy.run_path(str(ROOT / "docs/demo/build.py"))["build"]
-
-
 @pytest.mark.slow
-def test_without_physics_the_demo_replays_a_walk(build, tmp_path, capsys):
+def test_without_physics_the_demo_replays_a_walk(tmp_path, capsys):
     assert build(tmp_path / "page", tmp_path) is False
     told = capsys.readouterr().err
     assert told.count("\n") == 1
@@ -58,7 +52,7 @@ def marked(test):
 
 
 @pytest.fixture(scope="module")
-def page(build, tmp_path_factory):
+def page(tmp_path_factory):
     """The folder of a demo with physics, and its address on a plain file server."""
     folder = tmp_path_factory.mktemp("demo")
     assert build(folder, WASM) is True

@@ -1,22 +1,16 @@
 """The documentation site: it builds without a warning, its links lead somewhere, and its reference
 has all public names."""
 
-import importlib.util
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+import build_site
+import reference_pages
+
 ROOT = Path(__file__).parents[2]
 INTERNAL = {"phasmid.reporting.webpage"}  # used by the studio
-
-
-def load(name):
-    """A module of docs, which is no package."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / f"docs/{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.slow
@@ -24,8 +18,7 @@ def test_the_site_builds_without_a_warning_or_a_dead_link(tmp_path):
     """Without executing the notebooks, which test_course.py does, and without the engine of the
     demonstration, which test_demo.py has."""
     pytest.importorskip("sphinx")
-    site = load("build_site")
-    assert site.build(tmp_path / "site", "-D", "nb_execution_mode=off", wasm=tmp_path) == []
+    assert build_site.build(tmp_path / "site", "-D", "nb_execution_mode=off", wasm=tmp_path) == []
     for page in ("index", "reference/phasmid.control", "reference/command-line"):
         assert (tmp_path / f"site/{page}.html").exists()
 
@@ -34,7 +27,7 @@ def test_dead_links_and_anchors_are_found(tmp_path):
     (tmp_path / "a.html").write_text('<a href="b.html#here">x</a><a href="b.html#gone">x</a>')
     (tmp_path / "b.html").write_text('<p id="here"></p><img src="none.png"><a href="#top2"></a>')
     (tmp_path / "c.html").write_text('<a href="https://example.org/x">x</a><a href="a.html">x</a>')
-    found = load("build_site").dead_links(tmp_path)
+    found = build_site.dead_links(tmp_path)
     assert found == [
         "a.html: b.html#gone has no such anchor.",
         "b.html: #top2 has no such anchor.",
@@ -48,11 +41,11 @@ def test_the_reference_has_every_package_with_public_names():
         name = ".".join(file.parent.relative_to(ROOT / "src").parts)
         if name != "phasmid" and hasattr(import_module(name), "__all__"):
             packages.add(name)
-    assert packages - INTERNAL <= set(load("reference_pages").PACKAGES)
+    assert packages - INTERNAL <= set(reference_pages.PACKAGES)
 
 
 def test_the_reference_has_the_options_of_every_command(tmp_path):
-    load("reference_pages").write_reference(tmp_path / "reference")
+    reference_pages.write_reference(tmp_path / "reference")
     text = (tmp_path / "reference/command-line.md").read_text("utf-8")
     for words in ("## walk", "--step-length-mm", "## demo", "--no-open", "## doctor"):
         assert words in text

@@ -1,22 +1,13 @@
 """A driven robot keeps its trunk level and at its height on level ground."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
 from phasmid import drive, load_scenario, plan
 from phasmid.control import Player
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Command, Ending
+from phasmid.experiment import Ending
+from simulation import level_walks as level
 from walks import with_servo
-
-BENCHMARKS = str(Path(__file__).parents[2] / "benchmarks")
-sys.path.append(BENCHMARKS)
-
-from control_study import level  # noqa: E402, it lies there
-
-sys.path.remove(BENCHMARKS)
 
 PAPER = load_scenario("paper")
 

@@ -10,13 +10,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import ground
+import versions
+
 TOOLS = str(Path(__file__).parents[2] / "tools")
-sys.path.append(TOOLS)
-
-import ground  # noqa: E402, needs the path above
-import versions  # noqa: E402
-
-sys.path.remove(TOOLS)
 
 CELL, OTHER = ground.Cell("stairs", 60, ground.BLIND), ground.Cell("gap", 60, ground.BLIND)
 

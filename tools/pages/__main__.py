@@ -2,8 +2,8 @@
 
     python tools/pages [PAGE ...] [option ...]
 
-Without a page all are written, one after the other. `list` prints what each makes. Options go to
-the pages that are named.
+Without a page all are written, one after the other, which takes hours. `list` prints what each
+makes. Options go to the pages.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import ast
 import sys
 from importlib import import_module
+from itertools import takewhile
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -31,14 +32,14 @@ def pages() -> dict[str, str]:
 def main(arguments: list[str]) -> int:
     """Write the named pages, or all."""
     known = pages()
-    named = [word for word in arguments if not word.startswith("-")]
+    named = list(takewhile(lambda word: not word.startswith("-"), arguments))
     if named == ["list"]:
         print("\n".join(f"{name:<13} {words}" for name, words in known.items()))
         return 0
     if unknown := [name for name in named if name not in known]:
         print(f"no page {', '.join(unknown)}; pages are {', '.join(known)}.", file=sys.stderr)
         return 2
-    sys.argv[1:] = [word for word in arguments if word.startswith("-")]
+    sys.argv[1:] = arguments[len(named) :]
     for name in named or known:
         print(f"== {name}: {known[name]}", flush=True)
         import_module(f"pages.{name}").main()

@@ -1,9 +1,6 @@
-"""Writes the tables and diagrams of docs/gaits.md, and its picture.
+"""The library of gaits: list and picture of docs/gaits.md.
 
-    python docs/gaits_page.py
-
-Takes a few seconds, and a minute where the engine must first be compiled. What stands before the
-library is left as it is.
+Takes a few seconds. The text above the library stays as it is.
 """
 
 import contextlib
@@ -16,7 +13,7 @@ from phasmid.cli import main as phasmid
 from phasmid.gait import GAITS
 from phasmid.reporting.style import leg_colour, save_figure, styled
 
-HERE = Path(__file__).parent
+DOCS = Path(__file__).parents[2] / "docs"
 ROBOT = "phantomx-paper"
 HEADING = "## The library"
 LEGS = ("RF", "RM", "RR", "LR", "LM", "LF")
@@ -61,16 +58,13 @@ def draw(path):
 
 def main():
     """Write the page."""
-    draw(HERE / "images" / "gaits.png")
-    page = HERE / "gaits.md"
+    draw(DOCS / "images" / "gaits.png")
+    page = DOCS / "gaits.md"
     top = page.read_text("utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
     words = (
-        "Written by `make gaits`, with margins for a step of 40 mm forward. `--diagram` draws each "
-        "gait; `--robot octopod` and `--robot quadruped` list those of eight and four legs.\n"
+        "Written by `make pages PAGE=gaits`, with margins for a step of 40 mm forward. `--diagram` "
+        "draws each gait; `--robot octopod` and `--robot quadruped` list those of eight and four "
+        "legs.\n"
     )
     text = "\n".join([f"{top}\n", f"{HEADING}\n", words, library()])
     page.write_text(text, "utf-8", newline="\n")
-
-
-if __name__ == "__main__":
-    main()

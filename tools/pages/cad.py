@@ -1,8 +1,6 @@
-"""Draws docs/cad.md and its picture anew: solids of the paper's robot, and what they weigh.
+"""The paper's robot as solids: docs/cad.md and its picture; needs the extra cad.
 
-    python docs/cad_page.py
-
-Takes about a minute, and needs the extra ``cad``.
+Takes about a minute.
 """
 
 import io
@@ -20,7 +18,7 @@ from phasmid.reporting.robot_mesh import robot_corners
 from phasmid.robot import JOINTS, load_robot
 from phasmid.scenario import load_scenario
 
-HERE = Path(__file__).parent
+DOCS = Path(__file__).parents[2] / "docs"
 SIZE = (1100, 620)
 AZIMUTH, ELEVATION = math.radians(-52), math.radians(28)
 COLOURS = 128
@@ -34,7 +32,8 @@ phasmid cad phantomx-paper --out results/cad
 ![The paper's robot as solids](images/cad-paper.png)
 
 `phasmid cad` draws a robot from the numbers of its file, with any number of legs. It needs the
-extra `cad` (`pip install ".[cad]"`); walking does not. `make cad` writes this page.
+extra `cad` (`pip install "phasmid[cad]"`); walking does not. `make pages PAGE=cad` writes this
+page.
 
 | file | content |
 |---|---|
@@ -105,7 +104,7 @@ def draw(robot):
     image = Image.fromarray(renderer.picture(view, X_world_body, q))
     renderer.close()
     image.quantize(COLOURS).save(out, "png", optimize=True)
-    (HERE / "images" / "cad-paper.png").write_bytes(out.getvalue())
+    (DOCS / "images" / "cad-paper.png").write_bytes(out.getvalue())
 
 
 def findings(robot, assembly):
@@ -135,8 +134,4 @@ def main():
     assembly = build(robot)
     draw(robot)
     page = PAGE.format(findings=findings(robot, assembly))
-    (HERE / "cad.md").write_text(page, "utf-8", newline="\n")
-
-
-if __name__ == "__main__":
-    main()
+    (DOCS / "cad.md").write_text(page, "utf-8", newline="\n")

@@ -1,4 +1,4 @@
-"""Draws the robots that come with phasmid anew, as meshes: python docs/preset_meshes.py."""
+"""Meshes of the robots that come with phasmid; needs the extra cad."""
 
 from importlib import resources
 from pathlib import Path
@@ -9,5 +9,8 @@ from phasmid.robot.glb import glb
 
 FOLDER = Path(str(resources.files("phasmid.robot") / "presets"))
 
-for name in preset_names():
-    (FOLDER / f"{name}.glb").write_bytes(glb(meshes(build(load_robot(name)))))
+
+def main() -> None:
+    """Write the meshes."""
+    for name in preset_names():
+        (FOLDER / f"{name}.glb").write_bytes(glb(meshes(build(load_robot(name)))))

@@ -1,6 +1,4 @@
-"""Writes the terrains of docs/terrain.md, walked by the paper's robot, and their pictures.
-
-    python docs/terrain_page.py
+"""Walks over each kind of terrain: table and pictures of docs/terrain.md.
 
 Takes about a minute. The text above the table stays as it is.
 """
@@ -18,7 +16,7 @@ from phasmid.reporting.drawing import draw_robot, mid_walk_swing_time
 from phasmid.reporting.run import read_run
 from phasmid.reporting.style import save_figure
 
-HERE = Path(__file__).parent
+DOCS = Path(__file__).parents[2] / "docs"
 WALK = {"step_length_mm": 80, "period": 2, "duration": 10}
 PIXELS_PER_INCH = 80
 
@@ -110,7 +108,7 @@ def row(name, words, table, folder):
     walk = phasmid.plan(scenario)
     run = phasmid.simulate(scenario, walk)
     moment = mid_walk_swing_time(read_run(run))
-    picture = HERE / "images" / f"terrain-{name}.png"
+    picture = DOCS / "images" / f"terrain-{name}.png"
     save_figure(draw_robot(run, moment), picture, dpi=PIXELS_PER_INCH)
     numbers, warnings = outcome(walk, run)
     keys = ", ".join(f"`{line}`" for line in table.splitlines())
@@ -123,12 +121,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         hills(Path(folder) / "hills.png")
         rows = [row(name, *words, Path(folder)) for name, words in TERRAINS.items()]
-    page = HERE / "terrain.md"
+    page = DOCS / "terrain.md"
     top = page.read_text("utf-8").partition("\n| terrain |")[0]
     page.write_text(
         "\n".join([top, "| terrain | |", "|---|---|", *rows, ""]), "utf-8", newline="\n"
     )
-
-
-if __name__ == "__main__":
-    main()

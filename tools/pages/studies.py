@@ -1,20 +1,15 @@
-"""Makes the three studies of examples/studies, and takes the pictures of their pages in a browser.
+"""The three studies of examples/studies, and pictures of their pages; needs Chromium.
 
-    python docs/studies_page.py [FOLDER]
-
-Takes a quarter of an hour on two cores. With a folder, the studies in it go on. It needs Chromium
-and playwright.
+Takes a quarter of an hour on two cores. Studies in results/studies continue.
 """
 
-import sys
-import tempfile
 from pathlib import Path
 
 from PIL import Image
 from playwright.sync_api import sync_playwright
-from studio_page import IMAGES, chromium
 
 import phasmid
+from pages.studio import IMAGES, chromium
 
 STUDIES = "payload", "terrain", "legs"
 
@@ -22,8 +17,8 @@ STUDIES = "payload", "terrain", "legs"
 def main():
     """Make the studies and take the pictures."""
     examples = IMAGES.parents[1] / "examples/studies"
-    with tempfile.TemporaryDirectory() as temporary, sync_playwright() as driver:
-        folder = Path(*sys.argv[1:2] or [temporary])
+    folder = Path("results/studies")
+    with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=chromium(), args=["--no-sandbox"])
         for name in STUDIES:
             results = phasmid.study(examples / f"{name}.toml", out=folder / name)
@@ -38,7 +33,3 @@ def main():
                 small = image.convert("RGB").quantize(128)
             small.save(picture, optimize=True)
         browser.close()
-
-
-if __name__ == "__main__":
-    main()

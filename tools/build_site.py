@@ -1,13 +1,12 @@
-"""Build the documentation site: python docs/build_site.py [--out results/site]
+"""Build the documentation site: python tools/build_site.py [--out results/site]
 
-The pages are made by Sphinx, whose warnings are errors; the demonstration page by `demo/build.py`.
+The pages are made by Sphinx, whose warnings are errors; the demonstration page by `build_demo.py`.
 Then every link of every page to another file of the site is followed.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import shutil
 import subprocess
 import sys
@@ -17,7 +16,9 @@ from urllib.parse import unquote, urlsplit
 
 import jupytext
 
-DOCS = Path(__file__).parent
+import build_demo
+
+DOCS = Path(__file__).parents[1] / "docs"
 
 
 class _Page(HTMLParser):
@@ -69,16 +70,11 @@ def build(site: Path, *options: str, wasm: Path | None = None) -> list[str]:
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
     # Trees of parsed pages are kept beside the site, not in it.
     trees = site.with_name(f"{site.name}-cache")
-    subprocess.run([*command, *options, "-d", str(trees), str(DOCS), str(site)], check=True)  # noqa: S603
+    subprocess.run([*command, *options, "-d", str(trees), str(DOCS), str(site)], check=True)
     # Notebooks to download, beside their pages.
     for page in sorted((DOCS / "course").glob("[0-9]*.md")):
         jupytext.write(jupytext.read(page), site / "course" / f"{page.stem}.ipynb")
-    spec = importlib.util.spec_from_file_location("demo_build", DOCS / "demo/build.py")
-    assert spec is not None
-    assert spec.loader is not None
-    demo = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(demo)
-    demo.build(site / "demo", wasm)
+    build_demo.build(site / "demo", wasm)
     return dead_links(site.resolve())
 
 

@@ -1,9 +1,9 @@
-"""Compare learned policies with the locomotion controller, and draw learning curves.
+"""Learned policies beside the locomotion controller: numbers of docs/learning.md.
 
-    python docs/learning_page.py [--seeds 20] [--curves FILE.json ...]
+    python tools/pages learning [--seeds 20] [--curves FILE.json ...]
 
 Tables go to the terminal and to results/learning/comparison.json, the curves to
-docs/images/learning-curves.png. `docs/learning.md` quotes them.
+docs/images/learning-curves.png.
 """
 
 from __future__ import annotations
@@ -18,32 +18,28 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
-ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT / folder) for folder in ("benchmarks", "tools")]
-
-from control_study import terrain  # noqa: E402
-from control_study.study import grouped, markdown  # noqa: E402
-from matplotlib.figure import Figure  # noqa: E402
-
-import ground  # noqa: E402
-from phasmid import drive, summarise  # noqa: E402
-from phasmid.control import LocomotionEngine  # noqa: E402
-from phasmid.cores import cores  # noqa: E402
-from phasmid.experiment import Command, Controller  # noqa: E402
-from phasmid.learning import (  # noqa: E402
+import ground
+from pages.control import case_of, ground_table, grouped, markdown
+from phasmid import drive, summarise
+from phasmid.control import LocomotionEngine
+from phasmid.cores import cores
+from phasmid.experiment import Command, Controller
+from phasmid.learning import (
     Policy,
     PolicyController,
     WalkVectorEnv,
     policy_names,
 )
-from phasmid.learning.task import RandomisationTable  # noqa: E402
-from phasmid.recording import Recording  # noqa: E402
-from phasmid.reporting.style import save_figure, styled  # noqa: E402
-from phasmid.robot import Robot  # noqa: E402
-from phasmid.scenario import Scenario  # noqa: E402
-from phasmid.units import STANDARD_GRAVITY  # noqa: E402
+from phasmid.learning.task import RandomisationTable
+from phasmid.recording import Recording
+from phasmid.reporting.style import save_figure, styled
+from phasmid.robot import Robot
+from phasmid.scenario import Scenario
+from phasmid.units import STANDARD_GRAVITY
 
+ROOT = Path(__file__).parents[2]
 ROBOT, JOINTS = "phantomx-ax", "servo"
 SIZES = {
     "blocks": (10, 20, 30, 40, 60, 80, 100),
@@ -103,7 +99,7 @@ def measure(case: tuple[str, float, str, int]) -> dict[str, Any]:
     robot = scenario.load_robot()
     task = ground.task_of(kind, size)
     outcome, run = ground.walk(scenario, controller_of(name, robot), task)
-    found = terrain.case_of(outcome) | effort(run, robot, outcome.distance)
+    found = case_of(outcome) | effort(run, robot, outcome.distance)
     return {"kind": kind, "size": size, "mode": name, "seed": seed, **found}
 
 
@@ -204,8 +200,4 @@ def main() -> None:
     out = ROOT / "results/learning/comparison.json"
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(results))
-    sys.stdout.write(terrain.table(results) + "\n" + effort_table(results, names) + "\n")
-
-
-if __name__ == "__main__":
-    main()
+    sys.stdout.write(ground_table(results, "mode") + "\n" + effort_table(results, names) + "\n")

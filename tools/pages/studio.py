@@ -1,9 +1,6 @@
-"""Takes the pictures of the live page, in a browser without a window.
+"""Pictures of the live page, for docs/studio.md; needs Chromium.
 
-    python docs/studio_page.py
-
-Takes about a minute; a machine that has not compiled the controller yet takes some more. It needs
-Chromium and playwright.
+Takes about a minute.
 """
 
 import re
@@ -14,7 +11,7 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
-IMAGES = Path(__file__).parent / "images"
+IMAGES = Path(__file__).parents[2] / "docs" / "images"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 WALKED = 12
 """The plots show ten seconds: only then they are full [s]."""
@@ -61,9 +58,7 @@ def studio():
     with tempfile.TemporaryDirectory() as out:
         command = [sys.executable, "-m", "phasmid", "studio", "--no-open", "--port", "0"]
         command += ["--terrain", "blocks"]
-        process = subprocess.Popen(  # noqa: S603, the command is our own
-            [*command, "--out", out], stdout=subprocess.PIPE, text=True
-        )
+        process = subprocess.Popen([*command, "--out", out], stdout=subprocess.PIPE, text=True)
         try:
             found = None
             while found is None:
@@ -86,7 +81,3 @@ def walked(window):
             return
         window.wait_for_timeout(500)
     sys.exit(f"the robot did not walk for {WALKED} s.")
-
-
-if __name__ == "__main__":
-    main()

@@ -1,8 +1,6 @@
-"""Films the walk over the mixed course, and takes the picture of its report, of docs/control.md.
+"""Films of the paper's walk and of the mixed course, and its report; needs Chromium.
 
-    python docs/course_film.py
-
-Takes two to three minutes on two cores. It needs Chromium and playwright.
+Takes about five minutes on two cores.
 """
 
 import tempfile
@@ -10,9 +8,9 @@ from pathlib import Path
 
 from PIL import Image
 from playwright.sync_api import sync_playwright
-from studio_page import IMAGES, chromium
 
 import phasmid
+from pages.studio import IMAGES, chromium
 from phasmid.experiment import Command
 
 VELOCITY, LASTS = 0.06, 62
@@ -34,6 +32,9 @@ def main():
     run = phasmid.drive(scenario, None, Command(velocity=(VELOCITY, 0, 0)))
     film = IMAGES / "control-course.gif"
     phasmid.save_video(run, film, speed=SPEED, fps=RATE, force=True)
+    paper = phasmid.load_scenario("paper").replace(duration=4.0)
+    walk = phasmid.simulate(paper, phasmid.plan(paper))
+    phasmid.save_video(walk, IMAGES / "walk.gif", force=True)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as driver:
         phasmid.report(run, Path(folder) / "course")
         flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -47,7 +48,3 @@ def main():
     with Image.open(picture) as image:
         small = image.convert("RGB").quantize(256, method=Image.Quantize.FASTOCTREE)
     small.save(picture, optimize=True)
-
-
-if __name__ == "__main__":
-    main()

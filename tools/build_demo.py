@@ -1,6 +1,6 @@
 """Build the demo: a page on which the robot walks in MuJoCo, in the browser and without a server.
 
-    python docs/demo/build.py --out build/demo
+    python tools/build_demo.py --out build/demo
     python -m http.server --directory build/demo
 
 npm fetches MuJoCo's WebAssembly build; ``--wasm FOLDER`` takes ``mujoco.js`` and ``mujoco.wasm``
@@ -32,7 +32,7 @@ from phasmid.robot import JOINTS, load_robot
 from phasmid.scenario import Scenario
 from phasmid.units import STANDARD_GRAVITY
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1] / "docs" / "demo"
 PACKAGE = "@mujoco/mujoco@3.14.0"
 WASM = ("mujoco.js", "mujoco.wasm")
 OWN = ("style.css", "demo.js", "walker.js")
@@ -75,7 +75,7 @@ def _fetch(folder: Path) -> str:
         return "npm, which fetches MuJoCo's WebAssembly build, is not installed"
     command = [npm, "pack", "--silent", "--pack-destination", str(folder), PACKAGE]
     try:
-        subprocess.run(command, check=True, capture_output=True, timeout=300)  # noqa: S603
+        subprocess.run(command, check=True, capture_output=True, timeout=300)
         (archive,) = folder.glob("*.tgz")
         with tarfile.open(archive) as file:
             file.extractall(folder, filter="data")
@@ -153,7 +153,7 @@ def main() -> None:
     try:
         build(options.out, options.wasm)
     except (PhasmidError, OSError) as error:
-        sys.exit(f"build.py: {error}")
+        sys.exit(f"build_demo.py: {error}")
 
 
 if __name__ == "__main__":
