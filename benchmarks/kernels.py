@@ -46,13 +46,12 @@ def quickest(rows: dict[str, Row]) -> dict[str, float]:
     return best
 
 
-def table(title: str, rows: dict[str, Row], ours: str) -> dict[str, float]:
-    """Print a comparison; returns nanoseconds per sample."""
+def table(title: str, rows: dict[str, Row], ours: str) -> None:
+    """Print a comparison, in nanoseconds per sample."""
     found = {name: 1e9 * seconds for name, seconds in quickest(rows).items()}
     print(title)
     for name, nanoseconds in found.items():
         print(f"  {name:<48} {nanoseconds:12,.1f} ns {nanoseconds / found[ours]:10,.1f} x")
-    return found
 
 
 def loop(call: Callable[..., object], *arrays: np.ndarray) -> Callable[[], None]:
@@ -72,7 +71,7 @@ def random_states(samples: int, *shape: int) -> tuple[np.ndarray, np.ndarray, np
     return q, 5 * rng.normal(size=q.shape), 20 * rng.normal(size=q.shape)
 
 
-def leg_dynamics(samples: int) -> dict[str, float]:
+def leg_dynamics(samples: int) -> None:
     robot = load_robot("phantomx-paper")
     leg = robot.legs[0]
     q, qd, qdd = random_states(samples)
@@ -95,13 +94,12 @@ def leg_dynamics(samples: int) -> dict[str, float]:
             LOOP,
         ),
     }
-    found = table("inverse dynamics, per leg and sample", rows, "phasmid")
+    table("inverse dynamics, per leg and sample", rows, "phasmid")
     error = np.abs(dynamics.leg_torque(leg, q, qd, qdd) - tau.T).max()
     print(f"  largest difference from Pinocchio {error:.1e} N m")
-    return found | {"difference_from_pinocchio": float(error)}
 
 
-def whole_robot(samples: int) -> dict[str, float]:
+def whole_robot(samples: int) -> None:
     robot = load_robot("phantomx-paper")
     q, qd, qdd = random_states(samples, 6)
     rng = np.random.default_rng(1)
@@ -124,11 +122,10 @@ def whole_robot(samples: int) -> dict[str, float]:
             LOOP,
         ),
     }
-    found = table("inverse dynamics of the free robot, per sample", rows, "phasmid")
+    table("inverse dynamics of the free robot, per sample", rows, "phasmid")
     torque = dynamics.inverse_dynamics(robot, body, q, qd, qdd).joint_torque
     error = np.abs(torque.reshape(samples, -1) - tau.T[:, 6:]).max()
     print(f"  largest difference from Pinocchio {error:.1e} N m")
-    return found | {"difference_from_pinocchio": float(error)}
 
 
 def newton(leg: Leg) -> Callable[[np.ndarray], tuple[np.ndarray, int]]:
@@ -154,7 +151,7 @@ def newton(leg: Leg) -> Callable[[np.ndarray], tuple[np.ndarray, int]]:
     return solve
 
 
-def leg_kinematics(samples: int) -> dict[str, float]:
+def leg_kinematics(samples: int) -> None:
     leg = load_robot("phantomx-paper").legs[0]
     q, *_ = random_states(samples)
     p = kinematics.foot_position(leg, q)
@@ -170,19 +167,13 @@ def leg_kinematics(samples: int) -> dict[str, float]:
         "foot, phasmid": (lambda: kinematics.foot_position(leg, q), samples),
         "Jacobian, phasmid": (lambda: kinematics.jacobian(leg, q), samples),
     }
-    found = table("kinematics, per leg and sample", rows, "inverse, phasmid")
+    table("kinematics, per leg and sample", rows, "inverse, phasmid")
     error = np.abs(kinematics.foot_position(leg, kinematics.joint_angles(leg, p)) - p).max()
     print(f"  closed form: the foot is {error:.1e} m from its goal at most")
     print(
         f"  Newton: {len(goals)} of {LOOP} goals reached, within {misses[reached].max():.1e} m and "
         f"{steps.mean():.1f} iterations on average; the others are not timed"
     )
-    return found | {
-        "closed_form_error_m": float(error),
-        "newton_iterations": float(steps.mean()),
-        "newton_reached": float(reached.mean()),
-        "newton_error_m": float(misses[reached].max()),
-    }
 
 
 FIRST_CALLS = """
@@ -213,8 +204,8 @@ print(json.dumps(found))
 """
 
 
-def first_calls() -> dict[str, dict[str, float]]:
-    """Seconds of the first call of each function, before and after numba has filled its cache."""
+def first_calls() -> None:
+    """Print seconds of the first call of each function, without and with numba's cache."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         for when in ("compiled", "from the cache"):
@@ -229,36 +220,15 @@ def first_calls() -> dict[str, dict[str, float]]:
     print(f"first call, seconds{'compiled':>21}{'from the cache':>17}")
     for name, seconds in found["compiled"].items():
         print(f"  {name:<28} {seconds:9.2f} {found['from the cache'][name]:16.2f}")
-    return found
-
-
-def machine() -> dict[str, object]:
-    """What it was measured on."""
-    cpu = platform.processor()
-    if Path("/proc/cpuinfo").exists():
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        cpu = next((x.split(":", 1)[1].strip() for x in lines if x.startswith("model name")), cpu)
-    return {
-        "cpu": cpu,
-        "cores": os.cpu_count(),
-        "python": platform.python_version(),
-        "numba": numba.__version__,
-        "numpy": np.__version__,
-        "pinocchio": pin.__version__,
-    }
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("results/benchmark.json"))
     parser.add_argument("--samples", type=int, default=1_000_000)
-    arguments = parser.parse_args()
-    results: dict[str, object] = {"machine": machine(), "samples": arguments.samples}
-    print(", ".join(f"{key} {value}" for key, value in machine().items()))
-    results["leg_dynamics_ns"] = leg_dynamics(arguments.samples)
-    results["whole_robot_ns"] = whole_robot(arguments.samples // 10)
-    results["leg_kinematics_ns"] = leg_kinematics(arguments.samples)
-    results["first_calls_s"] = first_calls()
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(results, indent=2) + "\n")
-    print(f"written to {arguments.out}")
+    samples = parser.parse_args().samples
+    versions = {module.__name__: module.__version__ for module in (numba, np, pin)}
+    print(f"{platform.processor()}, {os.cpu_count()} cores, {versions}")
+    leg_dynamics(samples)
+    whole_robot(samples // 10)
+    leg_kinematics(samples)
+    first_calls()

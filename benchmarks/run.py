@@ -21,7 +21,6 @@ import numpy as np
 from mujoco.rollout import rollout
 from numba.core import cgutils
 
-from phasmid import dynamics, kinematics
 from phasmid.forces import analyse
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
@@ -193,20 +192,15 @@ def second_simulator() -> None:
     print(f"  rate against C     {limit / best:7.2f}  (median of rounds {rounds:.2f})")
 
 
-def arrays() -> None:
+def plans() -> None:
     scenario = load_scenario("paper")
     walk = plan(scenario)
-    robot, fine = walk.robot, np.arange(10_001) * 1e-3
-    leg, rng = robot.legs[0], np.random.default_rng(0)
-    q = rng.uniform([-0.5, 0, -2], [0.5, 0.8, -1], (100_000, 3))
-    p = kinematics.foot_position(leg, q)
+    fine = np.arange(10_001) * 1e-3
     rows = {
-        "inverse kinematics of one leg": (lambda: kinematics.joint_angles(leg, p), len(q)),
-        "torques of one leg, closed form": (lambda: dynamics.leg_torque(leg, q, q, q), len(q)),
         "plan of the whole robot": (lambda: walk.sample(fine), len(fine)),
         "analysis of the whole robot": (lambda: analyse(scenario, walk.sample(fine)), len(fine)),
     }
-    print("arrays, per sample")
+    print("a planned walk, per sample")
     for name, (work, count) in rows.items():
         work()
         print(f"  {name:<34} {1e6 * min(seconds(work) for _ in range(3)) / count:8.2f} us")
@@ -239,5 +233,5 @@ if __name__ == "__main__":
     simulation_loop("servo", {"the same walk": engine_replaying})
     side_by_side()
     second_simulator()
-    arrays()
+    plans()
     commands()

@@ -1,6 +1,6 @@
-"""Studies: rate on one and two processes, memory of the driver, kills, and a search against a grid.
+"""Studies: rate on one and two processes, memory of the driver, and a search against a grid.
 
-    python benchmarks/study.py [--runs 10000] [--kills 20]
+    python benchmarks/study.py [--runs 10000]
 
 Planned walks of 2 s. Takes about 20 minutes on two cores.
 """
@@ -8,12 +8,7 @@ Planned walks of 2 s. Takes about 20 minutes on two cores.
 from __future__ import annotations
 
 import argparse
-import os
-import random
 import shutil
-import signal
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -59,41 +54,6 @@ def rate(folder: Path, runs: int, workers: int) -> float:
     return found
 
 
-def kills(folder: Path, count: int, seed: int = 1) -> None:
-    """Kill a study, driver and workers, at random moments; compare the rows."""
-    text = (
-        'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\nsampler = "sobol"\nruns = 1500\n'
-        "[set]\nduration = 2\n[axes]\nstep_length_mm = {low = 10, high = 60}\n"
-        "period = {low = 2, high = 4}\n"
-    )
-    (folder / "s.toml").write_text(text)
-    whole = phasmid.study(folder / "s.toml", out=folder / "whole").table
-    chance = random.Random(seed)
-    command = [sys.executable, "-m", "phasmid", "study", "s.toml", "--out", "killed", "--quiet"]
-    before, lost, made = set(), 0, 0
-    for _ in range(count):
-        process = subprocess.Popen(command, cwd=folder, start_new_session=True)
-        time.sleep(chance.uniform(0.5, 6.0))
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            made += 1
-        process.wait()
-        try:
-            rows = set(phasmid.load_study(folder / "killed").table["run"])
-        except phasmid.InvalidInput:
-            rows = set()
-        lost += len(before - rows)
-        before = rows
-    table = phasmid.study(folder / "s.toml", out=folder / "killed").table
-    double = int(table["run"].duplicated().sum())
-    equal = table.drop(columns="wall_time_s").equals(whole.drop(columns="wall_time_s"))
-    print(
-        f"{made} kills of {count} before the end: {lost} rows lost, {double} double, final table "
-        f"{'equals' if equal else 'DIFFERS FROM'} that of an undisturbed study",
-        flush=True,
-    )
-
-
 def hypervolume(points: np.ndarray, worst: np.ndarray) -> float:
     """Return the area that points (N, 2), both to be small, dominate up to a worst point."""
     area, low = 0.0, worst[1]
@@ -129,14 +89,12 @@ def search(folder: Path, budget: int = 400) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=10_000)
-    parser.add_argument("--kills", type=int, default=20)
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp())
     try:
         one = rate(folder, max(options.runs // 5, 100), 1)
         two = rate(folder, options.runs, 2)
         print(f"two processes: {two / (2 * one):.2f} of twice the rate of one")
-        kills(folder, options.kills)
         search(folder)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
