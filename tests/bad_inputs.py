@@ -1,6 +1,6 @@
 """Bad inputs of every command and kind of file, each to be refused in one sentence with status 2.
 
-`make bad-input` runs all of them as commands; a test runs some of each kind in its own process.
+`make slow` runs all of them as commands; a test runs some of each kind in its own process.
 """
 
 from __future__ import annotations

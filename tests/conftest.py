@@ -17,7 +17,7 @@ settings.load_profile("phasmid")
 
 
 def pytest_addoption(parser):
-    """Add the option of `make shapes`."""
+    """Add the option of `make slow SUITE=shapes`."""
     parser.addoption(
         "--shapes",
         action="store_true",

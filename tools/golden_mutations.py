@@ -1,7 +1,7 @@
 """Prove that the golden cases catch faults: mutate the source, and run the cases.
 
-    make mutations                 all mutations of tests/golden/mutations.toml
-    make mutations ARGS="sign"     those whose names begin so
+    make slow SUITE=mutations                 all mutations of tests/golden/mutations.toml
+    make slow SUITE=mutations ARGS="sign"     those whose names begin so
 
 Each mutation is made in a copy of the source. It is caught where a case runs and differs from its
 stored figures. The exit status is 1 where one is not caught, and 2 where none can be judged.

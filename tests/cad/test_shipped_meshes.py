@@ -61,8 +61,8 @@ def test_a_preset_s_meshes_fit_its_frames(preset: str) -> None:
 
 
 def test_the_shipped_meshes_are_those_of_the_model() -> None:
-    # make meshes writes them; single precision of 0.2 m is 1.5e-8 m, and other versions of the
-    # library may place corners on a round face elsewhere.
+    # make pages PAGE=meshes writes them; single precision of 0.2 m is 1.5e-8 m, and other
+    # versions of the library may place corners on a round face elsewhere.
     pytest.importorskip("build123d")
     from phasmid.cad import build, meshes
 

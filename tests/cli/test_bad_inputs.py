@@ -1,4 +1,4 @@
-"""Bad inputs of each kind end with one sentence and status 2; `make bad-input` has all of them."""
+"""Bad inputs of each kind end with one sentence and status 2; `make slow` has all of them."""
 
 import pytest
 

@@ -1,7 +1,7 @@
 """Drives on an emulated bus whose processes are killed, in real time.
 
-`make bus-faults` runs this file. Its 120 drives take half an hour, and need a machine without other
-work: answers that are late count as silence.
+`make slow SUITE=bus` runs this file. Its 120 drives take half an hour, and need a machine without
+other work: answers that are late count as silence.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ REACTION = 0.2
 """Longest time from the detection of a fault to its reaction on the servos [s]."""
 
 SEEDS = int(os.environ.get("PHASMID_FAULT_SEEDS", "0"))
-"""Seeds of each fault; 0: one seed of some faults. `make bus-faults` takes 20."""
+"""Seeds of each fault; 0: one seed of some faults. `make slow SUITE=bus` takes 20."""
 
 
 def driven(monkeypatch, *, name="AX-12A", faults=(), seed=0, at=(), duration=3.0, **arguments):

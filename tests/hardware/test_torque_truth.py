@@ -1,6 +1,6 @@
 """What is said of the torque against the registers of the servos: stages, faults and ends.
 
-In virtual time; registers are read past the bus. `make bus-faults` runs all cells, the tests a
+In virtual time; registers are read past the bus. `make slow SUITE=bus` runs all cells, the tests a
 dozen of them.
 """
 

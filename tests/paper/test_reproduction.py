@@ -51,7 +51,7 @@ def test_the_command_writes_the_page_that_stands_in_docs(
     assert main(["paper", "--out", str(folder)]) == 0
     page = (folder / "paper.md").read_text(encoding="utf-8")
     kept = (DOCS / "paper.md").read_text(encoding="utf-8")
-    assert _words(page) == _words(kept), "make paper writes it anew"
+    assert _words(page) == _words(kept), "make pages PAGE=paper writes it anew"
     pairs = list(zip(NUMBER.findall(page), NUMBER.findall(kept), strict=True))
     assert len(pairs) > 200
     assert [pair for pair in pairs if not _alike(*pair)] == []
