@@ -1,4 +1,4 @@
-"""Another robot, gait and stride; a step longer than the legs is refused with the reason."""
+"""Walk with another robot, gait and stride; a step beyond the reach is refused with its reason."""
 
 import phasmid
 from phasmid import motion
@@ -9,10 +9,10 @@ scenario = phasmid.load_scenario("paper").replace(
 walk = phasmid.plan(scenario)
 run = phasmid.simulate(scenario, walk)
 x, y, _ = run.body_position.values[-1]
-print(f"{run.attrs['ending']}: {walk.robot.name} came to ({1000 * x:.0f}, {1000 * y:.0f}) mm.")
+print(f"{run.attrs['ending']}: {walk.robot.name} reached ({1000 * x:.0f}, {1000 * y:.0f}) mm.")
 
 longest = motion.longest_stride(walk.robot, walk.gait)
-print(f"Its longest step straight ahead is {1000 * longest:.0f} mm.")
+print(f"Its longest step forward is {1000 * longest:.0f} mm.")
 try:
     phasmid.plan(scenario.replace(step_length_mm=300))
 except phasmid.InfeasibleWalk as refusal:

@@ -1,4 +1,4 @@
-"""Who carries what: the force models side by side, on the level and on a slope."""
+"""Compare the force models on level ground and on a slope."""
 
 import numpy as np
 
@@ -27,9 +27,9 @@ weight = np.array([0.0, 0.0, 26.0, 0.0, 0.0, 0.0])
 slope = forces.Contacts(feet, np.ones(3), normals=normal, friction=0.7)
 for model in ("minimum-norm", "friction-cone"):
     demand = forces.friction_statistics(slope, forces.share_load(slope, weight, model)).demand
-    print(f"on a slope of 20°, friction 0.7: {model} asks for {demand.max():.2f}")
+    print(f"on a slope of 20°, friction 0.7: {model} needs {demand.max():.2f}")
 
-# What the feet could do with is less, tan(20°) = 0.364: least norm spares forces, not friction.
+# At least tan(20°) = 0.364 is needed; the minimum norm reduces forces, not friction.
 ice = forces.Contacts(feet, np.ones(3), normals=normal, friction=0.2)
 try:
     forces.share_load(ice, weight, "friction-cone")

@@ -1,4 +1,4 @@
-"""Will these servos hold? The paper's walk on AX-12A servos: does it sag, saturate, overheat?"""
+"""Simulate the paper's walk on AX-12A servos: sag, saturation and heat."""
 
 from dataclasses import replace
 
@@ -9,40 +9,40 @@ paper = phasmid.load_scenario("paper").replace(drive="servo", duration=4)
 robot = phasmid.load_robot("phantomx-paper")
 
 
-def carrying(mass):
-    """The paper's robot with a load [kg] at the middle of its trunk."""
+def with_payload(mass):
+    """Return the paper's robot with a payload [kg] at the middle of its trunk."""
     return replace(robot, body=replace(robot.body, mass=robot.body.mass + mass))
 
 
 cases = {
     "as in the paper": paper,
     "on 9 V": paper.replace(voltage=9),
-    "on 9 V with 0.5 kg": paper.replace(voltage=9, robot=carrying(0.5)),
+    "on 9 V with 0.5 kg": paper.replace(voltage=9, robot=with_payload(0.5)),
     "on 9 V with 3 kg, at 45 °C": paper.replace(
-        voltage=9, robot=carrying(3.0), ambient_temperature=45
+        voltage=9, robot=with_payload(3.0), ambient_temperature=45
     ),
     "twice as stiff": paper.replace(compliance_slope=16),
     "phantomx-mk4, XL430": paper.replace(robot="phantomx-mk4"),
 }
-print(f"{'':<27} way  lowest  output  >contin.   heat")
+print(f"{'':<27} path  lowest  output  >contin.   heat")
 for name, scenario in cases.items():
     walk = phasmid.plan(scenario)
     run = phasmid.simulate(scenario, walk)
     summary = phasmid.summarise(run)
     travel = summary["travel"]
-    way = travel["distance"] / travel["commanded_distance"]
+    ratio = travel["distance"] / travel["commanded_distance"]
     sag = 1000 * (float(run.body_position[:, 2].min()) - walk.trunk.position[0, 2])
     output = abs(run.servo_duty).max()
     above, _ = largest_joint(summary, "above_continuous")
     heat, joint = largest_joint(summary, "steady_temperature")
     print(
-        f"{name:<27}{way:4.0%} {sag:4.1f} mm {float(output):6.0%} {above:8.0%}"
+        f"{name:<27}{ratio:5.0%} {sag:4.1f} mm {float(output):6.0%} {above:8.0%}"
         f"  {heat:5.1f} °C ({joint})"
     )
     for warning in summary["warnings"]:
         if "servo" in warning:
             print(f"  ! {warning}")
 
-# "way" is the distance beside the plan's, "lowest" the trunk's height beside the plan's; the last
-# three are those of the worst joint: the largest output, the time above the continuous
-# torque of 0.3 N·m, and how warm it would be in the end.
+# path: distance over the planned one; lowest: height of the trunk minus the planned one. The last
+# three are of the worst joint: largest duty cycle, time above the continuous torque of 0.3 N·m,
+# and steady temperature.

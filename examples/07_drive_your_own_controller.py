@@ -1,4 +1,4 @@
-"""A controller of your own, in a dozen lines: a tripod of sine waves, driven in closed loop."""
+"""Drive a controller of your own in closed loop: a tripod gait of sine waves."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from phasmid.experiment import JointTargets
 
 
 class SineTripod:
-    """Legs 1, 3, 5 lift while 2, 4, 6 push, and the other way round."""
+    """Legs 1, 3, 5 lift while 2, 4, 6 push, in turns."""
 
     def reset(self, observation):
         self.stand = observation.joint_position
         self.phase = np.pi * (np.arange(6) % 2)
-        # Right legs turn their coxa the other way than left ones to push the body ahead.
+        # Coxae of right and left legs turn in opposite senses to push the body forward.
         self.side = np.where(np.arange(6) < 3, 1.0, -1.0)
 
     def update(self, observation, command):
@@ -29,4 +29,4 @@ class SineTripod:
 scenario = phasmid.load_scenario("paper").replace(duration=6, drive="ideal-servo")
 run = phasmid.drive(scenario, SineTripod(), phasmid.control.Command(velocity=(0.05, 0.0, 0.0)))
 x, y, _ = run.body_position.values[-1]
-print(f"{run.attrs['ending']}: it came to ({1000 * x:.0f}, {1000 * y:.0f}) mm.")
+print(f"{run.attrs['ending']}: it reached ({1000 * x:.0f}, {1000 * y:.0f}) mm.")

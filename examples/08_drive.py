@@ -1,4 +1,4 @@
-"""The locomotion engine, told where to go: commands over time, then places, then a dead servo."""
+"""Drive the locomotion engine by commands over time, by waypoints, and with a dead servo."""
 
 import phasmid
 from phasmid.control import CommandScript
@@ -14,14 +14,14 @@ script = CommandScript(
     ],
 )
 run = phasmid.drive(scenario, commands=script)
-told = phasmid.summarise(run)["velocity"]
+velocity = phasmid.summarise(run)["velocity"]
 for name in ("commanded", "actual"):
-    ahead, left, turn = told[name]
-    print(f"{name:6} {1000 * ahead:.1f} mm/s ahead, {turn:.3f} rad/s")
-print("run again:", phasmid.replay(run))
+    vx, _, wz = velocity[name]
+    print(f"{name:9} {1000 * vx:.1f} mm/s forward, {wz:.3f} rad/s")
+print("replay:", phasmid.replay(run))
 
-places = CommandScript(waypoint=[{"x_mm": 150, "y": 0}, {"x_mm": 150, "y_mm": 100}])
-run = phasmid.drive(scenario.replace(duration=30), commands=places)
+waypoints = CommandScript(waypoint=[{"x_mm": 150, "y": 0}, {"x_mm": 150, "y_mm": 100}])
+run = phasmid.drive(scenario.replace(duration=30), commands=waypoints)
 x, y, _ = run.body_position.values[-1]
 print(f"{run.attrs['ending']}: at ({1000 * x:.0f}, {1000 * y:.0f}) mm after {run.time[-1]:.1f} s.")
 

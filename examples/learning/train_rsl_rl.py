@@ -1,6 +1,6 @@
 """Train a walking policy with the PPO of RSL-RL and write it as ONNX.
 
-python examples/learning/train.py --task walk --minutes 15 --seed 0 --out policy.onnx
+python examples/learning/train_rsl_rl.py --task walk --minutes 15 --seed 0 --out policy.onnx
 """
 
 from __future__ import annotations
