@@ -58,8 +58,8 @@ INTEGRATORS = ("semi-implicit", "RK4")
 """The project's, implicit in velocities and semi-implicit Euler where no force depends on these,
 and the engine's Runge-Kutta method of fourth order."""
 
+# Settings of the engine that a small body takes from the robot's model.
 OPTIONS = ("timestep", "integrator", "solver", "cone", "jacobian", "impratio", "tolerance")
-"""Settings of the engine that a small body takes from the robot's model."""
 
 
 def compiled(spec, bench, *, integrator, dt):

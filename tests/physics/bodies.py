@@ -14,20 +14,11 @@ from phasmid.simulation.model import X_AXIS_UP, set_inertia
 from physics.bench import INTEGRATORS, compiled, hold, joint_state, trunk_motion, with_integrator
 from physics.rows import row, samples
 
-STEP = 0.001
-"""Time step of these experiments [s]; where the order counts, half and twice of it too."""
-
-SWING = 0.5
-"""Amplitude of the pendulum [rad]."""
-
-ROD = 1.5
-"""Length of the rod that is hung by its end [m]: it swings as a point on a thread of 1 m."""
-
-SWUNG = 0.1
-"""Time for which femur and tibia fall about their fixed axis, by about 0.6 rad [s]."""
-
-EXACT = {"rtol": 1e-13, "atol": 1e-15}
-"""Tolerances of an integration that counts as exact."""
+STEP = 0.001  # time step of these experiments [s]; where the order counts, half and twice of it too
+SWING = 0.5  # amplitude of the pendulum [rad]
+ROD = 1.5  # length of the rod that is hung by its end [m]: it swings as a point on a thread of 1 m
+SWUNG = 0.1  # time for which femur and tibia fall about their fixed axis, by about 0.6 rad [s]
+EXACT = {"rtol": 1e-13, "atol": 1e-15}  # tolerances of an integration that counts as exact
 
 
 def fall(bench):
@@ -187,11 +178,8 @@ def _integrate_equations(leg, gravity):
     return path.y[:2, -1]
 
 
-LOOK = 0.05
-"""Time from one look at the momentum to the next [s]."""
-
-WAVING = 1.0
-"""Speed above which a joint is counted as moving [rad/s]."""
+LOOK = 0.05  # time from one look at the momentum to the next [s]
+WAVING = 1.0  # speed above which a joint is counted as moving [rad/s]
 
 
 def floating_momentum(bench):

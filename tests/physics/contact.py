@@ -16,11 +16,10 @@ from phasmid.kinematics import (
 from physics.bench import contact_points, hold, joint_state, touching, trunk_motion
 from physics.rows import row, samples
 
+# Instants of the walk at which the engine's forces are compared [s].
 INSTANTS = (0.1, 0.37, 1.05, 1.62)
-"""Instants of the walk at which the engine's forces are compared [s]."""
-
+# From how high at the most [m], and rolled and pitched by how much [rad].
 HIGHEST, STEEPEST = 0.15, 0.4
-"""From how high at the most [m], and rolled and pitched by how much [rad]."""
 
 
 def forward_and_inverse(bench):
@@ -150,15 +149,9 @@ def _energy(run):
     return float(kinetic + potential_energy(run.robot, body, q, gravity=g))
 
 
-FRICTIONS = (0.3, 0.7)
-"""Coefficients of friction that are tried."""
-
-CREEP_SLOPE = math.radians(20)
-"""Slope on which creep is measured."""
-
-CREEPLESS = 5000.0
-"""Friction damping with which creep at 20° stays below 1e-4 m/s [N·s/m]."""
-
+FRICTIONS = (0.3, 0.7)  # coefficients of friction that are tried
+CREEP_SLOPE = math.radians(20)  # slope on which creep is measured
+CREEPLESS = 5000.0  # friction damping with which creep at 20° stays below 1e-4 m/s [N·s/m]
 FAST_SLIP = 0.05
 """Slip above which a point's friction is on its cone [m/s]: its damper of 500 N·s/m then takes
 25 N, more than friction and the point's own inertia need."""

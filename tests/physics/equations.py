@@ -23,11 +23,8 @@ from phasmid.kinematics import (
 from phasmid.robot import load_robot, preset_names
 from physics.rows import row
 
-STATES = 200
-"""Random states."""
-
-SLOPE = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
-"""Weights of the central difference of eighth order."""
+STATES = 200  # random states
+SLOPE = (4 / 5, -1 / 5, 4 / 105, -1 / 280)  # weights of the central difference of eighth order
 
 
 def power(bench):
@@ -163,11 +160,8 @@ def derivative(f, t, h=0.01):
     return np.asarray(sum(terms) / h)
 
 
-LEG_STATES = 10_000
-"""Random angles per robot."""
-
-SHORT = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)
-"""Parts by which a leg may miss full stretch."""
+LEG_STATES = 10_000  # random angles per robot
+SHORT = (0.0, 1e-15, 1e-12, 1e-9, 1e-6)  # parts by which a leg may miss full stretch
 
 
 def round_trip(bench):

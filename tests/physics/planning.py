@@ -10,8 +10,7 @@ from physics.equations import derivative
 from physics.rows import row
 from physics.sharing import mass_centre
 
-PHASES = 6000
-"""Samples of one cycle of a gait; a multiple of all its fractions."""
+PHASES = 6000  # samples of one cycle of a gait; a multiple of all its fractions
 
 
 def quintic(bench):

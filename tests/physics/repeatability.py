@@ -13,14 +13,9 @@ from phasmid.simulation import Run, replay, simulate
 from phasmid.simulation.rerun import first_difference
 from physics.rows import row
 
-TURN = 0.7
-"""By how much the world is turned [rad]."""
-
-ORDER = (2, 0, 1, 5, 3, 4)
-"""Another order in which the legs are declared."""
-
-CYCLES = 2
-"""Cycles that are compared."""
+TURN = 0.7  # by how much the world is turned [rad]
+ORDER = (2, 0, 1, 5, 3, 4)  # another order in which the legs are declared
+CYCLES = 2  # cycles that are compared
 
 
 def symmetry(bench):

@@ -12,21 +12,14 @@ from phasmid.simulation.drives import Setpoints
 from phasmid.tables import choices
 from physics.rows import row, samples
 
+# Mass added to the trunk of the overloaded robot [kg]: 2.5 times the mass of the paper's robot.
 LOAD = 4.0
-"""Mass added to the trunk of the overloaded robot [kg]: 2.5 times the mass of the paper's robot."""
-
+# A gait near the shortest period that the servos allow; the voltage counts for their own law.
 OVERLOADED = {"period": 0.6, "duration": 2.0, "servo": {"voltage": 10.0}}
-"""A gait near the shortest period that the servos allow; the voltage counts for their own law."""
-
+# Angle of all coxas to either side of their mounts in a sweep [rad], and steps to each side.
 SWEEP, SWEEP_STEPS = 1.2, 300
-"""Angle of all coxas to either side of their mounts in a sweep [rad], and steps to each side."""
-
-NEAR = 0.9
-"""Part of the no-load speed at which a sample counts as at the limit; friction takes 2 %."""
-
-RAMP = 1.0
-"""Rate at which goals leave the range [rad/s]."""
-
+NEAR = 0.9  # part of the no-load speed at which a sample counts as at the limit; friction takes 2 %
+RAMP = 1.0  # rate at which goals leave the range [rad/s]
 CLAMPED = "Limits are clamped and laws are kept in every sample, to round-off."
 
 

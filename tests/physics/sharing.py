@@ -8,11 +8,8 @@ from phasmid.motion import plan
 from physics.rows import row
 from physics.walking import amid_stance
 
-LOADS, FRICTION = 20, 0.6
-"""Number of loads on six feet, and the friction under them."""
-
-ROUNDS = 4000
-"""Steps of the second method."""
+LOADS, FRICTION = 20, 0.6  # number of loads on six feet, and the friction under them
+ROUNDS = 4000  # steps of the second method
 
 
 def force_sharing(bench):
@@ -116,8 +113,7 @@ def _into_cones(f):
     return nearest.reshape(f.shape)
 
 
-TRIPODS = (((0, 2, 4), 4), ((1, 3, 5), 1))
-"""Legs of each tripod and its middle leg, counted from 0."""
+TRIPODS = (((0, 2, 4), 4), ((1, 3, 5), 1))  # legs of each tripod and its middle leg, counted from 0
 
 
 def tripod(bench):
