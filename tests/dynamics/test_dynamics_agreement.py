@@ -1,8 +1,4 @@
-"""Three ways to one torque, on thousands of random states.
-
-The closed form, the recursion and Pinocchio share no line of code. Check 10 of tests/physics adds
-MuJoCo, and tests/dynamics Lagrange's equations.
-"""
+"""The recursion and Pinocchio share no line of code; check 10 of tests/physics has other ways."""
 
 from __future__ import annotations
 
@@ -25,18 +21,6 @@ def _joints(robot: Robot, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
     shape = (STATES, len(robot.legs), 3)
     q = rng.uniform(-np.pi, np.pi, size=shape)
     return q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)
-
-
-def test_closed_form_and_recursion_give_the_same_leg_torques(
-    robot: Robot, rng: np.random.Generator
-) -> None:
-    # torque = M q" + B [q' q'] + C [q'²] + G - Jᵀ F, the hips fixed in the world.
-    q, qd, qdd, force = _joints(robot, rng)
-    in_world = np.einsum("lij,nlj->nli", robot.arrays.R_body_hip, force)
-    closed = dynamics.leg_torque(robot.arrays, q, qd, qdd, foot_force=force)
-    still = dynamics.BodyMotion.at_rest()
-    recursive, _ = dynamics.inverse_dynamics(robot, still, q, qd, qdd, foot_force=in_world)
-    np.testing.assert_allclose(closed, recursive, rtol=0, atol=TORQUE)
 
 
 def test_recursion_and_pinocchio_give_the_same_torques_and_wrench_in_flight(
