@@ -69,7 +69,7 @@ def test_packages_that_are_absent_or_old_are_named(monkeypatch):
     assert found["cad"].what == "solids and STEP files: build123d 0.14"
     del installed["build123d"]
     found = {one.topic: one for one in doctor.examine()}
-    assert found["cad"].remedy == 'pip install --upgrade "phasmid[cad]"'
+    assert found["cad"].remedy == install_hint("cad")
     assert not found["cad"].needed
 
 

@@ -5,7 +5,7 @@ import pytest
 from phasmid import drive, load_scenario, plan
 from phasmid.control import Player
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Ending
+from phasmid.experiment import Command, Ending
 from simulation import level_walks as level
 from walks import with_servo
 

@@ -32,7 +32,7 @@ phasmid cad phantomx-paper --out results/cad
 ![The paper's robot as solids](images/cad-paper.png)
 
 `phasmid cad` draws a robot from the numbers of its file, with any number of legs. It needs the
-extra `cad` (`pip install "phasmid[cad]"`); walking does not. `make pages PAGE=cad` writes this
+extra `cad` (`pip install ".[cad]"`); walking does not. `make pages PAGE=cad` writes this
 page.
 
 | file | content |
