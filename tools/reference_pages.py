@@ -36,7 +36,9 @@ PACKAGES = (
     "phasmid.comparison",
     "phasmid.hardware",
     "phasmid.identification",
-    "phasmid.cad",
+    "phasmid.formats.solids",
+    "phasmid.derivation",
+    "phasmid.verification",
     "phasmid.errors",
 )
 """Packages with public names, in the order of the reference."""

@@ -11,12 +11,12 @@ import pytest
 
 pytest.importorskip("build123d")
 
-from phasmid.cad import Assembly, build, mass_properties
-from phasmid.cad import drawing as drawings
-from phasmid.cad.drawing import DrawnPart, read_drawing
-from phasmid.cad.step import step_text
 from phasmid.errors import InvalidInput
 from phasmid.formats import Tree, robot_from_tree
+from phasmid.formats.solids import Assembly, build, mass_properties
+from phasmid.formats.solids import drawing as drawings
+from phasmid.formats.solids.drawing import DrawnPart, read_drawing
+from phasmid.formats.solids.step import step_text
 from phasmid.formats.step_in import SidecarReader, read_step, sidecar_of
 from phasmid.formats.step_out import sidecar_text, step_files
 from phasmid.robot import JOINTS, Robot, load_robot

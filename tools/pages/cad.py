@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 from phasmid import kinematics
-from phasmid.cad import build, mass_properties
+from phasmid.formats.solids import build, mass_properties
 from phasmid.reporting.camera import camera_axes, fitted_view
 from phasmid.reporting.renderer import SceneRenderer
 from phasmid.reporting.robot_mesh import robot_corners

@@ -3,7 +3,7 @@
 from importlib import resources
 from pathlib import Path
 
-from phasmid.cad import build, meshes
+from phasmid.formats.solids import build, meshes
 from phasmid.robot import load_robot, preset_names
 from phasmid.robot.glb import glb
 

@@ -16,9 +16,9 @@ import numpy as np
 from annotated_types import Ge, Gt, Le, Len
 from jaxtyping import Float
 
-from phasmid.cad.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Findings
+from phasmid.formats.solids.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged

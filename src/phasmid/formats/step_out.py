@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.cad import Assembly, build, meshes
-from phasmid.cad.step import group_paths, step_text
+from phasmid.formats.solids import Assembly, build, meshes
+from phasmid.formats.solids.step import group_paths, step_text
 from phasmid.formats.step_in import sidecar_of
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Body, Link, Robot, servo_names

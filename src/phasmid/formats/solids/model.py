@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from phasmid import kinematics
-from phasmid.cad.assembly import Assembly
-from phasmid.cad.legs import leg_parts, room
-from phasmid.cad.servo_case import case_of
-from phasmid.cad.trunk import trunk_parts
+from phasmid.formats.solids.assembly import Assembly
+from phasmid.formats.solids.legs import leg_parts, room
+from phasmid.formats.solids.servo_case import case_of
+from phasmid.formats.solids.trunk import trunk_parts
 from phasmid.robot import JOINTS, Robot
 
 

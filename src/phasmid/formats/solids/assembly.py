@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.cad.library import build123d
-from phasmid.cad.material import Material
+from phasmid.formats.solids.library import build123d
+from phasmid.formats.solids.material import Material
 from phasmid.robot.inertial import Inertial, merged
 
 MM = 1000.0

@@ -7,8 +7,8 @@ import re
 from io import BytesIO
 from typing import Any
 
-from phasmid.cad.assembly import Assembly, location
-from phasmid.cad.library import build123d
+from phasmid.formats.solids.assembly import Assembly, location
+from phasmid.formats.solids.library import build123d
 
 
 def step_text(assembly: Assembly) -> bytes:

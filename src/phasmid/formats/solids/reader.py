@@ -1,4 +1,4 @@
-"""``python -m phasmid.cad.reader FILE OUT`` reads a STEP file in a process of its own.
+"""``python -m phasmid.formats.solids.reader FILE OUT`` reads a STEP file in a process of its own.
 
 The geometry kernel can crash, loop or eat memory over a damaged file; here only this process does.
 """
@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.cad.assembly import MM, solid_mass
-from phasmid.cad.drawing import REFUSED, Cylinder, DrawnPart
-from phasmid.cad.library import build123d
-from phasmid.cad.meshes import ANGULAR_TOLERANCE, TOLERANCE
-from phasmid.cad.step import unique
+from phasmid.formats.solids.assembly import MM, solid_mass
+from phasmid.formats.solids.drawing import REFUSED, Cylinder, DrawnPart
+from phasmid.formats.solids.library import build123d
+from phasmid.formats.solids.meshes import ANGULAR_TOLERANCE, TOLERANCE
+from phasmid.formats.solids.step import unique
 from phasmid.robot import Part
 
 MOST_PARTS = 4000

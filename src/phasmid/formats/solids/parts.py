@@ -6,8 +6,8 @@ import math
 from functools import cache
 from typing import Any
 
-from phasmid.cad.library import build123d
-from phasmid.cad.servo_case import ServoCase
+from phasmid.formats.solids.library import build123d
+from phasmid.formats.solids.servo_case import ServoCase
 
 
 @cache

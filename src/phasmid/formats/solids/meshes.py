@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.cad.assembly import MM, Assembly, Placed
+from phasmid.formats.solids.assembly import MM, Assembly, Placed
 from phasmid.robot import JOINTS, Part
 
 TOLERANCE = 0.15

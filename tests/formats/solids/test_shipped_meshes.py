@@ -64,7 +64,7 @@ def test_the_shipped_meshes_are_those_of_the_model() -> None:
     # make pages PAGE=meshes writes them; single precision of 0.2 m is 1.5e-8 m, and other
     # versions of the library may place corners on a round face elsewhere.
     pytest.importorskip("build123d")
-    from phasmid.cad import build, meshes
+    from phasmid.formats.solids import build, meshes
 
     own = meshes(build(load_robot("phantomx-paper")))
     for link, parts in look("phantomx-paper").parts.items():

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from phasmid.cad import parts
-from phasmid.cad.assembly import MM, Placed, Solid
-from phasmid.cad.material import ALUMINIUM, PAINTED, RUBBER, SERVO
-from phasmid.cad.servo_case import ServoCase
+from phasmid.formats.solids import parts
+from phasmid.formats.solids.assembly import MM, Placed, Solid
+from phasmid.formats.solids.material import ALUMINIUM, PAINTED, RUBBER, SERVO
+from phasmid.formats.solids.servo_case import ServoCase
 from phasmid.robot import Leg
 
 

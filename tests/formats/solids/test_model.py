@@ -12,8 +12,8 @@ import pytest
 pytest.importorskip("build123d")
 
 from general_robot import general_robot
-from phasmid.cad import Assembly, build, mass_properties, meshes
-from phasmid.cad.assembly import MM
+from phasmid.formats.solids import Assembly, build, mass_properties, meshes
+from phasmid.formats.solids.assembly import MM
 from phasmid.robot import JOINTS, load_robot
 
 
@@ -61,7 +61,7 @@ def test_a_solid_s_inertia_is_that_of_its_closed_form() -> None:
     # A cylinder of radius r and height h, 4 mm off: m (3 r² + h²) / 12 across, m r² / 2 along.
     import build123d as b
 
-    from phasmid.cad.assembly import solid_mass
+    from phasmid.formats.solids.assembly import solid_mass
 
     found = solid_mass((b.Pos(4, 0, 0) * b.Cylinder(10, 30)).solid(), 2000.0)
     mass = 2000.0 * np.pi * 0.01**2 * 0.03

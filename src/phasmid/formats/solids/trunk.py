@@ -7,11 +7,11 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from phasmid.cad import parts
-from phasmid.cad.assembly import MM, Placed, Solid
-from phasmid.cad.legs import pose, servo
-from phasmid.cad.material import ACRYLIC, BATTERY, BOARD, NYLON, PAINTED
-from phasmid.cad.servo_case import ServoCase
+from phasmid.formats.solids import parts
+from phasmid.formats.solids.assembly import MM, Placed, Solid
+from phasmid.formats.solids.legs import pose, servo
+from phasmid.formats.solids.material import ACRYLIC, BATTERY, BOARD, NYLON, PAINTED
+from phasmid.formats.solids.servo_case import ServoCase
 from phasmid.robot import Robot
 
 THIN = 1.0

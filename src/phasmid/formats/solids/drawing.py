@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.cad.library import check_installed
 from phasmid.errors import InvalidInput
+from phasmid.formats.solids.library import check_installed
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
 from phasmid.toml import read_bytes
@@ -24,6 +24,9 @@ LARGEST_FILE = 200_000_000
 
 LONGEST = 300.0
 """Longest time for reading a file [s]."""
+
+READER = "phasmid.formats.solids.reader"
+"""The module that reads in a process of its own."""
 
 REFUSED = 3
 """Exit status of the reader for a file that it refuses; its sentence is printed."""
@@ -94,11 +97,17 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
     check_installed()
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "parts"
-        paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]
+        paths = [str(Path(__file__).parents[3]), os.environ.get("PYTHONPATH", "")]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
         try:
             done = subprocess.run(  # noqa: S603
-                [sys.executable, "-m", "phasmid.cad.reader", str(path.absolute()), str(out)],
+                [
+                    sys.executable,
+                    "-m",
+                    "phasmid.formats.solids.reader",
+                    str(path.absolute()),
+                    str(out),
+                ],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
