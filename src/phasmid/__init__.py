@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from phasmid.formats import ImportOptions as ImportOptions
     from phasmid.formats import import_robot as import_robot
     from phasmid.formats import load_robot as load_robot
-    from phasmid.formats import load_scenario as load_scenario
     from phasmid.formats import save_robot as save_robot
     from phasmid.gait import Gait as Gait
     from phasmid.motion import JointTrajectory as JointTrajectory
@@ -45,6 +44,8 @@ if TYPE_CHECKING:
     from phasmid.robot import Robot as Robot
     from phasmid.robot import Servo as Servo
     from phasmid.scenario import Scenario as Scenario
+    from phasmid.scenario import load_scenario as load_scenario
+    from phasmid.simulation.sensors import sense as sense
     from phasmid.simulation import replay as replay
     from phasmid.simulation import sense as sense
     from phasmid.simulation import simulate as simulate
@@ -63,14 +64,15 @@ _NAMES = {
     "errors": "InfeasibleLoad InfeasibleWalk InvalidGait "
     "InvalidInput InvalidRobot OutputError PhasmidError Unreachable",
     "forces": "analyse",
-    "formats": "ImportOptions import_robot load_robot load_scenario save_robot",
+    "formats": "ImportOptions import_robot load_robot save_robot",
     "gait": "Gait",
     "motion": "JointTrajectory Walk load_trajectory plan",
     "recording": "load_recording save_mcap save_recording",
     "reporting": "export plot report summarise",
     "robot": "Body Leg Link Robot Servo",
-    "scenario": "Scenario",
-    "simulation": "drive replay sense simulate simulate_many",
+    "scenario": "Scenario load_scenario",
+    "sensors": "sense",
+    "simulation": "drive replay simulate simulate_many",
     "studies": "load_study study",
     "video": "save_video",
 }

@@ -9,10 +9,9 @@ import pytest
 
 from ball_dog import BALL, ball_dog
 from phasmid.errors import InvalidRobot
-from phasmid.formats import import_robot, save_robot
+from phasmid.formats import ImportOptions, import_robot, save_robot
 from phasmid.kinematics import body_height, neutral_feet
 from phasmid.robot import Robot, load_robot
-from phasmid.scenario.tables import ImportOptions
 
 MK4 = load_robot("phantomx-mk4")
 

@@ -49,7 +49,7 @@ def compiler(*names):
 
 def built(folder, scenario, *options):
     """Compile the header with the host program; any warning is an error."""
-    (folder / "walk.h").write_text(firmware_header(scenario), encoding="utf-8")
+    (folder / "walk.h").write_text(firmware_header(plan(scenario)), encoding="utf-8")
     program = folder / "host.exe"
     command = [compiler("cc", "gcc", "clang"), "-std=c99", *options, *WARNINGS, f"-I{folder}"]
     command += [str(HOST), "-o", str(program), "-lm"]
@@ -189,7 +189,8 @@ def test_servo_angles_count_from_the_zeros_of_the_robot_file(tmp_path):
 
 @pytest.mark.parametrize("real", ["float", "double"])
 def test_the_header_compiles_as_cpp(real, tmp_path):
-    (tmp_path / "walk.h").write_text(firmware_header(load_scenario("paper")), encoding="utf-8")
+    header = firmware_header(plan(load_scenario("paper")))
+    (tmp_path / "walk.h").write_text(header, encoding="utf-8")
     command = [compiler("c++", "g++", "clang++"), "-x", "c++", "-std=c++11", *WARNINGS]
     command += [f"-DPHASMID_REAL={real}", f"-I{tmp_path}", "-fsyntax-only", str(HOST)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -219,7 +220,7 @@ def test_the_stated_deviation_is_that_of_linear_interpolation():
     """Twice as many samples deviate a quarter as much, where the motion is smooth."""
     scenario = load_scenario("paper")
     found = [
-        float(re.search(r"by at most (\S+) rad", firmware_header(s))[1])
+        float(re.search(r"by at most (\S+) rad", firmware_header(plan(s)))[1])
         for s in (scenario.replace(samples=n) for n in (81, 161))
     ]
     assert found[0] / found[1] == pytest.approx(4, rel=0.1)
@@ -228,4 +229,4 @@ def test_the_stated_deviation_is_that_of_linear_interpolation():
 def test_uneven_ground_has_no_cycle():
     scenario = load_scenario("paper").replace(terrain="stairs", duration=1)
     with pytest.raises(InvalidInput, match="cycles that are all equal"):
-        firmware_header(scenario)
+        firmware_header(plan(scenario))

@@ -10,7 +10,6 @@ import pytest
 
 from formats.trees import block, joined, pose, with_joint, with_link
 from phasmid.formats import (
-    Inertial,
     Severity,
     Tree,
     TreeJoint,
@@ -20,6 +19,7 @@ from phasmid.formats import (
     tree_of,
 )
 from phasmid.robot import Robot, load_robot, preset_names
+from phasmid.robot.inertial import Inertial
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)

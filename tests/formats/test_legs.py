@@ -26,7 +26,6 @@ from phasmid.forces import servo_verdict
 from phasmid.formats import (
     Imported,
     ImportOptions,
-    Inertial,
     Severity,
     Tree,
     TreeJoint,
@@ -36,6 +35,7 @@ from phasmid.formats import (
 )
 from phasmid.gait import load_gait
 from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot, load_servo
+from phasmid.robot.inertial import Inertial
 from phasmid.scenario import Scenario
 from phasmid.simulation import build_model
 

@@ -10,12 +10,13 @@ import pytest
 
 from formats.tetrahedron import CORNERS, FACES
 from formats.trees import write
-from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.formats.tree import rpy_of
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import FOOT_RADIUS, urdf_files
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part, load_robot
+from phasmid.robot.inertial import Inertial
 
 # Nine products of sines and cosines that are exact to a unit in the last place, and angles of up
 # to pi, themselves rounded by 4.4e-16: some units of 2.2e-16.

@@ -43,8 +43,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Check a file, and return the exit status."""
-    from phasmid.formats import import_robot, is_foreign, load_scenario
+    from phasmid.formats import import_robot, is_foreign
     from phasmid.robot import preset_names
+    from phasmid.scenario import load_scenario
     from phasmid.toml import is_file, read_toml
 
     source = options.file

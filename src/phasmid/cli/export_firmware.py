@@ -32,6 +32,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the header, and return the exit status."""
     from phasmid.formats import firmware_header
     from phasmid.formats.robots import write_files
+    from phasmid.motion import plan
     from phasmid.recording.file import check_new_file
 
     path = Path(options.out)
@@ -41,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
     scenario = scenario_of(options)
     own = [] if options.scenario is None else [options.scenario]
     words = ["phasmid", "export-firmware", *own, *field_arguments(options)]
-    header = firmware_header(scenario, command=shlex.join(words))
+    header = firmware_header(plan(scenario), command=shlex.join(words))
     write_files({path: header.encode()}, force=options.force)
     if not options.quiet:
         robot = scenario.load_robot()

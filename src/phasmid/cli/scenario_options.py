@@ -100,7 +100,8 @@ def scenario_of(options: argparse.Namespace) -> Scenario:
     """Return the scenario of the options."""
     from phasmid.scenario import load_scenario
 
-    scenario, robot = load_scenario(options.scenario or "paper"), given_fields(options).get("robot")
+    scenario = load_scenario(options.scenario or "paper", read_robot=False)
+    robot = given_fields(options).get("robot")
     if options.scenario is None and robot is not None:
         scenario = scenario.for_robot(robot)
     scenario = with_fields(scenario, options, options.scenario or "")

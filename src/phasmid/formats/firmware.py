@@ -15,8 +15,8 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, plain
 from phasmid.kinematics.leg import STRETCH_TOLERANCE
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE
+from phasmid.motion import Walk
 from phasmid.robot import Leg
-from phasmid.scenario import Scenario
 
 BETWEEN = 8
 """Parts of an interval between samples at which the interpolation is compared with the plan."""
@@ -25,22 +25,18 @@ DIGITS = 15
 """Digits of a constant after the point."""
 
 
-def firmware_header(scenario: Scenario, *, command: str = "phasmid.formats.firmware_header") -> str:
+def firmware_header(walk: Walk, *, command: str = "phasmid.formats.firmware_header") -> str:
     """Return a C header with the inverse kinematics of a robot's legs and its planned walk.
 
     Args:
-        scenario: Robot, gait and stride, on level ground. The table of joint angles has its samples
-            of one cycle, without the last one, which is the first again.
+        walk: The walk, on level ground. The table of joint angles has its samples of one cycle,
+            without the last one, which is the first again.
         command: Origin of the header, for its first comment.
 
     Raises:
         InvalidInput: The plan follows uneven ground, so that no two cycles are equal.
-        InfeasibleWalk: The robot cannot make the walk.
     """
-    # Lazy import: formats are imported without the planner.
-    from phasmid.motion import plan
-
-    walk = plan(scenario)
+    scenario = walk.scenario
     if not walk.is_periodic:
         raise InvalidInput(
             f"the walk follows the terrain {scenario.terrain.kind}; a gait table needs cycles that "

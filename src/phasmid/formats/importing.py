@@ -23,6 +23,7 @@ from phasmid.formats.chains import Skeleton, skeleton
 from phasmid.formats.feet import PRINTED, common_radius, find_foot, foot_places
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.forward import AXES, judge_forward
+from phasmid.formats.import_options import ImportOptions
 from phasmid.formats.joint_limits import with_stops
 from phasmid.formats.judge import judge_links, judge_robot
 from phasmid.formats.legs import FoundLeg, found_leg, names_in_order
@@ -30,7 +31,6 @@ from phasmid.formats.stance import with_stance
 from phasmid.formats.tree import RigidLink, Tree, inverse
 from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot, Servo, load_servo
 from phasmid.robot.table import LONGEST_NAME
-from phasmid.scenario.tables import ImportOptions
 
 STAND_IN = 0.1
 """Mass of a link that stands in for an impossible one while the rest is judged [kg]."""

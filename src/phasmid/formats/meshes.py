@@ -15,11 +15,11 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, WrongContent, own_words
 from phasmid.formats.files import check_packages, named_file
+from phasmid.formats.import_options import ImportOptions
 from phasmid.formats.xml import short
 from phasmid.robot import Part
 from phasmid.robot.appearance import MOST_FACES
 from phasmid.robot.glb import LARGEST_FILE, read_glb
-from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 

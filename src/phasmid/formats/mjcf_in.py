@@ -20,13 +20,13 @@ from phasmid.formats import meshes
 from phasmid.formats.feet import names_a_foot
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
+from phasmid.formats.import_options import ImportOptions
 from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink, root_error
 from phasmid.formats.urdf_in import OWN_SHAPE
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
-from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 
 if TYPE_CHECKING:

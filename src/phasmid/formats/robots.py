@@ -1,4 +1,4 @@
-"""Robots and scenarios from files of any format, and robots to files."""
+"""Robots from files of any format, and to files."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from phasmid.arguments import checked
 from phasmid.errors import AlreadyExists, InvalidInput, InvalidRobot
 from phasmid.formats.findings import Finding, Severity
+from phasmid.formats.import_options import ImportOptions, is_foreign
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
 from phasmid.formats.mjcf_in import read_mjcf
@@ -18,25 +19,16 @@ from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.formats.xml import LARGEST_FILE, read_xml
 from phasmid.recording.file import cannot_write, check_place, write_whole
-from phasmid.robot import Robot, preset_names, robot_to_toml
+from phasmid.robot import Robot, robot_to_toml
 from phasmid.robot import load_robot as load_own_robot
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.file import OTHER_FORMATS
 from phasmid.robot.glb import glb
-from phasmid.robot.unread import UNREAD, refuse_unread
-from phasmid.scenario import Scenario
-from phasmid.scenario import load_scenario as load_own_scenario
-from phasmid.scenario.tables import ImportOptions
+from phasmid.robot.unread import refuse_unread
 from phasmid.toml import read_bytes
 
 ROBOT_SUFFIXES = (".toml", *OTHER_FORMATS)
 """Endings of robot files; an ``.xml`` is MJCF or URDF by its root element."""
-
-
-def is_foreign(source: str | Path) -> bool:
-    """Return whether a source is a robot file of another program's format."""
-    suffix = Path(source).suffix.lower()
-    return str(source) not in preset_names() and suffix in {*OTHER_FORMATS, *UNREAD}
 
 
 @checked
@@ -56,32 +48,6 @@ def load_robot(source: str | Path, options: ImportOptions | None = None) -> Robo
         return possible(import_robot(source, options), source)
     # Judging takes a moment, and such a robot is possible by construction.
     return _own_robot(source, options)
-
-
-@checked
-def load_scenario(source: str | Path = "paper") -> Scenario:
-    """Load a scenario from a preset or a file, with its robot where that is no TOML file.
-
-    Args:
-        source: As of `phasmid.scenario.load_scenario`.
-
-    Raises:
-        InvalidInput: The scenario's or the robot's file is absent, or not well formed.
-        InvalidRobot: No machine could have these numbers, or the model does not cover it.
-    """
-    return with_robot(load_own_scenario(source))
-
-
-def with_robot(scenario: Scenario) -> Scenario:
-    """Read the robot of a scenario where its file is URDF, MJCF or STEP.
-
-    Raises:
-        InvalidInput: The file is absent, or not well formed.
-        InvalidRobot: No machine could have these numbers, or the model does not cover it.
-    """
-    if not isinstance(scenario.robot, str) or not is_foreign(scenario.robot):
-        return scenario
-    return scenario.replace(robot=load_robot(scenario.robot, scenario.robot_import))
 
 
 def possible(imported: Imported, source: str | Path) -> Robot:

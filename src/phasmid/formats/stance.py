@@ -23,10 +23,9 @@ from phasmid.kinematics import (
 )
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE
-from phasmid.motion import blend, has_room_for, lift, longest_stride
+from phasmid.motion import USUAL_STRIDE, blend, has_room_for, lift, longest_stride
 from phasmid.robot import Leg, Robot
 from phasmid.robot.leg import NEAREST_FOOT
-from phasmid.scenario.tables import Stride, StrideTable
 from phasmid.units import plain_number
 
 OUT, DOWN = 0.6, 0.4
@@ -94,7 +93,7 @@ def with_stance(
     given = _given_stance(robot, legs, findings, is_solid=is_solid)
     if given is not None:
         return given
-    choice, step = _chosen(robot, is_solid=is_solid), StrideTable()
+    choice, step = _chosen(robot, is_solid=is_solid), USUAL_STRIDE
     room = (
         f"a step of {1000 * step.step_length:.0f} mm and a lift of {1000 * step.step_height:.0f} mm"
     )
@@ -165,7 +164,7 @@ def _given_stance(
         elif stride <= 0:
             reason = "a leg has no room for a lift"
         else:
-            is_usual = stride >= StrideTable().step_length
+            is_usual = stride >= USUAL_STRIDE.step_length
             what = f"the file's stance; its longest step is {math.floor(1000 * stride)} mm."
             (findings.note if is_usual else findings.suspect)(subject, what)
             return robot
@@ -210,7 +209,7 @@ def _chosen(robot: Robot, *, is_solid: bool) -> Choice:
             "no stance with knees up is within the joint limits.",
             hint="widen the limits, or check their signs",
         )
-    gait, usual = _gait(robot), Stride(period=1.0)
+    gait, usual = _gait(robot), USUAL_STRIDE
     for share in SHARES:
         room = [
             (spare, feet, _has_room(robot, feet, share, spare))
@@ -291,7 +290,7 @@ def _has_room(
 
     The steps are ahead and sideways, without a gait's sway.
     """
-    usual = StrideTable()
+    usual = USUAL_STRIDE
     u = np.linspace(0.0, 1.0, 13)
     way = (blend("quintic", u).position - 0.5) * share * usual.step_length
     height = lift("quintic", u).position * share * usual.step_height

@@ -18,12 +18,12 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Findings
+from phasmid.formats.import_options import ImportOptions
 from phasmid.formats.solids.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
 from phasmid.robot import Part, Servo
 from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.table import Limits, Name, ServoTable, Tensor, Vector
-from phasmid.scenario.tables import ImportOptions
 from phasmid.tables import Angle, Density, Length, Mass, Number, Table, in_file, validate
 from phasmid.toml import read_toml
 

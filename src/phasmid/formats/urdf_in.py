@@ -14,12 +14,12 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats import meshes
 from phasmid.formats.findings import Findings
+from phasmid.formats.import_options import ImportOptions
 from phasmid.formats.tree import ENDLESS, WHOLE_TURN, Tree, TreeJoint, TreeLink
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
-from phasmid.scenario.tables import ImportOptions
 from phasmid.toml import read_bytes
 from phasmid.units import plain_number
 

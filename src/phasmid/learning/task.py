@@ -11,10 +11,9 @@ from pydantic import ConfigDict, field_serializer, field_validator
 
 from phasmid.arguments import checked
 from phasmid.errors import located
-from phasmid.formats import with_robot
 from phasmid.robot import Robot, robot_to_toml
 from phasmid.robot.file import robot_from_table
-from phasmid.scenario import Scenario
+from phasmid.scenario import Scenario, with_robot
 from phasmid.tables import (
     Angle,
     AngularVelocity,

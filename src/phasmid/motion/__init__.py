@@ -8,7 +8,7 @@ from phasmid.motion.explanation import (
     explain_posture,
     explain_walk,
 )
-from phasmid.motion.feasibility import fastest, has_room_for, longest_stride
+from phasmid.motion.feasibility import USUAL_STRIDE, fastest, has_room_for, longest_stride
 from phasmid.motion.remedies import plan
 from phasmid.motion.trajectory import (
     JointTrajectory,
@@ -22,6 +22,7 @@ from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
 from phasmid.motion.walk import Walk
 
 __all__ = [
+    "USUAL_STRIDE",
     "Course",
     "JointTrajectory",
     "Motion",

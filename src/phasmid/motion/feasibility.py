@@ -31,6 +31,9 @@ CHECKED_SAMPLES = 60
 CYCLES_AT_ONCE = 20
 """Cycles of a walk over uneven ground that are checked at once."""
 
+USUAL_STRIDE = Stride(period=1.0)
+"""The stride of a scenario that states none; only its period is another."""
+
 STRIDES, BISECTIONS = 17, 21
 """Strides that are tried up to the legs' length, and bisections of the first that is too long."""
 
@@ -105,7 +108,7 @@ def longest_stride(
     Args:
         robot: The robot, L legs.
         gait: The gait.
-        stride: Its step height, stance and curve are used; default: those of `StrideTable`.
+        stride: Its step height, stance and curve are used; default: `USUAL_STRIDE`'s.
         direction: Direction of travel in the body frame, 0 forward [rad].
         supported: Whether the standing feet must support the robot, too.
 
@@ -118,7 +121,7 @@ def longest_stride(
         "step_turn": 0.0,
         "stance_law": "straight",
     }
-    stride = (stride or Stride(period=1.0)).model_copy(update=of_one_metre)
+    stride = (stride or USUAL_STRIDE).model_copy(update=of_one_metre)
 
     def is_possible(length: float) -> bool:
         step = stride.scaled(length)

@@ -1,6 +1,13 @@
 """Scenarios: robot, gait, stride, ground and simulation of one experiment, as data."""
 
-from phasmid.scenario.file import load_scenario, recorded_scenario, scenario_names, scenario_to_toml
+from phasmid.experiment.contact_law import ContactLaw
+from phasmid.scenario.file import (
+    load_scenario,
+    recorded_scenario,
+    scenario_names,
+    scenario_to_toml,
+    with_robot,
+)
 from phasmid.scenario.relevance import idle_fields
 from phasmid.scenario.scenario import SETTLING_TIME, Scenario, option_keys
 
@@ -13,4 +20,5 @@ __all__ = [
     "recorded_scenario",
     "scenario_names",
     "scenario_to_toml",
+    "with_robot",
 ]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from phasmid import formats
 from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.gait import is_gait_file
@@ -24,17 +25,17 @@ def scenario_names() -> tuple[str, ...]:
 
 
 @checked
-def load_scenario(source: str | Path = "paper") -> Scenario:
-    """Load a scenario from a preset or a file.
-
-    The robot's file is not read, but for the gaits that are proposed in place of an unknown one.
+def load_scenario(source: str | Path = "paper", *, read_robot: bool = True) -> Scenario:
+    """Load a scenario from a preset or a file, with its robot where that is no TOML file.
 
     Args:
         source: Name of a preset, such as ``paper``, or path of a ``.toml`` file. A robot file,
             gait file or height map that it names is looked for beside it.
+        read_robot: Whether a robot in URDF, MJCF or STEP is read.
 
     Raises:
         InvalidInput: There is no such preset or file, or it is not well formed.
+        InvalidRobot: No machine could have the robot's numbers, or the model does not cover it.
     """
     path = find_file(source, "phasmid.scenario", "scenario")
     if path.suffix.lower() in OTHER_FORMATS:
@@ -57,8 +58,20 @@ def load_scenario(source: str | Path = "paper") -> Scenario:
             error.where = ", ".join(filter(None, (path.name, error.where)))
         raise
     if isinstance(scenario.robot, str) and Path(scenario.robot).suffix:
-        return scenario.model_copy(update={"robot": str(path.parent / scenario.robot)})
-    return scenario
+        scenario = scenario.model_copy(update={"robot": str(path.parent / scenario.robot)})
+    return with_robot(scenario) if read_robot else scenario
+
+
+def with_robot(scenario: Scenario) -> Scenario:
+    """Read the robot of a scenario where its file is URDF, MJCF or STEP.
+
+    Raises:
+        InvalidInput: The file is absent, or not well formed.
+        InvalidRobot: No machine could have these numbers, or the model does not cover it.
+    """
+    if not isinstance(scenario.robot, str) or not formats.is_foreign(scenario.robot):
+        return scenario
+    return scenario.replace(robot=formats.load_robot(scenario.robot, scenario.robot_import))
 
 
 def scenario_to_toml(scenario: Scenario, robot: str) -> str:

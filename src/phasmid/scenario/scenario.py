@@ -13,7 +13,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, advised, nearest
-from phasmid.experiment.contact_law import ContactLaw
+from phasmid.formats.import_options import ImportOptions
 from phasmid.gait import (
     GAIT_NAMES,
     Gait,
@@ -39,7 +39,6 @@ from phasmid.scenario.tables import (
     ContactTable,
     FootingTable,
     GaitTable,
-    ImportOptions,
     ModelTable,
     SensorsTable,
     ServoTable,

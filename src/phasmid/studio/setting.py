@@ -9,12 +9,11 @@ from typing import Any, Literal
 
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.forces import scenario_verdict
-from phasmid.formats import load_robot, with_robot
+from phasmid.formats import ImportOptions, load_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import body_height
 from phasmid.robot import Robot, load_servo, preset_names, with_payload, with_servo
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import ImportOptions
+from phasmid.scenario import Scenario, with_robot
 from phasmid.units import rounded_down
 
 Walks = Literal["by itself", "by hand", "the plan"]

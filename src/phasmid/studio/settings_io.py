@@ -64,7 +64,7 @@ def with_file(setting: Setting, load: Load, folder: Path) -> Setting:
         path.write_bytes(load.content)
         if load.what == "scenario":
             _check_named_files(path, setting)
-            initial = setting_of(load_scenario(path))
+            initial = setting_of(load_scenario(path, read_robot=False))
             return replace(
                 initial, walks=setting.walks, robots=setting.robots, grounds=setting.grounds
             )
