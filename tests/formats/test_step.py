@@ -16,9 +16,8 @@ from phasmid.formats import Tree, robot_from_tree
 from phasmid.formats.solids import Assembly, build, mass_properties
 from phasmid.formats.solids import drawing as drawings
 from phasmid.formats.solids.drawing import DrawnPart, read_drawing
-from phasmid.formats.solids.step import step_text
 from phasmid.formats.step_in import SidecarReader, read_step, sidecar_of
-from phasmid.formats.step_out import sidecar_text, step_files
+from phasmid.formats.step_out import sidecar_text, step_files, step_text
 from phasmid.robot import JOINTS, Robot, load_robot
 
 ROBOT = load_robot("phantomx-paper")

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import copy
+import re
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from phasmid.formats.solids import Assembly, build, meshes
-from phasmid.formats.solids.step import group_paths, step_text
+from phasmid.formats.solids.assembly import location, unique
+from phasmid.formats.solids.library import build123d
 from phasmid.formats.step_in import sidecar_of
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
@@ -62,6 +67,52 @@ def step_files(robot: Robot, name: str) -> dict[str, bytes]:
     assembly = build(robot)
     text = sidecar_text(robot, assembly, masses="file")
     return {name: step_text(assembly), sidecar_of(Path(name)).name: text.encode()}
+
+
+def step_text(assembly: Assembly) -> bytes:
+    """Write an assembly as STEP: the robot, its ``body`` and legs, their links, and their parts.
+
+    Each distinct part is written once and placed as often as it is needed.
+
+    Raises:
+        PhasmidError: build123d is not installed.
+    """
+    b = build123d()
+    groups: dict[str, list[Any]] = {}
+    for link, path in group_paths(assembly).items():
+        parts = []
+        for placed in assembly.links[link]:
+            # A shallow copy shares the solid.
+            part = copy.copy(placed.solid.shape)
+            part.label, part.color = placed.solid.name, b.Color(*placed.solid.material.color)
+            parts.append(part.move(location(placed.X_link_part)))
+        leg, _, joint = path.rpartition("/")
+        group = b.Compound(label=joint, children=parts).move(location(assembly.poses[link]))
+        groups.setdefault(leg, []).append(group)
+    trunk = groups.pop("")
+    legs = [b.Compound(label=leg, children=links) for leg, links in groups.items()]
+    file = BytesIO()
+    b.export_step(b.Compound(label=_plain_name(assembly.name), children=[*trunk, *legs]), file)
+    return file.getvalue()
+
+
+def group_paths(assembly: Assembly) -> dict[str, str]:
+    """Return the path in the STEP file of each link's parts, such as ``right_front/coxa``."""
+    taken = {"body"}
+    legs: dict[str, str] = {}
+    for link in assembly.links:
+        leg = link.rpartition(".")[0]
+        if leg and leg not in legs:
+            legs[leg] = unique(_plain_name(leg), taken)
+    split = {link: link.rpartition(".") for link in assembly.links}
+    return {
+        link: f"{legs[leg]}/{joint}" if leg else joint for link, (leg, _, joint) in split.items()
+    }
+
+
+def _plain_name(name: str) -> str:
+    """Return a name in letters that every reader of STEP files knows."""
+    return re.sub(r"[^A-Za-z0-9_-]", "_", name)
 
 
 def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") -> str:

@@ -5,7 +5,6 @@ The geometry kernel can crash, loop or eat memory over a damaged file; here only
 
 from __future__ import annotations
 
-import pickle
 import re
 import sys
 from collections.abc import Iterator
@@ -15,11 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.formats.solids.assembly import MM, solid_mass
-from phasmid.formats.solids.drawing import REFUSED, Cylinder, DrawnPart
+from phasmid.formats.solids.assembly import (
+    ANGULAR_TOLERANCE,
+    MM,
+    TOLERANCE,
+    solid_mass,
+    unique,
+)
+from phasmid.formats.solids.drawing import REFUSED, Cylinder, DrawnPart, save_parts
 from phasmid.formats.solids.library import build123d
-from phasmid.formats.solids.meshes import ANGULAR_TOLERANCE, TOLERANCE
-from phasmid.formats.solids.step import unique
 from phasmid.robot import Part
 
 MOST_PARTS = 4000
@@ -53,7 +56,7 @@ def main(file: str, out: str) -> int:
     except _Refused as refused:
         print(refused, flush=True)  # noqa: T201
         return REFUSED
-    Path(out).write_bytes(pickle.dumps(parts))
+    save_parts(parts, Path(out))
     return 0
 
 
