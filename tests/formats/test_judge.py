@@ -8,12 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from formats.trees import block, joined, pose, with_joint, with_link
+from formats.trees import block, with_joint, with_link
 from phasmid.formats import (
     Severity,
     Tree,
-    TreeJoint,
-    TreeLink,
     judge_robot,
     robot_from_tree,
     tree_of,
@@ -131,15 +129,6 @@ def test_a_robot_must_stand_over_its_feet() -> None:
     for read, severity in ((False, Severity.IMPOSSIBLE), (True, Severity.SUSPECT)):
         found = [f.severity for f in judge_robot(robot, read=read) if f.subject == "robot"]
         assert found == [severity]
-
-
-def test_links_that_are_fixed_to_each_other_are_judged_as_one_body() -> None:
-    """Inertia of a 1 g sensor: 1e-4 of a trunk of 1e-2 kg m², but ten times that of a tibia."""
-    for carrier, moment, fine in (("base_link", 1e-4, True), (TIBIA, 1e-2, False)):
-        sensor = TreeLink("imu", of(0.001, (0, 0, 0), (moment,) * 3))
-        joint = TreeJoint("imu_joint", "fixed", carrier, "imu", pose())
-        imported = robot_from_tree(joined(TREE, joint, links=(sensor,)))
-        assert (imported.robot is not None) is fine
 
 
 def changed(legs: tuple[str, ...] = ("left_rear",), **fields: object) -> Robot:

@@ -9,8 +9,8 @@ import pytest
 import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
-from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.formats import ImportOptions, meshes
+from phasmid.errors import PhasmidError
+from phasmid.formats import ImportOptions
 from phasmid.formats.meshes import MeshFiles, UnreadMesh, primitive, read_meshes
 from phasmid.robot import Part
 from phasmid.robot.glb import glb
@@ -100,17 +100,6 @@ def test_i10_damaged_lying_and_other_meshes_are_named(
         read_meshes(saved(tmp_path, name, content))
     assert error.value.what.startswith(what)
     assert isinstance(error.value, UnreadMesh) == ("left out" in what)
-
-
-def test_all_faces_of_a_model_together_have_a_limit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(meshes, "MOST_FACES", 8)
-    files = MeshFiles(saved(tmp_path, "a.stl", FORMATS["a.stl"]), ImportOptions())
-    files.meshes("a.stl")
-    files.meshes("a.stl")
-    with pytest.raises(InvalidInput, match="more than 8 faces; such models are refused"):
-        files.meshes("a.stl")
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 
 from formats.wild_model import BESIDE, WILD
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.formats import ImportOptions, Severity, Tree, import_robot
+from phasmid.formats import ImportOptions, Severity, Tree
 from phasmid.formats.mjcf_in import read_mjcf
 
 TWO = """<mujoco model="two"><worldbody>{before}<body name="base"><freejoint/>
@@ -138,19 +138,6 @@ def test_a_model_from_the_wild_keeps_limits_motors_looks_and_feet(wild: Path) ->
     ]
 
 
-@pytest.mark.parametrize("name", ["../../etc/passwd", "/etc/passwd", "http://a.example/b.stl"])
-def test_i3_nothing_outside_of_the_folder_is_read(name: str, tmp_path: Path) -> None:
-    shown = '<geom type="mesh" mesh="m"/>'
-    mesh = f'<asset><mesh name="m" file="{name}"/></asset>'
-    (found,) = read(tmp_path, two(inside=shown, after=mesh)).findings
-    assert found.what == f'mesh "{name}" lies outside the model folder; it was left out.'
-    assert (found.severity, found.where) == (Severity.SUSPECT, "robot.xml, line 4")
-    folder = '<compiler meshdir="../../.."/>'
-    mesh = '<asset><mesh name="m" file="etc/x.stl"/></asset>'
-    (found,) = read(tmp_path, two(inside=shown, after=folder + mesh)).findings
-    assert found.what == 'mesh "../../../etc/x.stl" lies outside the model folder; it was left out.'
-
-
 SPARE = two().split("<worldbody>")[1].split("</worldbody>")[0]
 for name, new in (("base", "spare"), ("arm", "arm2"), ("j", "k")):
     SPARE = SPARE.replace(f'name="{name}"', f'name="{new}"')
@@ -159,6 +146,10 @@ for name, new in (("base", "spare"), ("arm", "arm2"), ("j", "k")):
 @pytest.mark.parametrize(
     ("text", "what"),
     [
+        (
+            "<PhysicalModelingXMLFile/>",
+            "robot.xml line 1: the file holds a <PhysicalModelingXMLFile>; robots are read from",
+        ),
         (two(before=SPARE), "robot.xml has 2 root links (spare, base); exactly 1 is needed."),
         ("<mujoco><worldbody/></mujoco>", "robot.xml has 0 root links; exactly 1 is needed."),
         (
@@ -195,31 +186,6 @@ def test_what_cannot_be_used_is_told(tmp_path: Path, text: str, what: str) -> No
         assert error.where == "robot.xml, line 3"
 
 
-def test_i14_other_xml_of_cad_programs_is_named(tmp_path: Path) -> None:
-    path, root = tmp_path / "assembly.xml", "PhysicalModelingXMLFile"
-    path.write_text(f'<{root} version="1.0"><RootAssembly/></{root}>', encoding="utf-8")
-    with pytest.raises(InvalidInput) as refused:
-        import_robot(path)
-    assert refused.value.what == (
-        f"assembly.xml line 1: the file holds a <{root}>; robots are read from URDF, a <robot>, "
-        "and MJCF, a <mujoco>."
-    )
-
-
-def test_meshes_that_are_not_there_are_left_out_with_a_word(tmp_path: Path) -> None:
-    text = two(
-        inside='<geom type="mesh" mesh="a"/><geom type="mesh" mesh="b"/>',
-        after='<asset><mesh name="a" file="a.stl"/><mesh name="b" file="b.msh"/></asset>',
-    )
-    (tmp_path / "b.msh").write_bytes(b"abc")
-    tree = read(tmp_path, text)
-    assert tree.links["arm"].parts == ()
-    assert [finding.what for finding in tree.findings] == [
-        'mesh "a.stl" is not there; it was left out.',
-        'mesh b.msh was left out: files of the kind ".msh" are not read.',
-    ]
-
-
 def test_meshes_beside_the_folder_of_the_files_are_the_models(tmp_path: Path) -> None:
     import trimesh
 
@@ -252,11 +218,7 @@ def test_gains_of_position_actuators_are_those_of_the_joint(tmp_path: Path) -> N
             "not used: a.",
         ),
         ('<key name="a" qpos="{free} 0.1"/>', 0.1, "is the stance."),
-        (
-            '<key name="home" qpos="{free}"/>',
-            None,
-            "8 finite positions were ignored.",
-        ),
+        ('<key name="home" qpos="{free}"/>', None, "8 finite positions were ignored."),
         ("", None, ""),
     ],
 )

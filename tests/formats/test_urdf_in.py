@@ -180,16 +180,6 @@ def test_a_package_around_the_file_is_found_by_itself(by_name: bool, tmp_path: P
         assert len(read(text, folder / "urdf").links["tibia_3"].parts[0].faces) == 4
 
 
-def test_i3_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path: Path) -> None:
-    """A file in home/alice/robots asks for what lies in home/bob."""
-    folder = tmp_path / "home" / "alice" / "robots"
-    folder.mkdir(parents=True)
-    (tmp_path / "home" / "bob").mkdir()
-    (tmp_path / "home" / "bob" / "secret.stl").write_bytes(binary_stl(CORNERS[FACES]))
-    found = left_out(folder, '<mesh filename="package://home/bob/secret.stl"/>')
-    assert found.hint == 'package = "home=.", with the folder of the package'
-
-
 @pytest.mark.parametrize(
     ("color", "read_as", "what"),
     [
@@ -214,11 +204,6 @@ def test_an_effort_that_no_motor_has_is_none(effort: str, is_told: bool, tmp_pat
     assert [f.severity for f in tree.findings] == [Severity.SUSPECT] * is_told
 
 
-def test_a_mesh_without_size_is_left_out(tmp_path: Path) -> None:
-    found = left_out(tmp_path, '<mesh filename="a.stl" scale="1 0 1"/>')
-    assert found.what == 'mesh "a.stl" is scaled by 0; it was left out.'
-
-
 def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
     two = '<mesh filename="a.dae"/></geometry></visual><visual><geometry><mesh filename="b.stl"/>'
     (tmp_path / "a.dae").write_text("<COLLADA/>")
@@ -228,23 +213,6 @@ def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
     assert dae.hint == "convert it to STL, OBJ, PLY or GLB"
     assert lost.what == 'mesh "b.stl" is not there; it was left out.'
     assert lost.subject == "link tibia_3"
-
-
-@pytest.mark.parametrize(
-    ("limits", "lower", "upper"),
-    [
-        ("-6.2832 6.2832", -6.2832, 6.2832),
-        ("-1e16 1e16", -np.inf, np.inf),
-        ("-0.25 1e9", -0.25, np.inf),
-    ],
-)
-def test_limits_of_a_turn_are_kept_and_endless_ones_are_none(
-    limits: str, lower: float, upper: float, tmp_path: Path
-) -> None:
-    low, high = limits.split()
-    tree = read(LEG.replace(RANGE, f'lower="{low}" upper="{high}"'), tmp_path)
-    assert (tree.joints[0].lower, tree.joints[0].upper) == (lower, upper)
-    assert tree.findings == ()
 
 
 def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:

@@ -47,7 +47,5 @@ WILD = """<mujoco model="wild">
   <tendon><fixed name="t"><joint joint="hip" coef="1"/></fixed></tendon>
 </mujoco>"""
 
-BESIDE = {
-    "assets/plate.stl": trimesh.creation.box((200.0, 100.0, 20.0)).export(file_type="stl"),
-}
+BESIDE = {"assets/plate.stl": trimesh.creation.box((200.0, 100.0, 20.0)).export(file_type="stl")}
 """Files beside it, by name."""

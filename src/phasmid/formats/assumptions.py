@@ -50,7 +50,7 @@ def servo_of(
 
     Raises:
         InvalidInput: There is no servo of this name.
-        InvalidRobot: The file has no numbers of a servo, or impossible ones.
+        InvalidRobot: The file has no effort of its joints.
     """
     if option:
         with located("option --servo-model"):
@@ -87,32 +87,21 @@ def servo_of(
         },
         {"stall_current": UNKNOWN, "no_load_speed": OWN_FILE if speeds else ASSUMED},
     )
-    assumed = [f"stiffness {plain_number(servo.stiffness, 3)} N·m/rad"]
-    if "stiffness" in gains:
-        assumed = []
-    if not speeds:
-        assumed.append(f"no-load speed {plain_number(speed)} rad/s, the {LIKE}'s")
+    stated = {
+        f"{plain_number(torque)} N·m": True,
+        f"{'' if speeds else 'no-load speed '}{plain_number(speed)} rad/s": bool(speeds),
+        f"stiffness {plain_number(servo.stiffness, 3)} N·m/rad": "stiffness" in gains,
+    }
+    known = ", ".join(words for words, is_given in stated.items() if is_given)
+    assumed = [words for words, is_given in stated.items() if not is_given]
     assumed += [name for name in given if not given[name]]
-    findings.note(
-        "servo",
-        f"the file gives {plain_number(torque)} N·m"
-        + (f" and {plain_number(speed)} rad/s" if speeds else "")
-        + (
-            f", stiffness {plain_number(servo.stiffness, 3)} N·m/rad"
-            if "stiffness" in gains
-            else ""
-        )
-        + (f"; assumed: {', '.join(assumed)}." if assumed else "."),
-        hint=DATA_SHEET,
-    )
+    rest = f"; assumed: {', '.join(assumed)}." if assumed else "."
+    findings.note("servo", f"the file gives {known}{rest}", hint=DATA_SHEET)
     return servo
 
 
 def _gains(joints: Sequence[TreeJoint], torque: float, findings: Findings) -> dict[str, float]:
-    """Return the gains of a servo of a stall torque [N·m], by their names in it.
-
-    A joint's own gains follow its effort, as its strength does.
-    """
+    """Return the gains of a servo of a stall torque [N·m]; a joint's own follow its effort."""
     gains = {}
     for name, own in GAINS.items():
         values = [
@@ -124,11 +113,8 @@ def _gains(joints: Sequence[TreeJoint], torque: float, findings: Findings) -> di
             continue
         gains[own] = min(values)
         if max(values) > (1 + SAME) * min(values):
-            what = (
-                f"the joints differ: {own} {plain_number(min(values), 3)} to "
-                f"{plain_number(max(values), 3)} at an effort of {plain_number(torque, 3)} N·m "
-                "(every joint has the least)."
-            )
+            low, high = (plain_number(value, 3) for value in (min(values), max(values)))
+            what = f"the joints differ: {own} {low} to {high} (every joint has the least)."
             findings.note("servo", what)
     return gains
 
@@ -234,8 +220,7 @@ with four digits, and when it was only computed."""
 def possible_inertia(inertial: Inertial) -> Inertial:
     """Return a body's mass and a realisable inertia, with a thin plate's digits rounded up.
 
-    In a plate the largest moment is the sum of the others, and rounded numbers may exceed it, which
-    no body's do; then a little is added to each moment.
+    In a plate the largest moment is the sum of the others, and rounded numbers may exceed it.
     """
     if not np.isfinite(inertial.inertia).all():
         return inertial
@@ -247,11 +232,7 @@ def possible_inertia(inertial: Inertial) -> Inertial:
 
 
 def weighed(links: Sequence[Piece], options: ImportOptions, findings: Findings) -> list[Piece]:
-    """Apply the options ``masses`` and ``total_mass`` to all links of a robot.
-
-    Raises:
-        InvalidRobot: There is no mass to scale.
-    """
+    """Apply the options ``masses`` and ``total_mass`` to all links of a robot."""
     chosen, total_mass = list(links), options.total_mass
     bare = sum(not link.mass for link in links)
     if options.masses == "geometry" and bare and total_mass is not None:

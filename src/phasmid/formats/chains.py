@@ -65,12 +65,7 @@ class Chain:
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """A tree as a walking robot's: a trunk and legs.
-
-    Attributes:
-        trunk: The trunk with all that does not move, or is held, against it.
-        chains: The legs, as the file lists them.
-    """
+    """A tree as a walking robot's: a trunk with all that is held against it, and legs."""
 
     trunk: RigidLink
     chains: tuple[Chain, ...]
@@ -89,8 +84,7 @@ def skeleton(tree: Tree, findings: Findings, forward: float = 0.0) -> Skeleton:
             multiple of 90.
 
     Raises:
-        InvalidRobot: There are fewer than four chains of three hinges, more than `MOST_LEGS`, or
-            an odd number of them beside others; or the trunk has another axis than z up.
+        InvalidRobot: Chains of three hinges are too few, too many or odd; or z is not up.
     """
     root = _trunk(tree, findings)
     tree = with_link_turned(tree, root, -round(forward / 90))

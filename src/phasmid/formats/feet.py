@@ -28,9 +28,6 @@ centre of a ball is at its centre [m]: drawings state millimetres."""
 BEYOND = 0.05
 """Part by which shapes may reach beyond a link that is the foot, such as soles."""
 
-TILT = math.radians(30.0)
-"""Angle by which a tibia leans to either side in its stance."""
-
 PRINTED = 1e-9
 """Angles and lengths below this are round-off and not mentioned [rad, m]."""
 
@@ -79,7 +76,6 @@ def _is_at_the_end(number: int, chain: Chain, foot: Foot, findings: Findings) ->
 
     Exporters of drawings give all parts of a leg one frame, which may be anywhere in them.
     """
-    tibia = chain.links[2]
     axis, corners = _axis_and_corners(chain)
     end, own = _distances(axis, corners).max(initial=0.0), _distances(axis, foot.point[None])[0]
     if end <= own * (1 + BEYOND):
@@ -91,13 +87,11 @@ def _is_at_the_end(number: int, chain: Chain, foot: Foot, findings: Findings) ->
     name = foot.source.removeprefix("link ")
     # What the names of all legs' links end in.
     hint = f"--foot {name[name.rfind('_') :] if '_' in name else name}, to take it"
-    findings.suspect(f"leg {number}", what, tibia.links[0].where, hint)
+    findings.suspect(f"leg {number}", what, chain.links[2].links[0].where, hint)
     return False
 
 
-def _axis_and_corners(
-    chain: Chain,
-) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "corners 3"]]:
+def _axis_and_corners(chain: Chain) -> tuple[np.ndarray, np.ndarray]:
     """Return the tibia's axis, and the corners of its shapes, in the frame of its first link."""
     axis = chain.joints[2].axis / np.linalg.norm(chain.joints[2].axis)
     parts = [part.vertices for part in chain.links[2].parts]
@@ -127,11 +121,7 @@ def common_radius(feet: Sequence[float], findings: Findings) -> float:
 
 
 def foot_places(option: str, count: int) -> list[str]:
-    """Return the part of the option `ImportOptions.foot` for each leg; empty for one without.
-
-    Raises:
-        InvalidInput: The option names no leg.
-    """
+    """Return the part of the option `ImportOptions.foot` for each leg; empty for one without."""
     if "=" not in option:
         return [option] * count
     places = [""] * count
@@ -140,18 +130,14 @@ def foot_places(option: str, count: int) -> list[str]:
         first, _, last = legs.strip().partition("-")
         last = last or first
         if not (first.isdecimal() and last.isdecimal() and place.strip()):
-            raise InvalidInput(
+            what = (
                 f'foot is "{entry}"; it must be numbers of legs, =, and a link\'s name or three '
-                "numbers.",
-                where="option --foot",
-                hint=EXAMPLE,
+                "numbers."
             )
+            raise InvalidInput(what, where="option --foot", hint=EXAMPLE)
         if not 1 <= int(first[:4]) <= int(last[:4]) <= count:
-            raise InvalidInput(
-                f'there is no leg "{legs.strip()}"; legs are 1 to {count}.',
-                where="option --foot",
-                hint=EXAMPLE,
-            )
+            what = f'there is no leg "{legs.strip()}"; legs are 1 to {count}.'
+            raise InvalidInput(what, where="option --foot", hint=EXAMPLE)
         for number in range(int(first), int(last) + 1):
             places[number - 1] = place.strip()
     return places
@@ -206,7 +192,7 @@ def _linked(tibia: RigidLink) -> Foot | None:
 
 
 def _rounded(number: int, tibia: RigidLink, foot: Foot, findings: Findings) -> Foot:
-    """Return a foot as the ball that holds its point inside or on its surface, if one does.
+    """Return a foot as the centre of the ball that holds its point, if one does.
 
     The ball touches the ground, wherever in it the file puts the foot.
     """
@@ -242,8 +228,7 @@ def _found(number: int, chain: Chain, findings: Findings) -> Foot:
         report, source, radius = findings.suspect, "tip of the shape", 0.0
         tip = corners[away >= away.max() - TIP]
         point = (tip.min(axis=0) + tip.max(axis=0)) / 2
-        error = _mm(_contact_shift(axis, corners, point))
-        touches = f"; it touches up to {error} from there while the tibia leans by up to 30°"
+        touches = ""
     else:
         raise InvalidRobot(
             f"leg {number}: its foot is not given; its last link has neither a fixed link at its "
@@ -261,9 +246,7 @@ def _found(number: int, chain: Chain, findings: Findings) -> Foot:
     return Foot(point, f"{source} of {tibia.name}", radius)
 
 
-def _balls(
-    tibia: RigidLink,
-) -> tuple[Float[np.ndarray, "balls 3"], Float[np.ndarray, " balls"]]:
+def _balls(tibia: RigidLink) -> tuple[np.ndarray, np.ndarray]:
     """Return centres in the tibia's frame and radii of its balls [m]."""
     balls = [
         (*(tibia.poses[link.name] @ [*ball[:3], 1.0])[:3], ball[3])
@@ -272,26 +255,6 @@ def _balls(
     ]
     rows = np.reshape(balls, (-1, 4))
     return rows[:, :3], rows[:, 3]
-
-
-def _contact_shift(
-    axis: Float[np.ndarray, "3"], corners: Float[np.ndarray, "corners 3"], tip: np.ndarray
-) -> float:
-    """Return how far from a tip the shape touches level ground while the tibia leans [m].
-
-    Where the tibia leans by an angle, the corner farthest down touches. Along a tip rounded with a
-    radius the contact moves by that radius times the angle, on a flat end to its edge.
-
-    Args:
-        axis: Of the tibia, about which it leans by up to `TILT`; unit vector.
-        corners: Of its shapes [m].
-        tip: The point that stands for the contact [m]; it is lowest where the tibia is upright.
-    """
-    down = tip - (tip @ axis) * axis
-    across = np.cross(axis, down)
-    lean = np.linspace(-TILT, TILT, 61)[:, None]
-    lowest = corners[np.argmax(corners @ (np.cos(lean) * down + np.sin(lean) * across).T, axis=0)]
-    return float(_distances(axis, lowest - tip).max())
 
 
 def _mm(length: float) -> str:

@@ -19,16 +19,7 @@ def _inside(folder: Path, name: str, noun: str, *, start: Path | None = None) ->
     """Resolve a name inside a folder; the file need not exist.
 
     Nothing but a relative path that stays in the folder is accepted: no absolute path, no drive,
-    no address, no link.
-
-    Args:
-        folder: The model's folder, absolute, outside which nothing is read.
-        name: As written in the model's file.
-        noun: Kind of the file, for messages, such as ``mesh``.
-        start: Folder inside `folder` from which the name counts; `folder` itself without one.
-
-    Raises:
-        InvalidInput: The name leads outside the folder, or over a link.
+    no address, no link. The name counts from ``start`` inside the folder, or from the folder.
     """
     shown = plain(name if len(name) <= 200 else f"{name[:200]}…")
     parts = name.replace("\\", "/").split("/")
@@ -53,11 +44,7 @@ def _inside(folder: Path, name: str, noun: str, *, start: Path | None = None) ->
 
 
 def _model_folder(file: Path) -> Path:
-    """Find the folder that holds all files of a model: its package, or that of the file itself.
-
-    Args:
-        file: The model's file, such as ``PACKAGE/urdf/robot.urdf``.
-    """
+    """Find the folder of all files of a model: its package, or that of the file itself."""
     folder = file.resolve().parent
     for parent in [folder, *folder.parents][:_UPWARDS]:
         if (parent / "package.xml").is_file():
@@ -69,14 +56,7 @@ def _model_folder(file: Path) -> Path:
 
 
 def check_packages(packages: Mapping[str, str]) -> None:
-    """Refuse packages whose folder is not there.
-
-    Args:
-        packages: Folders by the name of the package, from an option.
-
-    Raises:
-        InvalidInput: There is no such folder.
-    """
+    """Refuse packages of an option whose folder is not there."""
     for package, folder in packages.items():
         if not Path(folder).is_dir():
             raise InvalidInput(
@@ -91,15 +71,8 @@ def named_file(file: Path, name: str, noun: str, packages: Mapping[str, str]) ->
     A name that leads elsewhere, such as a path of its maker's machine, is looked for by its last
     folders in the model's own.
 
-    Args:
-        file: The model's file.
-        name: As written there.
-        noun: Kind of the named file, for messages.
-        packages: Folders by the name of the package.
-
     Raises:
-        InvalidInput: The name leads outside the model's folder, or its package is unknown, and its
-            last folders are not in the model's.
+        InvalidInput: The name leads outside the model's folder, or its package is unknown.
     """
     try:
         return _resolved(file, name, noun, packages)

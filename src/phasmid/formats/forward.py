@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -16,18 +16,11 @@ from phasmid.formats.legs import MIDDLE
 AXES = {"x": 0.0, "y": 90.0, "-x": 180.0, "-y": -90.0}
 """Direction of each axis of the trunk, seen from above and from x [degrees]."""
 
-AHEAD = {
-    **dict.fromkeys(("front", "vorn", "avant"), 1),
-    **dict.fromkeys(("middle", "center", "centre", "mitte"), 0),
-    **dict.fromkeys(("rear", "back", "hind", "hinten", "arriere"), -1),
-}
+AHEAD = {"front": 1, "mid": 0, "centre": 0, "center": 0, "rear": -1, "back": -1, "hind": -1}
 """Parts of names that say where along its way a leg is."""
 
-LEFT = {"left": 1, "gauche": 1, "right": -1, "rechts": -1, "droite": -1}
+LEFT = {"left": 1, "right": -1}
 """Parts of names that say on which side a leg is."""
-
-GERMAN_LEFT = "links"
-"""German for left where there is its opposite; else English."""
 
 SIDES = {"l": 1, "r": -1}
 """First letters of left and right, as words of their own."""
@@ -47,9 +40,7 @@ def judge_forward(chains: Sequence[Chain], axis: str, findings: Findings) -> Non
         axis: Axis of the file that was taken for forward, one of `AXES`.
         findings: Receives the finding.
     """
-    names = [_names(chain) for chain in chains]
-    sides = LEFT | {GERMAN_LEFT: 1} if any("rechts" in "".join(own) for own in names) else LEFT
-    said = np.array([_place_in_words(own, sides) for own in names])
+    said = np.array([_place_in_words(_names(chain)) for chain in chains])
     # A word counts where other legs have its opposite.
     said *= (said.min(axis=0) < 0) & (said.max(axis=0) > 0)
     hips = np.array([chain.hip for chain in chains])[:, :2]
@@ -108,12 +99,12 @@ def _names(chain: Chain) -> list[str]:
     return words
 
 
-def _place_in_words(words: Sequence[str], sides: Mapping[str, int]) -> tuple[float, float]:
+def _place_in_words(words: Sequence[str]) -> tuple[float, float]:
     """Return how far ahead and left words say that a leg is: 1, 0 or -1 each."""
     ahead, left = [], []
     for word in words:
         ahead += [sign for part, sign in AHEAD.items() if part in word]
-        left += [sign for part, sign in sides.items() if part in word]
+        left += [sign for part, sign in LEFT.items() if part in word]
         if word in SIDES:
             left.append(SIDES[word])
         elif len(word) == 2:

@@ -62,17 +62,10 @@ class Imported:
 # Numbers of a file may be beyond any measure; what overflows is refused by its size.
 @np.errstate(over="ignore", invalid="ignore")
 def robot_from_tree(tree: Tree, options: ImportOptions | None = None) -> Imported:
-    """Convert a kinematic tree to a robot.
+    """Convert a kinematic tree, its joints at angle 0, to a robot, with all findings.
 
     Legs are the chains of three hinges that leave the trunk. Names of links decide only which
     frame is a foot.
-
-    Args:
-        tree: The tree, its joints at angle 0.
-        options: Data that the file lacks.
-
-    Returns:
-        The robot, or why there is none; in either case all findings.
     """
     options = options or ImportOptions()
     findings = Findings(tree.findings)

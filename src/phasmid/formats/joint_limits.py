@@ -20,12 +20,7 @@ def with_stops(joint: TreeJoint, assumed: float | None, findings: Findings) -> T
     """Return a hinge with its stops, those of an option, or none.
 
     A range of a turn or more is that of a motor that turns without end. Such joints, as continuous
-    ones and those without limits, have the whole turn in which `joint_angles` is.
-
-    Args:
-        joint: The hinge, its limits as in the file.
-        assumed: Largest angle to either side where the file has no stops [rad]; None: half a turn.
-        findings: Receives what was assumed.
+    ones and those without limits, have half a turn to either side, or the assumed angle [rad].
     """
     subject, is_continuous = f"joint {joint.name}", joint.kind == "continuous"
     lower, upper = joint.lower, joint.upper

@@ -60,12 +60,9 @@ MASSES = 0.1
 
 
 def judge_links(chains: Iterable[Chain], links: Iterable[Piece], masses: str) -> Findings:
-    """Find suspect masses and inertias of the links of a file.
+    """Find suspect masses and inertias of the links of a file, those with possible numbers.
 
-    Args:
-        chains: The file's links, leg by leg.
-        links: Trunk and links in their frames, those with possible masses and inertias.
-        masses: Option `ImportOptions.masses`, which is not advised where it was taken.
+    ``masses`` is the option, which is not advised where it was taken.
     """
     found = Findings()
     for link in links:

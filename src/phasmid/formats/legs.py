@@ -100,16 +100,10 @@ class FoundLeg:
 
 
 def names_in_order(hips: Float[np.ndarray, "legs 3"]) -> list[tuple[str, int]]:
-    """Order and name legs by the positions of their hips.
+    """Return name and index of each leg in the robot's order, by the hips in the trunk [m].
 
     Right legs from front to rear, then left legs from rear to front, which is the paper's order.
     A leg in the middle of the front is first, one in the middle of the rear between both sides.
-
-    Args:
-        hips: In the trunk, x forward and y left [m], shape (L, 3).
-
-    Returns:
-        Name of each leg and its index among the hips, in the robot's order.
     """
     x, y = hips[:, 0] - hips[:, 0].mean(), hips[:, 1] - hips[:, 1].mean()
     by_x = [int(i) for i in np.argsort(-x, kind="stable")]
@@ -131,13 +125,6 @@ def names_in_order(hips: Float[np.ndarray, "legs 3"]) -> list[tuple[str, int]]:
 
 def found_leg(number: int, name: str, chain: Chain, foot: Foot, findings: Findings) -> FoundLeg:
     """Find a chain's frames, lengths, angles and limits.
-
-    Args:
-        number: Number of the leg in the robot, for messages.
-        name: Name of the leg.
-        chain: Its three hinges.
-        foot: Its foot.
-        findings: Receives what was rounded.
 
     Raises:
         InvalidRobot: Axes are not parallel or square, or a length is impossible.
@@ -185,9 +172,7 @@ def _leg(number: int, name: str, chain: Chain, foot: Foot, up: float) -> FoundLe
     left = float((p_foot - p_hip) @ y1)
 
     e2, e3 = math.atan2(knee[1], knee[0]), math.atan2(tip[1] - knee[1], tip[0] - knee[0])
-    signs = np.array(
-        [up, -math.copysign(1.0, a2 @ y1), -math.copysign(1.0, a3 @ y1)],
-    )
+    signs = np.array([up, -math.copysign(1.0, a2 @ y1), -math.copysign(1.0, a3 @ y1)])
     # If the file's zero is not within the coxa's limits, the hip is turned and not the leg.
     turned = float(up * _middle(chain))
     c, s = math.cos(turned), math.sin(turned)

@@ -54,10 +54,7 @@ def scaled(part: Part, scale: Sequence[float]) -> Part:
 class MeshFiles:
     """The mesh files of one model; each is read once, however many links show it.
 
-    Args:
-        model: The model's file.
-        options: Folders of packages, and the unit of all mesh files, which takes the place of a
-            scale that is the same along all axes.
+    The option ``mesh_unit`` takes the place of a scale that is the same along all axes.
 
     Raises:
         InvalidInput: A package of the options has no folder.
@@ -70,11 +67,7 @@ class MeshFiles:
         self._meshes = self._faces = 0
 
     def meshes(self, name: str, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> tuple[Part, ...]:
-        """Return the meshes of a file, in metres.
-
-        Args:
-            name: The file, as the model names it.
-            scale: Factors along x, y and z that the model gives.
+        """Return the meshes of a file, in metres, scaled along x, y and z as the model says.
 
         Raises:
             UnreadMesh: The file is absent or lies outside the model's folder; or it cannot be read,
@@ -113,29 +106,21 @@ class MeshFiles:
         return found
 
     def count(self, shown: tuple[Part, ...]) -> None:
-        """Count what the model shows.
-
-        Raises:
-            InvalidInput: It has too many meshes or faces in all.
-        """
+        """Count what the model shows; refuse too many meshes or faces in all."""
         self._meshes += len(shown)
         self._faces += sum(len(part.faces) for part in shown)
-        for number, most, noun in (
-            (self._meshes, MOST_MESHES, "meshes"),
-            (self._faces, MOST_FACES, "faces"),
-        ):
-            if number > most:
-                raise InvalidInput(
-                    f"the model shows more than {_grouped(most)} {noun}; such models are refused."
-                )
+        if self._meshes > MOST_MESHES or self._faces > MOST_FACES:
+            raise InvalidInput(
+                f"the model shows more than {plain_number(MOST_MESHES)} meshes or "
+                f"{plain_number(MOST_FACES)} faces; such models are refused."
+            )
 
 
 def read_meshes(path: Path) -> tuple[Part, ...]:
     """Return the meshes in an ``.stl``, ``.obj``, ``.ply`` or ``.glb`` file, in the file's unit.
 
     Raises:
-        UnreadMesh: Files of this kind are not read.
-        InvalidInput: The file cannot be read, is damaged, empty or too large.
+        InvalidInput: The file is of another kind, damaged, empty or too large.
     """
     kind, name = path.suffix.lower(), path.name
     if kind == ".glb":
@@ -155,12 +140,12 @@ def read_meshes(path: Path) -> tuple[Part, ...]:
         raise InvalidInput(f"mesh {name} is empty.")
     if len(corners) > 3 * MOST_FACES:
         raise InvalidInput(
-            f"mesh {name} has {_grouped(len(corners) // 3)} faces; "
-            f"the limit is {_grouped(MOST_FACES)}."
+            f"mesh {name} has {plain_number(len(corners) // 3, 9)} faces; "
+            f"the limit is {plain_number(MOST_FACES)}."
         )
     bad = int(np.count_nonzero(~np.isfinite(corners).all(axis=1)))
     if bad:
-        raise InvalidInput(f"mesh {name} has {_grouped(bad)} corners that are not finite.")
+        raise InvalidInput(f"mesh {name} has {bad} corners that are not finite.")
     # Adding zero makes zeros of either sign one place.
     vertices, index = np.unique(corners[:, ::-1] + 0.0, axis=0, return_inverse=True)
     return (Part(vertices[:, ::-1], index.reshape(-1, 3)),)
@@ -186,17 +171,11 @@ def _corners(raw: bytes, name: str) -> Float[np.ndarray, "corners 3"]:
         raise InvalidInput(f"mesh {name} is no {kind.upper()} file{own_words(error)}.") from None
 
 
-def _grouped(number: int) -> str:
-    return f"{number:,}".replace(",", " ")
-
-
 def primitive(shape: str, **measures: Any) -> Part:
-    """Return a shape of `trimesh.creation` about its centre, its axis along z.
+    """Return a shape of `trimesh.creation` about its centre, its axis along z [m].
 
-    Args:
-        shape: ``box`` with ``extents``; ``icosphere`` with ``radius``; ``cylinder`` or ``capsule``,
-            a cylinder between two half spheres, with ``radius`` and ``height`` [m].
-        measures: Arguments of that name.
+    ``box`` has ``extents``, ``icosphere`` a ``radius``, ``cylinder`` and ``capsule`` also a
+    ``height``; a capsule is a cylinder of that height between two half spheres.
     """
     import trimesh.creation
 
@@ -222,11 +201,8 @@ def stl(part: Part) -> bytes:
 class StlFiles:
     """STL files of one robot, each mesh once, with names that every file system takes.
 
-    Args:
-        name: Name of the robot's file; two robots can lie side by side.
-
     Attributes:
-        folder: Their folder beside that file.
+        folder: Their folder beside the robot's file, by whose name it is called.
         files: Content by name.
     """
 

@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import mujoco
 import numpy as np
 from jaxtyping import Float
 
@@ -28,9 +29,6 @@ from phasmid.kinematics import quaternion_rotation
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
 from phasmid.toml import read_bytes
-
-if TYPE_CHECKING:
-    import mujoco
 
 MOST_ELEMENTS = 2000
 """Largest number of bodies, joints, geoms and sites; no robot has more."""
@@ -66,18 +64,12 @@ def read_mjcf(path: Path, options: ImportOptions | None = None) -> Tree:
     its body's origin, the link's frame is moved there. A site on a last link whose name is that of
     a foot becomes a massless link, fixed to it. Joint angles are the file's, ``ref`` included.
 
-    Args:
-        path: The file.
-        options: Folders of packages and unit of meshes.
-
     Raises:
         InvalidInput: The file cannot be read, or MuJoCo refuses it.
         InvalidRobot: It holds no robot, or more than one.
     """
     source = _Source(path, options or ImportOptions())
     with source.engine_errors():
-        import mujoco
-
         spec = mujoco.MjSpec.from_string(source.text, source.included)
         _strip(spec, source)
         _name_elements(spec, source)
@@ -158,8 +150,6 @@ class _Source:
     @contextmanager
     def engine_errors(self) -> Iterator[None]:
         """Turn the engine's errors into one sentence with a place, and silence its warnings."""
-        import mujoco
-
         before = mujoco.get_mju_user_warning()
         # It would else print warnings and write them to a file.
         mujoco.set_mju_user_warning(lambda _: None)
@@ -181,13 +171,7 @@ class _Source:
 
 
 def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
-    """Delete all but bodies, joints, geoms, sites, and actuators of joints.
-
-    Raises:
-        InvalidInput: Too much is left.
-    """
-    import mujoco
-
+    """Delete all but bodies, joints, geoms, sites, and actuators of joints."""
     joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
     fields = (mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF)
     scenery = [geom for geom in spec.geoms if geom.parent == spec.worldbody]
@@ -207,14 +191,18 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
     ignored = Counter({tag: len(elements) for tag, elements in noted.items()})
     ignored["spring"] = sum(bool(np.any(joint.stiffness)) for joint in spec.joints)
     source.findings.note_ignored(+ignored, source.path.name)
-    _read_extras(spec, source)
+    # Stances, linkages and the servos' speed are no part of the compiled model.
+    followers = [each for each in spec.equalities if _follows(each)]
+    source.followers = {each.name1: each.name2 for each in followers}
+    source.keys = [(key.name, np.array(key.qpos, dtype=float)) for key in spec.keys]
+    for numeric in spec.numerics:
+        if numeric.name == NO_LOAD_SPEED and numeric.data[0] > 0:
+            source.no_load_speed = float(numeric.data[0])
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     silent = [*scenery, *spec.keys, *spec.sensors, *spec.textures, *spec.cameras, *spec.lights]
-    silent += [*spec.numerics, *spec.tuples, *spec.hfields]
-    for element in [*chain.from_iterable(noted.values()), *filter(_follows, spec.equalities)]:
-        spec.delete(element)
-    for element in silent:
+    silent += [*spec.numerics, *spec.tuples, *spec.hfields, *followers]
+    for element in [*chain.from_iterable(noted.values()), *silent]:
         spec.delete(element)
     left = [*spec.bodies, *spec.joints, *spec.geoms, *spec.sites, *spec.actuators]
     if len(left) > MOST_ELEMENTS:
@@ -226,27 +214,11 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
 
 def _follows(equality: Any) -> bool:
     """Return whether an equality gives a joint the angle of another one."""
-    import mujoco
-
     return equality.type == mujoco.mjtEq.mjEQ_JOINT and bool(equality.name2 and equality.active)
 
 
-def _read_extras(spec: mujoco.MjSpec, source: _Source) -> None:
-    """Keep what is read besides the compiled model: stances, linkages and the servos' speed."""
-    for equality in spec.equalities:
-        if _follows(equality):
-            source.followers[equality.name1] = equality.name2
-    source.keys = [(key.name, np.array(key.qpos, dtype=float)) for key in spec.keys]
-    for numeric in spec.numerics:
-        if numeric.name == NO_LOAD_SPEED and numeric.data[0] > 0:
-            source.no_load_speed = float(numeric.data[0])
-
-
 def _name_elements(spec: mujoco.MjSpec, source: _Source) -> None:
-    """Give names to bodies and joints without one; refuse limits the wrong way round.
-
-    The engine accepts such limits.
-    """
+    """Name bodies and joints without a name; refuse reversed limits, which the engine takes."""
     for noun, elements in (("body", spec.bodies), ("joint", spec.joints)):
         taken = {element.name for element in elements}
         names = (f"{noun}_{n}" for n in count(1) if f"{noun}_{n}" not in taken)
@@ -299,8 +271,6 @@ def _load_mesh(spec: mujoco.MjSpec, mesh: Any, files: meshes.MeshFiles) -> None:
 
 def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """Compile a specification, every body with a mass."""
-    import mujoco
-
     compiler = spec.compiler
     if not (compiler.boundmass or compiler.boundinertia):
         compiler.boundmass = compiler.boundinertia = MASSLESS
@@ -317,8 +287,6 @@ class _Reader:
     """Conversion of a compiled model to a tree."""
 
     def __init__(self, model: mujoco.MjModel, source: _Source) -> None:
-        import mujoco
-
         self.model, self.file, self.where = model, source.path.name, source.where
         self.findings = source.findings
         self.links: dict[str, TreeLink] = {}
@@ -403,8 +371,6 @@ class _Reader:
         self.shifts[body] = before
 
     def _joint(self, joint: int, parent: str, child: str, X: Float[np.ndarray, "4 4"]) -> TreeJoint:
-        import mujoco
-
         model, name = self.model, self.model.joint(joint).name
         where = self.where("joint", name)
         kind = mujoco.mjtJoint(int(model.jnt_type[joint]))
@@ -470,8 +436,8 @@ class _Reader:
     ) -> tuple[tuple[Part, ...], tuple[tuple[float, float, float, float], ...]]:
         """Return the shapes that the engine shows, and the balls that touch others.
 
-        Of the shown ones those without contact are returned, or else all. Spheres and ends of
-        capsules are balls, besides those of our own export.
+        Shown ones without contact have precedence. Balls are spheres and ends of capsules, besides
+        those of our own export.
         """
         model = self.model
         first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
@@ -498,8 +464,6 @@ class _Reader:
 
     def _centres(self, geom: int) -> Float[np.ndarray, "balls 3"]:
         """Return the centre of a sphere, or those of a capsule's ends, in the body's frame [m]."""
-        import mujoco
-
         model, kind = self.model, int(self.model.geom_type[geom])
         position = model.geom_pos[geom]
         if kind == int(mujoco.mjtGeom.mjGEOM_SPHERE):
@@ -520,8 +484,6 @@ class _Reader:
 
     def _mesh(self, geom: int) -> Part | None:
         """Return a geom's triangles in its own frame; None for other shapes and huge ones."""
-        import mujoco
-
         model, kinds = self.model, mujoco.mjtGeom
         kind = mujoco.mjtGeom(int(model.geom_type[geom]))
         a, b, c = (float(size) for size in model.geom_size[geom])

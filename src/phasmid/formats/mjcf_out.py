@@ -68,10 +68,6 @@ def mjcf_files(robot: Robot, name: str) -> dict[str, bytes]:
     point gets a small sphere whose far end is the foot; its name marks it as no part of the robot.
     Every hinge has a position actuator of its name.
 
-    Args:
-        robot: The robot.
-        name: Name of the file without its ending.
-
     Returns:
         Content by file name: ``NAME.xml`` and ``NAME_meshes/*.stl``, each mesh once.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,8 +12,6 @@ from phasmid.formats.findings import Finding, Severity
 from phasmid.formats.import_options import ImportOptions, is_foreign
 from phasmid.formats.importing import Imported, robot_from_tree
 from phasmid.formats.judge import judge_robot
-from phasmid.formats.mjcf_in import read_mjcf
-from phasmid.formats.step_in import read_step
 from phasmid.formats.tree import Tree, tree_of
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.formats.urdf_out import urdf_files
@@ -109,22 +107,23 @@ def _own_robot(source: str | Path, options: ImportOptions | None) -> Robot:
     return load_own_robot(source)
 
 
-_READERS: dict[str, Callable[[Path, ImportOptions], Tree]] = {
-    ".urdf": read_urdf,
-    ".mjcf": read_mjcf,
-    ".step": read_step,
-    ".stp": read_step,
-}
-
-
 def _tree(path: Path, options: ImportOptions) -> Tree:
     """Read a file of another program with the reader of its format."""
     refuse_unread(path)
     suffix = path.suffix.lower()
+    is_urdf = suffix == ".urdf"
     if suffix == ".xml":
-        root = read_xml(read_bytes(path, LARGEST_FILE), path.name)
-        return (read_urdf if root.tag == "robot" else read_mjcf)(path, options)
-    return _READERS[suffix](path, options)
+        is_urdf = read_xml(read_bytes(path, LARGEST_FILE), path.name).tag == "robot"
+    if is_urdf:
+        return read_urdf(path, options)
+    # Lazy imports: the engine and the sidecar's tables are needed for these formats alone.
+    if suffix in (".step", ".stp"):
+        from phasmid.formats.step_in import read_step
+
+        return read_step(path)
+    from phasmid.formats.mjcf_in import read_mjcf
+
+    return read_mjcf(path, options)
 
 
 @checked
@@ -162,9 +161,7 @@ def save_robot(robot: Robot, path: str | Path, *, force: bool = False) -> tuple[
 def write_files(files: Mapping[Path, bytes], *, force: bool = False) -> None:
     """Write the files of a robot and their folders, in this order.
 
-    Args:
-        files: Their contents.
-        force: Whether files of these names are replaced; those of the same content may be there.
+    Without ``force`` files of the same content alone may be there.
 
     Raises:
         AlreadyExists: A file is there already.

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot
 from phasmid.formats.findings import Findings
 from phasmid.formats.legs import UPRIGHT, FoundLeg
-from phasmid.gait import Gait, default_gait
+from phasmid.gait import default_gait
 from phasmid.kinematics import (
     body_height,
     foot_position,
@@ -24,7 +24,7 @@ from phasmid.kinematics import (
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE
 from phasmid.motion import USUAL_STRIDE, blend, has_room_for, lift, longest_stride
-from phasmid.robot import Leg, Robot
+from phasmid.robot import Robot
 from phasmid.robot.leg import NEAREST_FOOT
 from phasmid.units import plain_number
 
@@ -80,12 +80,7 @@ def with_stance(
 ) -> Robot:
     """Return a robot on the neutral feet that its file gives, or else on chosen ones.
 
-    Args:
-        robot: The robot, on any feet.
-        legs: Its legs as in the file.
-        findings: Receives how the feet were found.
-        file: Name of the file, for the finding.
-        is_solid: Whether the file shows the trunk, which must stay above the feet.
+    A trunk that is solid, as the file shows it, must stay above the feet.
 
     Raises:
         InvalidRobot: No stance is within the limits, or all have the trunk below the feet.
@@ -118,9 +113,6 @@ def _on_feet(robot: Robot, feet: Float[np.ndarray, "legs 3"]) -> Robot:
     return replace(robot, legs=tuple(replace(leg, neutral_foot=foot) for leg, foot in legs))
 
 
-# A stance of the file -----------------------------------------------------------------------------
-
-
 def _given_stance(
     robot: Robot, legs: Sequence[FoundLeg], findings: Findings, *, is_solid: bool
 ) -> Robot | None:
@@ -142,10 +134,8 @@ def _given_stance(
     feet = foot_position(robot.arrays, q)
     # Beyond round-off of digits that were written.
     outside = ((q < low - 1e-3) | (q > high + 1e-3)).ravel()
-    farthest = float(np.abs(angles).max())
-    if farthest > 2 * np.pi:
-        degrees = plain_number(math.radians(farthest))
-        reason = f"{plain_number(farthest)} rad is more than a turn; {degrees}, if it is in degrees"
+    if np.abs(angles).max() > 2 * np.pi:
+        reason = "an angle is more than a turn; angles are radians"
     elif outside.any():
         first = joints[int(np.argmax(outside))]
         reason = (
@@ -158,7 +148,7 @@ def _given_stance(
         reason = "its knees bend up, and this model's bend down"
     else:
         robot = _on_level_feet(robot, feet, findings)
-        stride = longest_stride(robot, _gait(robot))
+        stride = longest_stride(robot, default_gait(len(robot.legs)))
         if is_solid and trunk_clearance(robot, body_height(robot), np.zeros(6)) <= 0:
             reason = "the trunk reaches below the feet"
         elif stride <= 0:
@@ -185,18 +175,12 @@ def _on_level_feet(robot: Robot, feet: Float[np.ndarray, "legs 3"], findings: Fi
     return _on_feet(robot, hip_from_body(robot, p))
 
 
-# A stance that is chosen --------------------------------------------------------------------------
-
-
 def _chosen(robot: Robot, *, is_solid: bool) -> Choice:
     """Return feet with room for a step: nearest to the usual places, or else those with most.
 
     All legs stand equally far out, straight from the hips or else in the middle of the coxae's
     ranges; of stances that every leg can take, the one nearest to `OUT` and `DOWN`; beneath the
     hips, nearest to `BENEATH`, where all coxa axes lie.
-
-    Raises:
-        InvalidRobot: No stance is within the limits, or all have the trunk below the feet.
     """
     out, down = _places(robot)
     straight = np.zeros(len(robot.legs))
@@ -209,7 +193,7 @@ def _chosen(robot: Robot, *, is_solid: bool) -> Choice:
             "no stance with knees up is within the joint limits.",
             hint="widen the limits, or check their signs",
         )
-    gait, usual = _gait(robot), USUAL_STRIDE
+    gait, usual = default_gait(len(robot.legs)), USUAL_STRIDE
     for share in SHARES:
         room = [
             (spare, feet, _has_room(robot, feet, share, spare))
@@ -237,10 +221,7 @@ def _chosen(robot: Robot, *, is_solid: bool) -> Choice:
 
 
 def _places(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Return distances from the coxa axes and depths below the body's origin, the best first.
-
-    They are in steps that make round numbers, as far as any leg reaches.
-    """
+    """Return distances from the coxa axes and depths below the body's origin, the best first."""
     length = float(robot.arrays.lengths.sum(axis=1).mean())
     step = _round_step(length)
     count = math.ceil(length / step)
@@ -268,28 +249,19 @@ def _feet_at(
     robot: Robot, out: np.ndarray, down: np.ndarray, turn: np.ndarray
 ) -> Float[np.ndarray, "places legs 3"]:
     """Return feet at distances from the coxa axes and depths, each leg turned about its hip."""
-    return np.stack(
-        [_in_hip(leg, out, down, angle) for leg, angle in zip(robot.legs, turn, strict=True)],
-        axis=1,
-    )
-
-
-def _in_hip(
-    leg: Leg, out: np.ndarray, down: np.ndarray, angle: float
-) -> Float[np.ndarray, "places 3"]:
-    level = np.stack([out, np.zeros(len(out)), -down - leg.mount_position[2]], axis=-1)
-    x, y, z = (level @ leg.R_level_hip + [0.0, leg.lateral_offsets.sum(), 0.0]).T
-    c, s = math.cos(angle), math.sin(angle)
-    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+    feet = []
+    for leg, angle in zip(robot.legs, turn, strict=True):
+        level = np.stack([out, np.zeros(len(out)), -down - leg.mount_position[2]], axis=-1)
+        x, y, z = (level @ leg.R_level_hip + [0.0, leg.lateral_offsets.sum(), 0.0]).T
+        c, s = math.cos(angle), math.sin(angle)
+        feet.append(np.stack([c * x - s * y, s * x + c * y, z], axis=-1))
+    return np.stack(feet, axis=1)
 
 
 def _has_room(
     robot: Robot, feet: Float[np.ndarray, "places legs 3"], share: float, spare: float
 ) -> np.ndarray:
-    """Return for each place whether all legs have room for a share of the usual step and lift.
-
-    The steps are ahead and sideways, without a gait's sway.
-    """
+    """Return for each place whether all legs have room for a share of the usual step and lift."""
     usual = USUAL_STRIDE
     u = np.linspace(0.0, 1.0, 13)
     way = (blend("quintic", u).position - 0.5) * share * usual.step_length
@@ -309,8 +281,3 @@ def _has_room(
         least = (1 - STRETCH**2) * longest if spare else 0.0
         room &= (inside & (margin >= least)).all(axis=1) & (feet[:, n, 0] >= NEAREST_FOOT)
     return room
-
-
-def _gait(robot: Robot) -> Gait:
-    """Return the gait for which room is made: the first of a number of legs."""
-    return default_gait(len(robot.legs))

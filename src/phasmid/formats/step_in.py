@@ -18,7 +18,6 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Findings
-from phasmid.formats.import_options import ImportOptions
 from phasmid.formats.solids.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
 from phasmid.robot import Part, Servo
@@ -109,14 +108,11 @@ def sidecar_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.toml")
 
 
-def read_step(path: Path, _: ImportOptions | None = None) -> Tree:
-    """Read the kinematic tree of a STEP file and the sidecar beside it.
+def read_step(path: Path) -> Tree:
+    """Read the kinematic tree of a STEP file and the sidecar ``NAME.step.toml`` beside it.
 
     Masses, centres of mass and inertias are those of the solids, at the sidecar's densities or
     scaled to its weighed masses. Each child's frame lies on its joint's axis, which is its z.
-
-    Args:
-        path: The STEP file; ``NAME.step.toml`` stands beside it.
 
     Raises:
         InvalidInput: A file cannot be read, or the sidecar does not fit the drawing.
@@ -127,11 +123,7 @@ def read_step(path: Path, _: ImportOptions | None = None) -> Tree:
 
 
 class SidecarReader:
-    """The sidecar of a STEP file, which makes a tree of the drawing's parts.
-
-    Raises:
-        InvalidInput: The sidecar is absent, or not well formed.
-    """
+    """The sidecar of a STEP file, which makes a tree of the drawing's parts."""
 
     def __init__(self, path: Path) -> None:
         file = sidecar_of(path)
@@ -150,12 +142,7 @@ class SidecarReader:
         self.findings = Findings()
 
     def tree(self, parts: Sequence[DrawnPart]) -> Tree:
-        """Return the tree of a drawing's parts.
-
-        Raises:
-            InvalidInput: The sidecar does not fit the drawing.
-            InvalidRobot: The links and joints form no tree.
-        """
+        """Return the tree of a drawing's parts."""
         sidecar = self.sidecar
         groups = self._groups(parts)
         poses = self._frames(parts)
@@ -321,11 +308,7 @@ def _nearest_path(pattern: str, parts: Iterable[DrawnPart]) -> str:
 def _axis_of(
     name: str, joint: StepJointTable, parts: Iterable[DrawnPart]
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Return a point of a joint's axis and its direction, in the drawing [m].
-
-    Raises:
-        InvalidInput: The sidecar names no such part or face, or gives no axis.
-    """
+    """Return a point of a joint's axis and its direction, in the drawing [m]."""
     sense = None
     if joint.direction is not None:
         sense = np.array(joint.direction, dtype=float)

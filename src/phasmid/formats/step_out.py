@@ -24,12 +24,8 @@ from phasmid.toml import toml_key, toml_string
 def cad_files(robot: Robot, folder: Path) -> dict[Path, tuple[str, bytes]]:
     """Draw a robot; return its STEP file, sidecar and meshes.
 
-    Args:
-        robot: The robot.
-        folder: Where the files will be.
-
     Returns:
-        By the path of the file, its description in a few words and its content.
+        By the path of the file in the folder, its description in a few words and its content.
 
     Raises:
         PhasmidError: build123d is not installed.
@@ -52,18 +48,7 @@ def cad_files(robot: Robot, folder: Path) -> dict[Path, tuple[str, bytes]]:
 
 
 def step_files(robot: Robot, name: str) -> dict[str, bytes]:
-    """Return a robot as a STEP file and its sidecar, which keeps the robot's own masses.
-
-    Args:
-        robot: The robot.
-        name: Of the STEP file.
-
-    Returns:
-        The two files' contents, by their names.
-
-    Raises:
-        PhasmidError: build123d is not installed.
-    """
+    """Return a STEP file and its sidecar, which keeps the robot's own masses, by their names."""
     assembly = build(robot)
     text = sidecar_text(robot, assembly, masses="file")
     return {name: step_text(assembly), sidecar_of(Path(name)).name: text.encode()}
@@ -73,9 +58,6 @@ def step_text(assembly: Assembly) -> bytes:
     """Write an assembly as STEP: the robot, its ``body`` and legs, their links, and their parts.
 
     Each distinct part is written once and placed as often as it is needed.
-
-    Raises:
-        PhasmidError: build123d is not installed.
     """
     b = build123d()
     groups: dict[str, list[Any]] = {}
@@ -118,12 +100,8 @@ def _plain_name(name: str) -> str:
 def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") -> str:
     """Return the sidecar of a robot's own assembly.
 
-    Links and joints are called as in `tree_of`; angles are those of Table 1.
-
-    Args:
-        robot: The robot.
-        assembly: Its solids.
-        masses: ``solids`` to have them computed, or ``file`` to keep those of the robot.
+    Links and joints are called as in `tree_of`; angles are those of Table 1. Masses are computed
+    of the ``solids``, or kept of the robot's ``file``.
     """
     poses = assembly.poses
     known = robot.servo.name in servo_names()

@@ -221,11 +221,7 @@ def rigid_link(tree: Tree, first: str) -> RigidLink:
 def fixed_to(
     tree: Tree, first: str
 ) -> tuple[dict[str, Float[np.ndarray, "4 4"]], tuple[TreeJoint, ...]]:
-    """Find all links that are fixed to a link, outwards, and the joints that they carry.
-
-    Returns:
-        Pose of each link's frame in the first one's, by name; and the joints that move.
-    """
+    """Return poses of all links fixed to a link, outwards, in it by name; and joints that move."""
     poses = {first: np.eye(4)}
     moving: list[TreeJoint] = []
     frontier = [first]
@@ -241,13 +237,7 @@ def fixed_to(
 
 
 def with_link_turned(tree: Tree, name: str, quarters: int) -> Tree:
-    """Return a tree in which a link's frame is turned about its z by quarter turns.
-
-    Args:
-        tree: The tree.
-        name: Name of the link.
-        quarters: Number of turns of 90° of all that it has and carries, to the left in its frame.
-    """
+    """Return a tree in which a link's frame is turned left about its z by quarter turns."""
     if not quarters:
         return tree
     X = np.eye(4)

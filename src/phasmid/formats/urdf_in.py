@@ -51,10 +51,6 @@ UNLIMITED = 1e9
 def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
     """Read the kinematic tree of a URDF file.
 
-    Args:
-        path: The file.
-        options: Folders of packages and unit of meshes.
-
     Raises:
         InvalidInput: The file cannot be read, or a number in it cannot be used.
         InvalidRobot: Its links and joints form no tree.
@@ -69,7 +65,7 @@ def read_urdf(path: Path, options: ImportOptions | None = None) -> Tree:
     if root.tag != "robot":
         raise InvalidInput(
             f"{root.file} line {root.line}: the file holds a <{short(root.tag)}>; "
-            "a URDF file holds a <robot>.",
+            "a URDF file holds a <robot>."
         )
     reader = _Reader(path, root, options or ImportOptions())
     links: dict[str, TreeLink] = {}
@@ -325,14 +321,7 @@ def _pose(element: Element) -> Float[np.ndarray, "4 4"]:
 
 
 def _balls(link: Element, tag: str) -> tuple[tuple[float, float, float, float], ...]:
-    """Return centres and radii of a link's spheres and ends of capsules.
-
-    Those of our own export are left out.
-
-    Args:
-        link: The link.
-        tag: ``collision`` or ``visual``.
-    """
+    """Return centres and radii of a link's spheres and ends of capsules, besides our export's."""
     balls = []
     for look in link.all(tag):
         geometry = look.find("geometry")

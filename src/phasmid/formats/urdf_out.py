@@ -34,14 +34,8 @@ def urdf_files(tree: Tree, name: str) -> dict[str, bytes]:
     to joint. The inertia of rotors, and the stance, for which URDF has no words, are in elements
     ``<phasmid>``, which other readers ignore.
 
-    Args:
-        tree: The tree.
-        name: Name of the URDF file without its ending.
-
     Returns:
-        Content by the name of the file relative to the folder: ``NAME.urdf`` and
-        ``NAME_meshes/*.stl``, the latter in single precision.
-
+        Content by file name: ``NAME.urdf`` and ``NAME_meshes/*.stl`` in single precision.
     """
     meshes, colors = StlFiles(name), dict[Color, str]()
     root = ET.Element("robot", name=tree.name)
@@ -119,9 +113,7 @@ def _add_link(
 
 
 def _add_origin(
-    owner: ET.Element,
-    xyz: Iterable[float],
-    rpy: Iterable[float] = (0.0, 0.0, 0.0),
+    owner: ET.Element, xyz: Iterable[float], rpy: Iterable[float] = (0.0, 0.0, 0.0)
 ) -> None:
     ET.SubElement(owner, "origin", xyz=written(xyz), rpy=written(rpy))
 

@@ -108,14 +108,9 @@ class Element:
         least: float = -LARGEST_NUMBER,
         largest: float = LARGEST_NUMBER,
     ) -> list[float]:
-        """Return the finite numbers of an attribute, separated by blanks.
+        """Return the finite numbers of an attribute, separated by blanks, as many as counted.
 
-        Args:
-            attribute: Its name.
-            count: How many there must be.
-            default: Value of an absent attribute; without one it must be there.
-            least: Smallest value.
-            largest: Largest value.
+        Without a default the attribute must be there.
         """
         written = self.attributes.get(attribute)
         if written is None:
@@ -166,11 +161,7 @@ def written(numbers: Iterable[float]) -> str:
 
 
 def read_xml(raw: bytes, file: str) -> Element:
-    """Return the root element of an XML text.
-
-    Args:
-        raw: The text, in the encoding that it declares.
-        file: Name of its file, for messages.
+    """Return the root element of an XML text in the encoding that it declares.
 
     Raises:
         InvalidInput: It is not well formed, too deep or too large, or defines entities.

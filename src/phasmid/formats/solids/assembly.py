@@ -113,12 +113,9 @@ def mass_properties(assembly: Assembly) -> dict[str, Inertial]:
 
 
 def solid_mass(shape: Any, density: float, mass: float | None = None) -> Inertial:
-    """Compute the mass properties of a uniform solid.
+    """Compute the mass properties of a uniform solid, in millimetres.
 
-    Args:
-        shape: The library's solid, in millimetres.
-        density: Mass by volume [kg/m³].
-        mass: As weighed [kg], in place of the density.
+    Its mass [kg], as weighed, takes the place of the density [kg/m³].
     """
     per_volume = density / MM**3 if mass is None else mass / shape.volume
     return Inertial(

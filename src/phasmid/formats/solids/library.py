@@ -28,11 +28,7 @@ def build123d() -> Any:
 
 
 def check_installed() -> None:
-    """Refuse to go on without the library; it is not loaded, which takes seconds.
-
-    Raises:
-        PhasmidError: It is not installed.
-    """
+    """Refuse to go on without the library; it is not loaded, which takes seconds."""
     if find_spec("OCP") is None or find_spec("build123d") is None:
         raise PhasmidError(
             "solids and STEP files need build123d, which is not installed.",

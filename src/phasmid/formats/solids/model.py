@@ -34,9 +34,6 @@ THIN = 1.0
 def build(robot: Robot) -> Assembly:
     """Return the solids of a robot, standing on its neutral feet.
 
-    Args:
-        robot: Any number of legs, at any place and tilt, of any lengths.
-
     Raises:
         PhasmidError: build123d is not installed.
     """

@@ -42,12 +42,8 @@ def servo(case: ServoCase) -> Any:
 def bracket(case: ServoCase, reach: float, *, start: float = 0.0) -> Any:
     """Return a bent sheet around a servo: two arms on its axis, and the web between them.
 
-    Arms leave the axis z along x to the web, whose far face stands at ``reach``.
-
-    Args:
-        case: The servo that it holds.
-        reach: From the axis to the web's far face [mm].
-        start: Where the arms begin; 0 has them turn about the axis and carry its screws.
+    Arms leave the axis z along x to the web, whose far face stands at ``reach``. Those that begin
+    at 0 turn about the axis and carry its screws.
     """
     b = build123d()
     w, depth, sheet = case.w, 1000 * case.depth, case.sheet
@@ -129,10 +125,7 @@ def foot(length: float, radius: float) -> Any:
     """Return a rubber foot along x, from 0 to its contact point at ``length``."""
     b = build123d()
     shank = b.Rot(0, 90, 0) * b.Cone(
-        0.75 * radius,
-        radius,
-        length - radius,
-        align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN),
+        0.75 * radius, radius, length - radius, align=(b.Align.CENTER, b.Align.CENTER, b.Align.MIN)
     )
     return (shank + b.Pos(length - radius, 0, 0) * b.Sphere(radius)).solid()
 
@@ -153,15 +146,10 @@ def plate(
     screw: float,
     windows: tuple[tuple[float, float, float, float], ...] = (),
 ) -> Any:
-    """Return a flat plate around some points, above z = 0.
+    """Return a flat plate around the corners of a convex polygon, counter-clockwise, above z = 0.
 
-    Args:
-        outline: Corners of a convex polygon, counter-clockwise [mm].
-        margin: By which the plate goes round them [mm].
-        sheet: Its thickness [mm].
-        screws: Places of the screw holes [mm].
-        screw: Their radius [mm].
-        windows: Middle and sizes along x and y of cut-outs with round corners [mm].
+    The plate goes round them by a margin, has holes of the radius ``screw``, and cut-outs with
+    round corners, each by its middle and sizes along x and y.
     """
     b = build123d()
     face = b.offset(b.make_face(b.Polyline(*outline, close=True)), margin, kind=b.Kind.ARC)

@@ -78,9 +78,7 @@ TIGHTEST = 0.75
 def case_of(servo: Servo, room: float) -> ServoCase:
     """Return the case of a servo, scaled to fit if the servo is none of `CASES`.
 
-    Args:
-        servo: The robot's servo.
-        room: The largest scale of an AX-12's case that leaves room for the links.
+    ``room`` is the largest scale of an AX-12's case that leaves room for the links.
     """
     if servo.name in CASES:
         # Links that are far too short for the servo's case cannot be those that it moves.
