@@ -35,7 +35,7 @@ def test_it_writes_solids_and_meshes(tmp_path: Path, capsys: pytest.CaptureFixtu
 def test_without_the_extra_it_says_what_to_install(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from phasmid.formats.solids.library import build123d
+    from phasmid.formats.solids.assembly import build123d
 
     build123d.cache_clear()
     monkeypatch.setitem(sys.modules, "build123d", None)

@@ -63,18 +63,13 @@ MASS, BAR = 0.1718, (1.15e-5, 2.51e-4, 2.51e-4)
             f"link {TIBIA}",
             "moves but has no mass.",
         ),
-        (
-            bar(MASS, (0.16, 0, 0), BAR),
-            "suspect",
-            f"link {TIBIA}",
-            "centre of mass is 29.14 mm outside its 130.9 mm box.",
-        ),
+        (bar(MASS, (0.16, 0, 0), BAR), "suspect", f"link {TIBIA}", "centre of mass is 29.1 mm"),
         (
             bar(MASS, (0.065, 0, 0), (1.15e-5, 2.51e-3, 2.51e-3)),
             "suspect",
             f"link {TIBIA}",
-            "inertia 0.00251 kg m² with 171.8 g gives a gyration radius of 120.9 mm; its matter is "
-            "at most 67.36 mm from its centre of mass.",
+            "inertia 0.00251 kg m² with 171.8 g gives a gyration radius of 121 mm; its matter is "
+            "at most 67.4 mm from its centre of mass.",
         ),
         (
             with_link(TREE, COXA, inertial=of(0.5, (0, 0, 0), (2e-4,) * 3)),
@@ -149,11 +144,7 @@ REAR = MK4.leg("left_rear")
 @pytest.mark.parametrize(
     ("robot", "subject", "what"),
     [
-        (
-            changed(mount_yaw=math.radians(-135)),
-            "leg left_rear",
-            "points across the body: its hip is on the left and its yaw is -135°.",
-        ),
+        (changed(mount_yaw=math.radians(-135)), "leg left_rear", "points across the body: its hip"),
         (
             changed(
                 tibia=replace(REAR.tibia, length=REAR.tibia.length + 0.02),

@@ -84,14 +84,8 @@ def with_three_legs() -> Tree:
 @pytest.mark.parametrize(
     ("tree", "what"),
     [
-        (
-            turned_joint("right_rear_tibia", 12),
-            "leg 3: femur and tibia axes differ by 12°; this model needs them parallel.",
-        ),
-        (
-            turned_joint(FEMUR, 60),
-            "leg 3: coxa and femur axes are 60° apart; this model needs them square.",
-        ),
+        (turned_joint("right_rear_tibia", 12), "leg 3: femur and tibia axes differ by 12°; this"),
+        (turned_joint(FEMUR, 60), "leg 3: coxa and femur axes are 60° apart; this model needs"),
         (
             with_joint(TREE, "right_rear_tibia", kind="fixed"),
             "robot: leg at joint right_rear_coxa: it has 2 hinges (right_rear_coxa, "
@@ -105,21 +99,14 @@ def with_three_legs() -> Tree:
             with_joint(TREE, FEMUR, kind="prismatic"),
             "robot: leg at joint right_rear_coxa: joint right_rear_femur is prismatic;",
         ),
-        (
-            with_three_legs(),
-            "robot: phantomx-mk4 has 3 chains of three hinges that leave base_link; "
-            "a walking robot here has 4 legs or more.",
-        ),
+        (with_three_legs(), "robot: phantomx-mk4 has 3 chains of three hinges that leave"),
         (
             with_joints(
                 TREE, lambda j: replace(j, lower=0.1, upper=0.2) if "tibia" in j.name else j
             ),
             "robot: no stance with knees up is within the joint limits.",
         ),
-        (
-            with_joints(TREE, lambda j: replace(j, effort=None)),
-            "servo: the joints have no effort, so their servos are not known.",
-        ),
+        (with_joints(TREE, lambda j: replace(j, effort=None)), "servo: the joints have no effort,"),
         (
             reframed(TREE, {"base_link": pose(turn([1, 0, 0], math.pi / 2))}),
             "robot: the hips spread 200 mm along z and 0 mm along y; z must be up.",

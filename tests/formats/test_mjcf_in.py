@@ -146,32 +146,16 @@ for name, new in (("base", "spare"), ("arm", "arm2"), ("j", "k")):
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        (
-            "<PhysicalModelingXMLFile/>",
-            "robot.xml line 1: the file holds a <PhysicalModelingXMLFile>; robots are read from",
-        ),
+        ("<PhysicalModelingXMLFile/>", "robot.xml line 1: the file holds a"),
         (two(before=SPARE), "robot.xml has 2 root links (spare, base); exactly 1 is needed."),
         ("<mujoco><worldbody/></mujoco>", "robot.xml has 0 root links; exactly 1 is needed."),
-        (
-            two(joint=' rnage="1 2"'),
-            "MuJoCo cannot use robot.xml: Schema violation: unrecognized attribute: 'rnage'.",
-        ),
+        (two(joint=' rnage="1 2"'), "MuJoCo cannot use robot.xml: Schema violation: unrecognized"),
         (two(inside='<geom type="box" size="0 0 0"/>'), "MuJoCo cannot use robot.xml: "),
-        (
-            two(inside='<geom size=".1"/>' * 2000),
-            "robot.xml describes more than 2000 bodies, shapes and other things; "
-            "such models are refused.",
-        ),
-        (
-            two(joint=' range="60 -60"'),
-            "joint j: its lower limit 60 lies above the upper -60. swap them",
-        ),
+        (two(inside='<geom size=".1"/>' * 2000), "robot.xml describes more than 2000 bodies,"),
+        (two(joint=' range="60 -60"'), "joint j: its lower limit 60 lies above the upper -60."),
         (two(joint=' pos="0 nan 0"'), "MuJoCo finds numbers in robot.xml that are not finite."),
         (two(joint=' range="nan 1"'), "MuJoCo finds numbers in robot.xml that are not finite."),
-        (
-            two(before='<include file="/etc/passwd"/>'),
-            'file "/etc/passwd" lies outside the model folder.',
-        ),
+        (two(before='<include file="/etc/passwd"/>'), 'file "/etc/passwd" lies outside the model'),
         (
             two(inside='<replicate count="1000000000"><body/></replicate>'),
             "<replicate> is not read."

@@ -88,8 +88,6 @@ def test_an_axis_is_x_where_none_is_given_and_has_length_one(tmp_path: Path) -> 
     np.testing.assert_array_equal(joint.axis, [1, 0, 0])
     tree = read(LEG.replace('"0 0 1"/>', '"0 0 -3"/>'), tmp_path)
     np.testing.assert_array_equal(tree.joints[0].axis, [0, 0, -1])
-    (found,) = tree.findings
-    assert found.what == "its axis has length 3; it was made 1."
 
 
 def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
@@ -243,79 +241,22 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
     ("old", "new", "what", "line"),
     [
         ('value="0.5"', 'value="nan"', '<mass>: value is "nan"; it must be a finite number.', 6),
-        (
-            'value="0.5"',
-            'value="${m}"',
-            '<mass>: value is "${m}"; it must be a number. expand the file with xacro first',
-            6,
-        ),
-        (
-            '"0.1 0 0"',
-            '"0.1 0 1e300"',
-            '<origin>: xyz is "0.1 0 1e300"; numbers must be from -1e+06 to 1e+06.',
-            5,
-        ),
+        ('value="0.5"', 'value="${m}"', '<mass>: value is "${m}"; it must be a number. expand', 6),
+        ('"0.1 0 0"', '"0.1 0 1e300"', '<origin>: xyz is "0.1 0 1e300"; numbers must be from', 5),
         ('"0.1 0 0"', '"0.1 0"', '<origin>: xyz is "0.1 0"; it must be 3 numbers.', 5),
         ('ixx="1e-3" ', "", "<inertia> has no ixx.", 7),
         ('link name="base"', "link", "<link> has no name.", 2),
-        (
-            'rpy="0 0 1.5707963267948966"',
-            'rpy="90 0 45"',
-            "<origin>: rpy 90 0 45 rad is more than a turn; URDF angles are radians. "
-            'rpy="1.5708 0 0.7854"',
-            5,
-        ),
-        (
-            'child link="tibia_3"',
-            'child link="base"',
-            "link base hangs on a ring of joints that is not tied to the root link.",
-            2,
-        ),
-        (
-            "</robot>",
-            '<link name="spare"/></robot>',
-            "robot.urdf has 2 root links (base, spare); exactly 1 is needed.",
-            0,
-        ),
-        (
-            "</robot>",
-            MORE.format(name="j5"),
-            "link tibia_3 has two parents (joints coxa_1, j5).",
-            22,
-        ),
+        ('rpy="0 0 1.5707963267948966"', 'rpy="90 0 45"', "<origin>: rpy 90 0 45 rad is more", 5),
+        ('child link="tibia_3"', 'child link="base"', "link base hangs on a ring of joints", 2),
+        ("</robot>", '<link name="spare"/></robot>', "robot.urdf has 2 root links (base,", 0),
+        ("</robot>", MORE.format(name="j5"), "link tibia_3 has two parents (joints coxa_1,", 22),
         ("</robot>", MORE.format(name="coxa_1"), "two joints are called coxa_1.", 15),
-        (
-            "</robot>",
-            '<xacro:leg name="a"/></robot>',
-            "robot.urdf line 22: <xacro:leg> is not expanded. run xacro first: xacro ",
-            0,
-        ),
-        (
-            '"0.1 0.2 0.3"',
-            '"0.1 0 0.3"',
-            '<box>: size is "0.1 0 0.3"; numbers must be from 1e-09 to 5.',
-            11,
-        ),
-        (
-            'type="revolute"',
-            'type="revolut"',
-            'joint coxa_1: type "revolut" is none of revolute, continuous, fixed, prismatic, '
-            "floating, planar.",
-            15,
-        ),
+        ("</robot>", '<xacro:leg name="a"/></robot>', "robot.urdf line 22: <xacro:leg> is not", 0),
+        ('"0.1 0.2 0.3"', '"0.1 0 0.3"', '<box>: size is "0.1 0 0.3"; numbers must be from', 11),
+        ('type="revolute"', 'type="revolut"', 'joint coxa_1: type "revolut" is none of', 15),
         ('<parent link="base"/>', "", '<joint name="coxa_1"> has no <parent>.', 15),
-        (
-            'child link="tibia_3"',
-            'child link="foot"',
-            'joint coxa_1 names a link "foot", which is not there.',
-            15,
-        ),
-        (
-            'xyz="0 0 1"/>\n    <l',
-            'xyz="0 0 0"/><l',
-            "joint coxa_1: its axis has no direction.",
-            18,
-        ),
+        ('child link="tibia_3"', 'child link="foot"', 'joint coxa_1 names a link "foot",', 15),
+        ('xyz="0 0 1"/>\n    <l', 'xyz="0 0 0"/><l', "joint coxa_1: its axis has no", 18),
         ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
     ],
 )

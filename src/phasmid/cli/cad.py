@@ -21,7 +21,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the solids of a robot, and return the exit status."""
     from phasmid.formats import load_robot
     from phasmid.formats.robots import write_files
-    from phasmid.formats.solids.library import build123d
+    from phasmid.formats.solids.assembly import build123d
     from phasmid.formats.step_out import cad_files
 
     begin = time.perf_counter()

@@ -159,11 +159,9 @@ class Piece:
 
     Attributes:
         subject: Of messages, such as ``link tibia_rf``.
-        where: File and line.
         joint: ``coxa``, ``femur``, ``tibia``, or ``body``.
         leg: Its leg; None for the trunk.
         hips: All hips in the body frame [m], shape (L, 3).
-        inertial: Mass and inertia; None where there is none.
         parts: Its look, in this frame.
     """
 

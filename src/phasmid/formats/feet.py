@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.formats.chains import Chain
-from phasmid.formats.findings import Findings
+from phasmid.formats.findings import Findings, mm
 from phasmid.formats.tree import RigidLink
 from phasmid.units import plain_number
 
@@ -36,12 +36,9 @@ EXAMPLE = 'foot = "1-3=0,0,-0.13; 4-6=0,0,0.13"'
 
 @dataclass(frozen=True, eq=False)
 class Foot:
-    """The foot of a leg.
+    """The foot of a leg: a point of the tibia's first link [m], and its source in words.
 
-    Attributes:
-        point: In the frame of the tibia's first link [m], shape (3,).
-        source: Its source, in words.
-        radius: Radius of the ball about it [m]; 0: it is a point.
+    The radius is that of the ball about it [m]; 0: it is a point.
     """
 
     point: Float[np.ndarray, "3"]
@@ -81,8 +78,8 @@ def _is_at_the_end(number: int, chain: Chain, foot: Foot, findings: Findings) ->
     if end <= own * (1 + BEYOND):
         return True
     what = (
-        f"the frame of its foot link is {_mm(own)} from the tibia's axis, and its shapes reach to "
-        f"{_mm(end)}: the link was not taken for the foot."
+        f"the frame of its foot link is {mm(own)} from the tibia's axis, and its shapes reach to "
+        f"{mm(end)}: the link was not taken for the foot."
     )
     name = foot.source.removeprefix("link ")
     # What the names of all legs' links end in.
@@ -105,7 +102,7 @@ def common_radius(feet: Sequence[float], findings: Findings) -> float:
         return smallest
     if smallest <= PRINTED:
         what = (
-            f"some are balls, of up to {_mm(largest)}, and some points; all were taken for points, "
+            f"some are balls, of up to {mm(largest)}, and some points; all were taken for points, "
             "the balls at their centres."
         )
         findings.suspect("feet", what, hint='foot = "0,0,-0.13", changed to the foot of all legs')
@@ -114,8 +111,8 @@ def common_radius(feet: Sequence[float], findings: Findings) -> float:
     error = max(largest - mean, mean - smallest)
     findings.suspect(
         "feet",
-        f"their balls have radii of {_mm(smallest)} to {_mm(largest)}; every foot has the mean, "
-        f"{_mm(mean)}, which places the ground up to {_mm(error)} too high or too low.",
+        f"their balls have radii of {mm(smallest)} to {mm(largest)}; every foot has the mean, "
+        f"{mm(mean)}, which places the ground up to {mm(error)} too high or too low.",
     )
     return mean
 
@@ -205,11 +202,11 @@ def _rounded(number: int, tibia: RigidLink, foot: Foot, findings: Findings) -> F
     if moved > TIP:
         findings.note(
             f"leg {number}",
-            f"its foot is {_mm(moved)} from the centre of a ball of radius "
-            f"{_mm(radius)}; that centre was taken.",
+            f"its foot is {mm(moved)} from the centre of a ball of radius "
+            f"{mm(radius)}; that centre was taken.",
             tibia.links[0].where,
         )
-    return Foot(centres[ball], f"{foot.source}, a ball of radius {_mm(radius)}", radius)
+    return Foot(centres[ball], f"{foot.source}, a ball of radius {mm(radius)}", radius)
 
 
 def _found(number: int, chain: Chain, findings: Findings) -> Foot:
@@ -223,7 +220,7 @@ def _found(number: int, chain: Chain, findings: Findings) -> Foot:
         report, source = findings.note, "ball"
         ball = int(np.argmax(end))
         point, radius = centres[ball], float(radii[ball])
-        touches = f", of radius {_mm(radius)}"
+        touches = f", of radius {mm(radius)}"
     elif len(corners):
         report, source, radius = findings.suspect, "tip of the shape", 0.0
         tip = corners[away >= away.max() - TIP]
@@ -255,10 +252,6 @@ def _balls(tibia: RigidLink) -> tuple[np.ndarray, np.ndarray]:
     ]
     rows = np.reshape(balls, (-1, 4))
     return rows[:, :3], rows[:, 3]
-
-
-def _mm(length: float) -> str:
-    return f"{plain_number(1000 * length, 3)} mm"
 
 
 def _distances(

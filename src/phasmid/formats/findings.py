@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from phasmid.errors import PhasmidError
+from phasmid.units import plain_number
 
 NAMED = 3
 """Number of subjects that are named before the rest is counted."""
@@ -105,3 +106,8 @@ def _listed(subjects: list[str]) -> str:
         return subjects[0]
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     return f"{noun}s {', '.join(names[:NAMED])}{more}"
+
+
+def mm(length: float) -> str:
+    """Return a length [m] in millimetres, for a message."""
+    return f"{plain_number(1000 * length, 3)} mm"

@@ -19,12 +19,11 @@ from phasmid.formats.assumptions import (
     strength_of,
     weighed,
 )
-from phasmid.formats.chains import Skeleton, skeleton
+from phasmid.formats.chains import Skeleton, skeleton, with_stops
 from phasmid.formats.feet import PRINTED, common_radius, find_foot, foot_places
 from phasmid.formats.findings import Finding, Findings, Severity, grouped
 from phasmid.formats.forward import AXES, judge_forward
 from phasmid.formats.import_options import ImportOptions
-from phasmid.formats.joint_limits import with_stops
 from phasmid.formats.judge import judge_links, judge_robot
 from phasmid.formats.legs import FoundLeg, found_leg, names_in_order
 from phasmid.formats.stance import with_stance

@@ -13,7 +13,7 @@ import numpy as np
 from phasmid.errors import PhasmidError
 from phasmid.formats.assumptions import DATA_SHEET, Piece
 from phasmid.formats.chains import Chain
-from phasmid.formats.findings import Finding, Findings, Severity, grouped
+from phasmid.formats.findings import Finding, Findings, Severity, grouped, mm
 from phasmid.formats.legs import MIDDLE
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import (
@@ -93,14 +93,14 @@ def _judge_matter(link: Piece, found: Findings) -> None:
     outside = float(np.maximum(np.maximum(low - com, com - high), 0.0).max())
     hint = 'masses = "geometry", which spreads each mass over its link\'s box'
     if outside > OUTSIDE * size:
-        what = f"centre of mass is {_mm(outside)} outside its {_mm(size)} box."
+        what = f"centre of mass is {mm(outside)} outside its {mm(size)} box."
         found.suspect(link.subject, what, link.where, hint)
     radius = math.sqrt(max(float(moments[2]), 0.0) / link.mass)
     farthest = float(np.linalg.norm(np.maximum(com - low, high - com)))
     if radius > farthest + OUTSIDE * size:
         what = (
             f"inertia {moments[2]:.3g} kg m² with {plain_number(1000 * link.mass)} g gives a "
-            f"gyration radius of {_mm(radius)}; its matter is at most {_mm(farthest)} from its "
+            f"gyration radius of {mm(radius)}; its matter is at most {mm(farthest)} from its "
             "centre of mass."
         )
         found.suspect(link.subject, what, link.where, hint)
@@ -149,18 +149,18 @@ def _judge_stance(robot: Robot, found: Findings, *, assumed: bool) -> None:
         found.impossible("neutral feet", error.what, error.where, error.hint)
         return
     for leg, angles in zip(robot.legs, q, strict=True):
-        for joint, angle, (low, high) in zip(JOINTS, angles, leg.joint_limits, strict=True):
+        limits = np.degrees(leg.joint_limits)
+        for joint, angle, (low, high) in zip(JOINTS, np.degrees(angles), limits, strict=True):
             if not low <= angle <= high:
                 found.impossible(
                     f"joint {leg.name}.{joint}",
-                    f"stands at {_degrees(angle)}, outside its limits "
-                    f"[{_degrees(low)}, {_degrees(high)}].",
+                    f"stands at {angle:.4g}°, outside its limits {low:.4g}° to {high:.4g}°.",
                     hint="move the neutral foot, or widen the limits",
                 )
     com, feet = centre_of_mass(robot, q), neutral_feet(robot)
     clearance = trunk_clearance(robot, body_height(robot), np.zeros(6))
     if clearance < 0 and not assumed:
-        what = f"the trunk reaches {_mm(-clearance)} below the feet."
+        what = f"the trunk reaches {mm(-clearance)} below the feet."
         found.impossible("neutral feet", what, hint="lower feet, or check the trunk's box")
     margin = float(support_margin(feet[:, :2], np.ones(len(feet), dtype=bool), np.asarray(com[:2])))
     if margin < 0:
@@ -227,11 +227,3 @@ def _differences(one: Leg, other: Leg, middle: float, *, assumed: bool) -> list[
         for what, difference, most, unit in differences
         if difference > most
     ]
-
-
-def _mm(length: float) -> str:
-    return f"{plain_number(1000 * length)} mm"
-
-
-def _degrees(angle: float) -> str:
-    return f"{plain_number(math.degrees(angle))}°"

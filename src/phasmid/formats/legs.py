@@ -13,7 +13,6 @@ from phasmid.formats.chains import Chain
 from phasmid.formats.feet import PRINTED, Foot
 from phasmid.formats.findings import Findings
 from phasmid.formats.tree import rpy_of
-from phasmid.kinematics import rotation_rpy
 from phasmid.robot import HEXAPOD_LEGS, JOINTS
 from phasmid.robot.link import LONGEST_LENGTH
 from phasmid.units import plain_number
@@ -91,12 +90,6 @@ class FoundLeg:
     def joints(self) -> tuple[str, ...]:
         """The file's names of coxa, femur and tibia joint."""
         return tuple(joint.name for joint in self.chain.joints)
-
-    @property
-    def R_level_hip(self) -> Float[np.ndarray, "3 3"]:
-        """The hip's tilt without its yaw, shape (3, 3)."""
-        _, pitch, roll = self.angles
-        return rotation_rpy(np.asarray(roll), np.asarray(pitch), np.asarray(0.0))
 
 
 def names_in_order(hips: Float[np.ndarray, "legs 3"]) -> list[tuple[str, int]]:
@@ -209,19 +202,14 @@ def _pose(origin: np.ndarray, *axes: np.ndarray) -> np.ndarray:
 def _refuse_skew(chain: Chain, number: int) -> None:
     a1, a2, a3 = chain.axes
     square = math.degrees(math.asin(min(1.0, abs(a1 @ a2))))
-    if square > math.degrees(SNAPPED):
-        raise InvalidRobot(
-            f"leg {number}: coxa and femur axes are {plain_number(90 - square, 3)}° apart; this "
-            "model needs them square.",
-            where=chain.joints[1].where,
-        )
     tilt = math.degrees(_angle_between(a2, a3))
-    if tilt > math.degrees(SNAPPED):
-        raise InvalidRobot(
-            f"leg {number}: femur and tibia axes differ by {plain_number(tilt, 3)}°; this model "
-            "needs them parallel.",
-            where=chain.joints[2].where,
-        )
+    apart, differ = plain_number(90 - square, 3), plain_number(tilt, 3)
+    for joint, angle, what in (
+        (1, square, f"coxa and femur axes are {apart}° apart; this model needs them square."),
+        (2, tilt, f"femur and tibia axes differ by {differ}°; this model needs them parallel."),
+    ):
+        if angle > math.degrees(SNAPPED):
+            raise InvalidRobot(f"leg {number}: {what}", where=chain.joints[joint].where)
 
 
 def _angle_between(a: np.ndarray, b: np.ndarray) -> float:
@@ -230,24 +218,23 @@ def _angle_between(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def _check_lengths(number: int, chain: Chain, lengths: np.ndarray, hip: float) -> None:
-    for length, ends in zip(
-        lengths[1:], ("femur and tibia axes", "tibia axis and foot"), strict=True
-    ):
+    hint = 'foot = "0,0,-0.13", changed to where it touches'
+    ends = (("femur and tibia axes", ""), ("tibia axis and foot", hint))
+    for length, (between, hint) in zip(lengths[1:], ends, strict=True):
         if length < SHORTEST:
-            raise InvalidRobot(
-                f"leg {number}: {ends} are {plain_number(1000 * length, 2)} mm apart; they must "
-                f"be {1000 * SHORTEST:g} mm or more.",
-                where=chain.joints[2].where,
-                hint='foot = "0,0,-0.13", changed to where it touches' if "foot" in ends else "",
+            what = (
+                f"leg {number}: {between} are {plain_number(1000 * length, 2)} mm apart; they must "
+                f"be {1000 * SHORTEST:g} mm or more."
             )
+            raise InvalidRobot(what, where=chain.joints[2].where, hint=hint)
     for name, length in zip((*JOINTS, "hip's distance"), (*lengths, hip), strict=True):
         if not length <= LONGEST_LENGTH:
-            raise InvalidRobot(
+            what = (
                 f"leg {number}: its {name} measures {plain_number(length)} m; lengths above "
-                f"{LONGEST_LENGTH:g} m are refused.",
-                where=chain.joints[0].where,
-                hint="give all lengths in metres",
+                f"{LONGEST_LENGTH:g} m are refused."
             )
+            where = chain.joints[0].where
+            raise InvalidRobot(what, where=where, hint="give all lengths in metres")
 
 
 def _middle(chain: Chain) -> float:

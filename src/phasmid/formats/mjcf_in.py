@@ -22,7 +22,7 @@ from phasmid.formats.feet import names_a_foot
 from phasmid.formats.files import named_file
 from phasmid.formats.findings import Findings
 from phasmid.formats.import_options import ImportOptions
-from phasmid.formats.tree import ENDLESS, Tree, TreeJoint, TreeLink, root_error
+from phasmid.formats.tree import Tree, TreeJoint, TreeLink, ended, root_error
 from phasmid.formats.urdf_in import OWN_SHAPE
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import quaternion_rotation
@@ -84,11 +84,7 @@ class _Source:
     """An MJCF file with the files that it includes; it needs no others than meshes.
 
     Attributes:
-        path: The file.
-        text: Its content.
         included: Content of included files, by their names as written.
-        options: Folders of packages and unit of meshes.
-        findings: Receives omissions.
         keys: Name and ``qpos`` of each key.
         followers: Joints whose angle another one gives, and the other one's names.
         no_load_speed: Speed of all servos [rad/s], which only files of phasmid have; else None.
@@ -391,8 +387,7 @@ class _Reader:
             child,
             X @ turn,
             axis,
-            lower if lower > -ENDLESS else -np.inf,
-            upper if upper < ENDLESS else np.inf,
+            *ended(lower, upper),
             self._effort(joint),
             self.source.no_load_speed,
             damping=float(model.dof_damping[dof].flat[0]),

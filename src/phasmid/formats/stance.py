@@ -61,9 +61,8 @@ class Choice:
     """Feet for a robot.
 
     Attributes:
-        feet: In the hip frames [m], shape (L, 3).
-        out: Distance from the coxa axes [m].
-        down: Depth below the body's origin [m].
+        feet: In the hip frames [m], shape (L, 3), ``out`` from the coxa axes and ``down`` below the
+            body's origin [m].
         spare: Angle from the joint limits that a step leaves [rad].
         stride: A stride ahead for which there is room, at most the usual one [m].
     """

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.errors import plain
 from phasmid.formats.solids import Assembly, build, meshes
-from phasmid.formats.solids.assembly import location, unique
-from phasmid.formats.solids.library import build123d
+from phasmid.formats.solids.assembly import build123d, location, unique
 from phasmid.formats.step_in import sidecar_of
 from phasmid.kinematics import joint_angles
 from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
@@ -30,8 +30,8 @@ def cad_files(robot: Robot, folder: Path) -> dict[Path, tuple[str, bytes]]:
     Raises:
         PhasmidError: build123d is not installed.
     """
-    plain = "".join(c if c.isalnum() or c in "-_." else "_" for c in robot.name)
-    name = plain.strip(".") or "robot"
+    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in robot.name).strip(".")
+    name = name or "robot"
     step = folder / f"{name}.step"
     assembly = build(robot)
     return {
@@ -106,7 +106,7 @@ def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") ->
     poses = assembly.poses
     known = robot.servo.name in servo_names()
     lines = [
-        f"# What {_plain(robot.name)} is made of: which part of the drawing belongs to which link,",
+        f"# What {plain(robot.name)} is made of: which part of the drawing belongs to which link,",
         "# what parts weigh, and where the joints' axes are.",
         f"name = {toml_string(robot.name)}",
         *([f"servo = {toml_string(robot.servo.name)}"] if known else servo_table(robot.servo)),
@@ -150,10 +150,6 @@ def sidecar_text(robot: Robot, assembly: Assembly, *, masses: str = "solids") ->
 
 def _table(kind: str, name: str, *lines: str) -> list[str]:
     return [f"[{kind}.{toml_key(name)}]", *lines, ""]
-
-
-def _plain(name: str) -> str:
-    return "".join(c if c.isprintable() else " " for c in name)
 
 
 def _row(values: np.ndarray) -> str:

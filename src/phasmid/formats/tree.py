@@ -170,6 +170,11 @@ class Tree:
         return self._outgoing[link]
 
 
+def ended(lower: float, upper: float) -> tuple[float, float]:
+    """Return limits, infinite where a file's mean none [rad]."""
+    return lower if lower > -ENDLESS else -math.inf, upper if upper < ENDLESS else math.inf
+
+
 def root_error(file: str, roots: Sequence[str], hint: str = "") -> InvalidRobot:
     """Return the error for no root link, or several."""
     named = f" ({', '.join(roots[:6])}{', …' if len(roots) > 6 else ''})" if roots else ""

@@ -15,13 +15,12 @@ from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats import meshes
 from phasmid.formats.findings import Findings
 from phasmid.formats.import_options import ImportOptions
-from phasmid.formats.tree import ENDLESS, WHOLE_TURN, Tree, TreeJoint, TreeLink
+from phasmid.formats.tree import WHOLE_TURN, Tree, TreeJoint, TreeLink, ended
 from phasmid.formats.xml import LARGEST_FILE, Element, read_xml, short
 from phasmid.kinematics import rotation_rpy
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
 from phasmid.toml import read_bytes
-from phasmid.units import plain_number
 
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 """Joints of URDF."""
@@ -258,9 +257,6 @@ class _Reader:
         length = float(np.linalg.norm(axis))
         if length < 1e-9:
             raise InvalidInput(f"joint {name}: its axis has no direction.", where=element.where)
-        if abs(length - 1) > 1e-3:
-            what = f"its axis has length {plain_number(length)}; it was made 1."
-            self.findings.note(f"joint {name}", what, element.where)
         # A unit vector stays as it is, to the last digit.
         return axis if abs(length - 1) < 1e-15 else axis / length
 
@@ -283,9 +279,7 @@ class _Reader:
         lower, upper = (
             limit.number(key, 0.0, least=-math.inf, largest=math.inf) for key in ("lower", "upper")
         )
-        if kind == "prismatic" or max(-lower, upper) < ENDLESS:
-            return lower, upper
-        return lower if lower > -ENDLESS else -math.inf, upper if upper < ENDLESS else math.inf
+        return (lower, upper) if kind == "prismatic" else ended(lower, upper)
 
     def count_ignored(self) -> None:
         """Note elements that were not read."""

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.formats.solids.library import build123d
+from phasmid.errors import PhasmidError
 from phasmid.robot import JOINTS, Part
 from phasmid.robot.inertial import Inertial, merged
 
@@ -25,13 +28,7 @@ ANGULAR_TOLERANCE = 0.8
 
 @dataclass(frozen=True)
 class Material:
-    """A material.
-
-    Attributes:
-        name: One word.
-        density: Mass by volume [kg/m³].
-        color: Red, green, blue and opacity, 0 to 1.
-    """
+    """A material: its density [kg/m³], and red, green, blue and opacity, 0 to 1."""
 
     name: str
     density: float
@@ -59,7 +56,6 @@ class Solid:
     """A distinct part, which may be placed many times.
 
     Attributes:
-        name: Such as ``servo``.
         shape: The library's solid, in millimetres, in the part's own frame.
         material: Gives its density and colour.
         mass: As weighed [kg]; None to take it from the density.
@@ -73,13 +69,7 @@ class Solid:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A part in its place.
-
-    Attributes:
-        name: Its name in the link.
-        solid: The part.
-        X_link_part: Its pose in the link's frame [m], shape (4, 4).
-    """
+    """A part in its place, by its name in the link and its pose in the link's frame [m]."""
 
     name: str
     solid: Solid
@@ -91,7 +81,6 @@ class Assembly:
     """A robot of solids.
 
     Attributes:
-        name: Of the robot.
         links: Parts by link: ``body``, and ``LEG.coxa``, ``LEG.femur``, ``LEG.tibia``.
         poses: Pose of each link's frame in the body's, as drawn [m], each of shape (4, 4).
     """
@@ -178,3 +167,28 @@ def unique(path: str, taken: set[str]) -> str:
         name = f"{path}_{number}"
     taken.add(name)
     return name
+
+
+@cache
+def build123d() -> Any:
+    """Import and return build123d.
+
+    Raises:
+        PhasmidError: It is not installed, or cannot be loaded.
+    """
+    check_installed()
+    try:
+        return import_module("build123d")
+    except ImportError as error:
+        # The cause shows an import that Ctrl-C interrupted.
+        reason = " ".join(str(error).split())[:160]
+        raise PhasmidError(f"build123d is installed and cannot be loaded: {reason}.") from error
+
+
+def check_installed() -> None:
+    """Refuse to go on without the library; it is not loaded, which takes seconds."""
+    if find_spec("OCP") is None or find_spec("build123d") is None:
+        raise PhasmidError(
+            "solids and STEP files need build123d, which is not installed.",
+            hint='pip install "phasmid[cad]"',
+        )

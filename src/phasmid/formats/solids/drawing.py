@@ -9,12 +9,13 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.formats.solids.library import check_installed
+from phasmid.formats.solids.assembly import check_installed
 from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial
 from phasmid.toml import read_bytes
@@ -34,13 +35,7 @@ REFUSED = 3
 
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A cylindrical face of a part.
-
-    Attributes:
-        point: A point of its axis [m], shape (3,).
-        direction: Of its axis, a unit vector, shape (3,).
-        area: [m²].
-    """
+    """A cylindrical face of a part: a point of its axis [m], its direction and area [m²]."""
 
     point: Float[np.ndarray, "3"]
     direction: Float[np.ndarray, "3"]
@@ -99,13 +94,7 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
         try:
             done = subprocess.run(  # noqa: S603
-                [
-                    sys.executable,
-                    "-m",
-                    "phasmid.formats.solids.reader",
-                    str(path.absolute()),
-                    str(out),
-                ],
+                [sys.executable, "-m", READER, str(path.absolute()), str(out)],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
@@ -132,7 +121,8 @@ def read_drawing(path: Path) -> tuple[DrawnPart, ...]:
 
 def save_parts(parts: Sequence[DrawnPart], file: Path) -> None:
     """Write parts as arrays of numbers and names, which can hold no code."""
-    arrays = {"paths": np.array([p.path for p in parts]), "products": [p.product for p in parts]}
+    arrays: dict[str, Any] = {"paths": [p.path for p in parts]}
+    arrays["products"] = [p.product for p in parts]
     for n, part in enumerate(parts):
         if part.solid is not None:
             arrays[f"solid{n}"] = np.r_[part.solid.mass, part.solid.com, part.solid.inertia.ravel()]

@@ -9,7 +9,7 @@ import numpy as np
 
 from phasmid.formats.solids import parts
 from phasmid.formats.solids.assembly import ALUMINIUM, MM, PAINTED, RUBBER, SERVO, Placed, Solid
-from phasmid.formats.solids.servo_case import ServoCase
+from phasmid.formats.solids.parts import ServoCase
 from phasmid.robot import Leg
 
 

@@ -24,7 +24,7 @@ from phasmid.formats.solids.assembly import (
     Solid,
 )
 from phasmid.formats.solids.legs import leg_parts, pose, room, servo
-from phasmid.formats.solids.servo_case import ServoCase, case_of
+from phasmid.formats.solids.parts import ServoCase, case_of
 from phasmid.robot import JOINTS, Robot
 
 THIN = 1.0

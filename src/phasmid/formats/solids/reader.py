@@ -14,9 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.formats.solids.assembly import ANGULAR_TOLERANCE, MM, TOLERANCE, solid_mass, unique
+from phasmid.formats.solids.assembly import (
+    ANGULAR_TOLERANCE,
+    MM,
+    TOLERANCE,
+    build123d,
+    solid_mass,
+    unique,
+)
 from phasmid.formats.solids.drawing import REFUSED, Cylinder, DrawnPart, save_parts
-from phasmid.formats.solids.library import build123d
 from phasmid.robot import Part
 
 MOST_PARTS = 4000
