@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from phasmid.robot import Servo as Servo
     from phasmid.scenario import Scenario as Scenario
     from phasmid.scenario import load_scenario as load_scenario
-    from phasmid.simulation.sensors import sense as sense
     from phasmid.simulation import replay as replay
     from phasmid.simulation import sense as sense
     from phasmid.simulation import simulate as simulate
@@ -71,8 +70,7 @@ _NAMES = {
     "reporting": "export plot report summarise",
     "robot": "Body Leg Link Robot Servo",
     "scenario": "Scenario load_scenario",
-    "sensors": "sense",
-    "simulation": "drive replay simulate simulate_many",
+    "simulation": "drive replay sense simulate simulate_many",
     "studies": "load_study study",
     "video": "save_video",
 }

@@ -1,6 +1,5 @@
 """Scenarios: robot, gait, stride, ground and simulation of one experiment, as data."""
 
-from phasmid.experiment.contact_law import ContactLaw
 from phasmid.scenario.file import (
     load_scenario,
     recorded_scenario,

@@ -13,6 +13,7 @@ from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, advised, nearest
+from phasmid.experiment import ContactLaw
 from phasmid.formats.import_options import ImportOptions
 from phasmid.gait import (
     GAIT_NAMES,

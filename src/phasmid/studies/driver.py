@@ -12,13 +12,13 @@ from typing import Any
 from phasmid.arguments import checked
 from phasmid.cores import cores
 from phasmid.errors import InvalidInput, OutputError, plain
+from phasmid.extras import install_hint
 from phasmid.interrupts import held_signals
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, check_place, write_whole
 from phasmid.recording.provenance import versions
 from phasmid.reporting.summary import check_number
 from phasmid.scenario import load_scenario
-from phasmid.recording.provenance import versions
 from phasmid.studies.definition import Study, load_study_file
 from phasmid.studies.executor import Executor, LocalExecutor
 from phasmid.studies.results import (
