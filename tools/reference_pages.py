@@ -28,7 +28,6 @@ PACKAGES = (
     "phasmid.recording",
     "phasmid.formats",
     "phasmid.reporting",
-    "phasmid.video",
     "phasmid.live",
     "phasmid.learning",
     "phasmid.studies",

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from phasmid.reporting import export as export
     from phasmid.reporting import plot as plot
     from phasmid.reporting import report as report
+    from phasmid.reporting import save_video as save_video
     from phasmid.reporting import summarise as summarise
     from phasmid.robot import Body as Body
     from phasmid.robot import Leg as Leg
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
     from phasmid.simulation.drive import drive as drive
     from phasmid.studies import load_study as load_study
     from phasmid.studies import study as study
-    from phasmid.video import save_video as save_video
+    from phasmid.verification import verify as verify
 
     __version__: str
 
@@ -67,12 +68,12 @@ _NAMES = {
     "gait": "Gait",
     "motion": "JointTrajectory Walk load_trajectory plan",
     "recording": "load_recording save_mcap save_recording",
-    "reporting": "export plot report summarise",
+    "reporting": "export plot report save_video summarise",
     "robot": "Body Leg Link Robot Servo",
     "scenario": "Scenario load_scenario",
     "simulation": "drive replay sense simulate simulate_many",
     "studies": "load_study study",
-    "video": "save_video",
+    "verification": "verify",
 }
 """Public names by the package that has them."""
 

@@ -203,7 +203,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def check_film(options: argparse.Namespace) -> None:
     """Refuse a video file that cannot be written, before the run."""
     if options.video is not None:
-        from phasmid.video import check_video
+        from phasmid.reporting import check_video
 
         check_video(options.video, force=options.force)
 
@@ -214,8 +214,8 @@ def write_film(
     """Write the video of a recording, or print what it needs."""
     if options.video is None:
         return
+    from phasmid.reporting import save_video
     from phasmid.reporting.renderer import opengl_lack
-    from phasmid.video import save_video
 
     missing = opengl_lack()
     if missing is not None:

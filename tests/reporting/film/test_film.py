@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.reporting.robot_mesh import body_pose, robot_corners
-from phasmid.reporting.run import read_run
-from phasmid.scenario import load_scenario
-from phasmid.video.film import (
+from phasmid.reporting.film.film import (
     HIGH,
     MOST_FRAMES,
     WIDE,
@@ -17,6 +14,9 @@ from phasmid.video.film import (
     smoothed,
     square_side,
 )
+from phasmid.reporting.robot_mesh import body_pose, robot_corners
+from phasmid.reporting.run import read_run
+from phasmid.scenario import load_scenario
 
 
 def test_whole_cycles_make_a_film_that_loops():

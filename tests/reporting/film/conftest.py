@@ -3,11 +3,11 @@
 import pytest
 
 from phasmid.motion import plan
+from phasmid.reporting.film.film import frames_of
 from phasmid.reporting.renderer import opengl_lack
 from phasmid.reporting.run import read_run
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from phasmid.video.film import frames_of
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,9 @@ from jaxtyping import UInt8
 
 from phasmid.reporting.camera import View
 from phasmid.reporting.drawing import draw_force_arrows
+from phasmid.reporting.film.film import square_side
 from phasmid.reporting.run import Run, short
 from phasmid.reporting.style import FAINT, INK, leg_colour, new_figure
-from phasmid.video.film import square_side
 
 Pixels = UInt8[np.ndarray, "height width 3"]
 

@@ -7,13 +7,11 @@ import sys
 
 import pytest
 
-import phasmid.video
+import phasmid.reporting
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
-from phasmid.extras import install_hint
-from phasmid.reporting import renderer
+from phasmid.reporting import renderer, save_video
 from phasmid.reporting.renderer import Lack
-from phasmid.video import save_video
 
 SHORT = ["--duration", "0.06", "--quiet"]
 FILES = {"recording.nc", "summary.json", "scenario.toml", "robot.toml"}
@@ -128,7 +126,7 @@ def test_ctrl_c_while_it_is_filmed_leaves_the_run_whole(tmp_path, monkeypatch, c
         raise KeyboardInterrupt
 
     monkeypatch.setattr(renderer, "opengl_lack", lambda: None)
-    monkeypatch.setattr(phasmid.video, "save_video", interrupted)
+    monkeypatch.setattr(phasmid.reporting, "save_video", interrupted)
     folder = tmp_path / "run"
     wanted = ["--out", str(folder), "--no-figures", "--video", str(tmp_path / "a.gif")]
     assert main(["walk", *SHORT, *wanted]) == 130

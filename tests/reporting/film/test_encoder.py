@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 from phasmid.errors import OutputError
+from phasmid.reporting.film.encoder import encode
 from phasmid.reporting.style import LEG_COLOURS, rgb
-from phasmid.video.encoder import encode
 
 
 def frames(count, size=(320, 240)):

@@ -12,14 +12,14 @@ from phasmid.errors import InvalidInput
 from phasmid.extras import install_hint
 from phasmid.recording import Recording
 from phasmid.recording.file import cannot_write, check_new_file
-from phasmid.reporting.renderer import SceneRenderer, opengl_lack
+from phasmid.reporting.film.encoder import encode
+from phasmid.reporting.film.film import camera_of, frames_of, square_side
+from phasmid.reporting.film.frame import FrameFigure, Pixels, picture_size
+from phasmid.reporting.renderer import VIDEO_EXTRA, SceneRenderer, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose
 from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import styled
 from phasmid.robot import Appearance
-from phasmid.video.encoder import encode
-from phasmid.video.film import camera_of, frames_of, square_side
-from phasmid.video.frame import FrameFigure, Pixels, picture_size
 
 SIZES = {".mp4": (1280, 720), ".gif": (640, 360)}
 RATES = {".mp4": 30.0, ".gif": 15.0}

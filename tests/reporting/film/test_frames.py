@@ -9,9 +9,9 @@ from PIL import Image
 
 import phasmid
 from phasmid.errors import InvalidInput
+from phasmid.reporting.film.film import camera_of
+from phasmid.reporting.film.frame import PAST, FrameFigure, newtons, picture_size
 from phasmid.reporting.style import leg_colour, rgb, styled
-from phasmid.video.film import camera_of
-from phasmid.video.frame import PAST, FrameFigure, newtons, picture_size
 
 SIZE = (640, 360)
 

@@ -1,0 +1,1 @@
+"""Recordings as videos, drawn by the engine's renderer."""
