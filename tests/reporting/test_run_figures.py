@@ -245,23 +245,11 @@ def test_friction_demand_is_tangential_over_normal_force_in_loaded_stances(short
     assert "stances under at least 0.52 N" in words(figure)
 
 
-@pytest.mark.parametrize(
-    ("fields", "demand", "left"),
-    [
-        # A foot that bears its load upright on a slope demands the slope's tangent.
-        ({"terrain": "slope", "slope_deg": 10}, math.tan(math.radians(10)), 0.7),
-        # The feet of the left side, y > 0, stand on ice.
-        ({"patches": [[-5, 5, 0, 5, 0.2]]}, 0.0, 0.2),
-    ],
-)
-def test_demand_and_cone_are_those_of_the_ground_under_the_foot(walk, fields, demand, left):
-    scenario = load_scenario("paper").replace(**fields)
-    recording = walk(duration=2.0, interval=0.05, scenario=scenario, drop=("foot_normal_force",))
-    found, limit = friction_demand(read_run(recording))
-    standing = recording["stance"].values
-    np.testing.assert_allclose(found[standing], demand, rtol=1e-9)
-    assert np.isnan(found[~standing]).all()
-    assert (limit == [0.7] * 3 + [left] * 3).all()
+def test_the_coefficient_of_friction_is_that_of_the_ground_under_the_foot(walk):
+    # The feet of the left side, y > 0, stand on ice.
+    scenario = load_scenario("paper").replace(patches=[[-5, 5, 0, 5, 0.2]])
+    recording = walk(duration=2.0, interval=0.05, scenario=scenario)
+    assert (friction_demand(read_run(recording))[1] == [0.7] * 3 + [0.2] * 3).all()
 
 
 def test_foot_paths_in_the_body_do_not_depend_on_where_the_body_goes(short_walk):
@@ -288,7 +276,7 @@ def test_foot_paths_in_the_body_do_not_depend_on_where_the_body_goes(short_walk)
 
 
 def test_power_is_torque_times_speed_and_energy_its_integral(walk):
-    """Nine joints with 2 N·m at 3 rad/s and nine with -1 N·m at it: 54 W and -27 W."""
+    """Nine joints give 54 W with 2 N·m at 3 rad/s; nine others brake with 1 N·m."""
     tau = np.full((401, 6, 3), 2.0)
     tau[:, 3:] = -1.0
     recording = given(
@@ -302,13 +290,13 @@ def test_power_is_torque_times_speed_and_energy_its_integral(walk):
     figure = plot(recording, "power")
     above, below = figure.axes
     # Of 0.5 of 12 V at 0.4 A each of 18 servos takes 2.4 W; friction takes 0.5 W of its rotor.
-    for number, power in enumerate((27.0, 54.0, 81.0, 9.0, 43.2)):
+    for number, power in enumerate((54.0, 9.0, 43.2)):
         np.testing.assert_allclose(above.lines[number].get_ydata(), power, rtol=1e-12)
         time, energy = below.lines[number].get_data()
         np.testing.assert_allclose(energy, power * time, atol=1e-9)
     assert (above.get_ylabel(), below.get_ylabel()) == ("power [W]", "energy [J]")
     told = summarise(recording)
-    assert below.lines[1].get_ydata()[-1] == pytest.approx(told["energy"]["work"], rel=1e-12)
+    assert below.lines[0].get_ydata()[-1] == pytest.approx(told["energy"]["work"], rel=1e-12)
     assert told["energy"]["friction_work"] == pytest.approx(9.0 * 4, rel=1e-12)
     assert told["energy"]["electrical_power"] == pytest.approx(43.2, rel=1e-12)
     assert told["energy"]["electrical_energy"] == pytest.approx(43.2 * 4, rel=1e-12)
@@ -329,23 +317,6 @@ def test_power_is_torque_times_speed_and_energy_its_integral(walk):
     # A supply that would be fed counts nothing.
     fed = given(recording, servo_duty=-0.5)
     assert (joint_power(read_run(fed))["electrical"] == 0).all()
-
-
-def test_residuals_are_the_models_less_the_simulated_numbers(short_walk):
-    # The made-up torques differ by 0.01 N·m, the forces by 2 %.
-    force, *torques = plot(short_walk, "residuals").axes
-    normal = short_walk["foot_normal_force"].values
-    for leg in range(6):
-        whole, calm = force.lines[2 * leg].get_ydata(), force.lines[2 * leg + 1].get_ydata()
-        np.testing.assert_allclose(whole, 0.02 * normal[:, leg], atol=1e-12)
-        # Legs switch every second; 80 ms on either side are left out.
-        phase = np.arange(401) % 100
-        away = np.minimum(phase, 100 - phase) >= 8
-        np.testing.assert_array_equal(np.isfinite(calm), away)
-        for axis in torques:
-            np.testing.assert_allclose(axis.lines[2 * leg].get_ydata(), -0.01, atol=1e-12)
-    assert [axis.get_ylabel() for axis in torques] == ["torque [N·m]"] * 3
-    assert "minimum-norm" in words(force.figure)
 
 
 def test_runs_are_compared_line_by_line_and_told_apart_by_their_labels(walk):
@@ -382,7 +353,6 @@ def test_runs_are_compared_line_by_line_and_told_apart_by_their_labels(walk):
     [
         ("gait-diagram", ("stance", "contact"), "stance or contact", "from its plan"),
         ("foot-path", ("foot_position",), "foot_position", "simulate"),
-        ("residuals", ("joint_torque_model",), "joint_torque_model", "phasmid.analyse"),
         ("servo-current", (), "servo_current", "--drive servo"),
         ("sensors", (), "joint_position_measured", "--measured everything"),
     ],

@@ -105,7 +105,7 @@ def test_every_figure_of_the_folder_and_those_beyond_the_papers_are_in_the_page(
     names = set(re.findall(r'<figure id="figure-([^"]*)"', page))
     assert {path.stem for path in (folder / "figures").glob("*.svg")} <= names
     beyond = {"gait-diagram", "support-margin", "servo-envelope", "friction-demand"}
-    assert names >= beyond | {"foot-path", "power", "residuals"}
+    assert names >= beyond | {"foot-path", "power"}
     drawn = re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
     assert len(drawn) == len(names)
     fig12 = (folder / "figures" / "fig12.svg").read_bytes()

@@ -20,7 +20,6 @@ from phasmid.reporting.style import DEFAULT_LAYOUT, NORMAL_WIDTH, Figure, Layout
 from phasmid.reporting.time_figures import (
     ANGLES,
     FORCES,
-    RESIDUAL_CHANNELS,
     SENSOR_CHANNELS,
     SERVO_QUANTITIES,
     TORQUES,
@@ -136,7 +135,7 @@ KINDS: tuple[FigureKind, ...] = (
     FigureKind(
         "friction-demand",
         "Tangential over normal force of each stance foot, against the coefficient of friction.",
-        (("foot_force", "foot_force_model"), ("stance", "contact")),
+        (("foot_force", "foot_force_model"), ("foot_position",), ("stance", "contact")),
         time_figures.friction_figure,
     ),
     FigureKind(
@@ -151,12 +150,6 @@ KINDS: tuple[FigureKind, ...] = (
         TORQUE_AND_SPEED,
         time_figures.power_figure,
         whole=True,
-    ),
-    FigureKind(
-        "residuals",
-        "The model's normal forces and joint torques less the simulated ones.",
-        tuple((name,) for name in RESIDUAL_CHANNELS),
-        time_figures.residuals_figure,
     ),
     *(
         FigureKind(

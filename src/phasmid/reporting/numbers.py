@@ -420,14 +420,6 @@ def torque(run: Run, name: str) -> dict[str, Any]:
     }
 
 
-def away_from_all_switches(run: Run) -> np.ndarray:
-    """Return the samples away from the switches of all legs; all without a recorded stance."""
-    stance = run.channel("stance")
-    if stance is None:
-        return np.ones(len(run.time), dtype=bool)
-    return np.asarray(np.all(away_from_switches(run.time, stance, run.settling), axis=1))
-
-
 def model_difference(run: Run) -> dict[str, Any]:
     """Return the rms differences of the model from the simulation.
 
@@ -440,7 +432,7 @@ def model_difference(run: Run) -> dict[str, Any]:
     stance = run.channel("stance")
     if stance is None:
         return found
-    calm = away_from_all_switches(run)[:, None]
+    calm = away_from_switches(run.time, stance, run.settling).all(axis=1, keepdims=True)
     middle = middle_halves(stance)
     for section, name in (("torque", "joint_torque"), ("normal_force", "foot_normal_force")):
         seen, model = run.channel(name), run.channel(f"{name}_model")
@@ -493,18 +485,18 @@ def joint_power(run: Run) -> dict[str, np.ndarray]:
     """Return each kind of power of all joints together [W], shape (N,).
 
     Returns:
-        ``net``, the sum over joints of torque times speed, at the joints' axes; ``given``, that of
-        the positive parts, as braking recovers nothing; ``absolute``, that of the magnitudes; with
-        recorded friction of the servos ``friction``, the power that it takes; and with recorded
-        servo currents ``electrical``, the positive part of output times supply voltage times
-        current: the bridge chops the supply, and draws that share of the winding's current.
+        ``given``, the sum over joints of the positive parts of torque times speed at the joints'
+        axes, as braking recovers nothing; with recorded friction of the servos ``friction``, the
+        power that it takes; and with recorded servo currents ``electrical``, the positive part of
+        output times supply voltage times current: the bridge chops the supply, and draws that
+        share of the winding's current.
 
     Raises:
         InvalidInput: A channel is absent.
     """
     tau, qd, _ = torque_and_speed(run)
-    work, duty, current = tau * qd, run.channel("servo_duty"), run.channel("servo_current")
-    kinds = {"net": work, "given": np.maximum(work, 0.0), "absolute": np.abs(work)}
+    duty, current = run.channel("servo_duty"), run.channel("servo_current")
+    kinds = {"given": np.maximum(tau * qd, 0.0)}
     friction, rotor = run.channel("servo_friction_torque"), run.channel("servo_speed")
     if friction is not None:
         kinds["friction"] = -friction * (qd if rotor is None else rotor)

@@ -204,9 +204,7 @@ class Run(Source):
     @property
     def normal_force(self) -> np.ndarray | None:
         """Normal forces on the feet [N], shape (N, L), of the same origin as `foot_force`."""
-        force = self.foot_force
-        normal = self.channel(f"foot_normal_force{'' if self.has('foot_force') else '_model'}")
-        return force[..., 2] if normal is None and force is not None else normal
+        return self.channel(f"foot_normal_force{'' if self.has('foot_force') else '_model'}")
 
     def attribute(self, name: str) -> str:
         """Return an attribute as text that is safe to print; empty where it is absent."""

@@ -57,13 +57,11 @@ INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
 
 POWER_COLOURS = {
-    "net": "#6b7079",
     "given": "#004488",
-    "absolute": "#bb5566",
     "friction": "#228833",
     "electrical": "#d9a21b",
 }
-"""Net power, positive power, the sum of sizes, that of friction, and that drawn by the servos."""
+"""Positive power of the joints, that of friction, and that drawn by the servos."""
 
 LIMIT_COLOUR = "#b3261e"
 """Colour of limits."""

@@ -1,4 +1,4 @@
-"""Figures over time: joints, feet, gait, support, friction, power, residuals and sensors.
+"""Figures over time: joints, feet, gait, support, friction, power and sensors.
 
 Each function draws runs, cut to the part that is shown, for some legs, numbered from 1. One run
 has all its lines; several are compared, with a line each.
@@ -16,7 +16,6 @@ from scipy.integrate import cumulative_trapezoid
 from phasmid.kinematics import quaternion_rotation
 from phasmid.recording.channels import CHANNELS, JOINTS
 from phasmid.reporting.numbers import (
-    away_from_all_switches,
     cost_of_transport,
     joint_power,
     margin_over_time,
@@ -334,41 +333,28 @@ def friction_demand(run: Run) -> tuple[np.ndarray, np.ndarray]:
     """Return tangential over normal force on stance feet, and the coefficient of friction.
 
     Args:
-        run: A run with foot forces, recorded or of the model.
+        run: A run with foot positions and forces, recorded or of the model.
 
     Returns:
         Demand, NaN where the foot does not stand or its normal force is below `LEAST_LOAD` of the
         weight; static coefficient of friction under each foot; both of shape (N, L).
 
     Raises:
-        InvalidInput: The normal force is not known on ground that is not level.
+        InvalidInput: The normal force is not recorded.
     """
-    name = run.first_channel(("foot_force", "foot_force_model"))
-    force = run.recording[name].values
-    standing = run.recording[run.first_channel(("stance", "contact"))].values
-    ground, feet = run.scenario.load_terrain(), run.channel("foot_position")
-    normal = run.channel(name.replace("foot_force", "foot_normal_force"))
-    if normal is None:
-        normal = force[..., 2]
-        if feet is None and not ground.is_level:
-            raise run.absent(("foot_normal_force",), "on this ground the demand")
-        if feet is not None and not ground.is_level:
-            normal = np.einsum("tlk,tlk->tl", force, ground.normal(feet[..., 0], feet[..., 1]))
+    force, normal, standing = run.foot_force, run.normal_force, run.channel("stance", "contact")
+    if force is None or normal is None or standing is None:
+        raise run.absent(("foot_normal_force",), "the friction demand")
     # Round-off may leave less than zero.
     tangential = np.sqrt(np.maximum(np.sum(force**2, axis=-1) - normal**2, 0.0))
     loaded = standing & (normal >= LEAST_LOAD * run.weight)
     demand = np.where(loaded, tangential / np.where(loaded, normal, 1.0), np.nan)
-    if feet is None:
-        limit = np.full(demand.shape, run.scenario.terrain.friction)
-    else:
-        limit = ground.friction(feet[..., 0], feet[..., 1])
-    return demand, limit
+    x, y, _ = np.moveaxis(run.recording["foot_position"].values, -1, 0)
+    return demand, run.scenario.load_terrain().friction(x, y)
 
 
 POWER_LINES: dict[str, tuple[str, Any]] = {
-    "net": ("net: Σ τω", "-"),
     "given": ("given: Σ max(τω, 0)", (0, (5, 1.6))),
-    "absolute": ("absolute: Σ |τω|", (0, (2, 1.4))),
     "friction": ("friction of the servos", "--"),
     "electrical": ("electrical, from the supply", "-"),
 }
@@ -415,63 +401,6 @@ def power_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
         [*shared_caption(parts), cost],
         entries,
         columns=0 if alone else 1,
-    )
-
-
-RESIDUAL_CHANNELS = (
-    "foot_normal_force",
-    "foot_normal_force_model",
-    "joint_torque",
-    "joint_torque_model",
-)
-
-RESIDUALS = (
-    ("normal force", "force [N]"),
-    *((f"{joint} torque", "torque [N·m]") for joint in JOINTS),
-)
-"""Title and label of each panel of residuals."""
-
-
-def residuals_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
-    """Draw normal forces and joint torques of the model less the simulated ones.
-
-    A single run has a line for each leg; several have the rms over these legs.
-    """
-    alone, chosen = len(runs) == 1, [leg - 1 for leg in legs]
-    drawing = Panels(layout, [1.3] * len(RESIDUALS), share_y=False, left=0.95)
-    still = np.zeros(len(RESIDUALS))
-    for run in runs:
-        calm = away_from_all_switches(run)
-        seen, model, tau, tau_model = (run.recording[name].values for name in RESIDUAL_CHANNELS)
-        differences = [model - seen, *np.moveaxis(tau_model - tau, -1, 0)]
-        for row, (axis, values) in enumerate(zip(drawing.axes, differences, strict=True)):
-            values = values[:, chosen]
-            if not alone:
-                values = np.sqrt(np.mean(values**2, axis=1, keepdims=True))
-                axis.plot(run.time, values[:, 0], **run.line)
-            else:
-                shade(axis, run.time, ~calm, STANCE_COLOUR)
-            for leg, line in zip(chosen if alone else [], values.T, strict=False):
-                colour, away = leg_colour(leg), np.where(calm, line, np.nan)
-                axis.plot(run.time, line, color=paler(colour), linewidth=0.8)
-                axis.plot(run.time, away, color=colour, linewidth=1.2)
-            still[row] = max(still[row], np.abs(values[calm]).max(initial=0.0))
-    for axis, (name, label), most in zip(drawing.axes, RESIDUALS, still, strict=True):
-        axis.set_ylabel(label)
-        # The axis is limited to values away from switches.
-        low, high = axis.get_ylim()
-        cut = 0.0 < 3 * most < max(-low, high)
-        axis.set_title(f"{name}   (impacts are cut off)" if cut else name)
-        if cut:
-            axis.set_ylim(-1.6 * most if alone else 0.0, 1.6 * most)
-    shaded = f"shaded: {1000 * runs[0].settling:g} ms around the switches of legs"
-    time_axis(axis, runs[0].time, shaded if alone and runs[0].has("stance") else "")
-    models = {run.model_words for run in runs}
-    return drawing.complete(
-        f"Model less simulation, {listed_legs(legs) if alone else 'rms over the feet'}",
-        [*shared_caption(runs), *(models if len(models) == 1 else [])],
-        leg_entries(runs[0], legs) if alone else run_entries(runs),
-        columns=3 if alone else 1,
     )
 
 
