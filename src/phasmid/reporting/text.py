@@ -11,11 +11,9 @@ import numpy as np
 
 from phasmid.errors import InvalidInput, plain
 from phasmid.kinematics import share_words
-from phasmid.recording.channels import JOINTS
 from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import Summary
 from phasmid.robot.servo_words import servo_words
-from phasmid.scenario.tables import USUAL_STEP
 
 WIDTH = 80
 """Largest width of the tables [columns]."""
@@ -178,13 +176,6 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     if "samples_not_finite" in run:
         line += f", the last {run['samples_not_finite']} not finite"
     yield "Duration", line
-    step = run.get("time_step")
-    if step is not None and step < USUAL_STEP - 1e-9:
-        times = USUAL_STEP / step
-        yield (
-            "Time step",
-            f"{1000 * step:.3g} ms; {times:.3g} times the computing time of 1 ms",
-        )
     if "sideways_drift" in way:
         yield "Sideways", f"{_mm(way['sideways_drift'], sign=True)} drift (left is +)"
     yield from _story(summary)
@@ -207,9 +198,8 @@ def facts(summary: Summary) -> Iterator[tuple[str, str]]:
     if "slip" in summary:
         slip = summary["slip"]
         yield "Foot slip", f"{_mm(slip['mean'])} a step on average, {_mm(slip['largest'])} at most"
-    yield from _force_facts(summary)
-    yield from _joint_facts(summary)
-    yield from _difference_facts(summary)
+    yield from _loads(summary)
+    yield from _servos(summary)
 
 
 def _story(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -236,37 +226,25 @@ def _story(summary: Summary) -> Iterator[tuple[str, str]]:
         yield "", f"{len(events) - MOST_EVENTS} more events are in summary.json"
 
 
-def _force_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    weight = summary["robot"]["weight"]
-    for label, force in _kinds(summary, "normal_force", "Normal forces"):
-        parts = []
-        if "mean_sum" in force:
-            parts.append(
-                f"sum {force['mean_sum']:.3f} N, weight {weight:.3f} N "
-                f"({100 * force['sum_over_weight']:.2f} %)"
-            )
+def _loads(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Yield forces, torques, speed and work; the model's where none was simulated."""
+    at, force = _at_supply(summary), _seen(summary, "normal_force")
+    if "mean_sum" in force:
+        line = (
+            f"sum {force['mean_sum']:.3f} N, weight {summary['robot']['weight']:.3f} N "
+            f"({100 * force['sum_over_weight']:.2f} %)"
+        )
         if "largest_in_swing" in force:
-            parts.append(f"swing up to {force['largest_in_swing']:.3g} N")
-        yield label, "; ".join(parts) or f"up to {force['largest']:.3g} N"
-
-
-def _kinds(summary: Summary, section: str, label: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the simulated numbers and, under them or alone, the model's."""
-    found = summary.get(section, {})
-    if "simulation" in found:
-        yield label, found["simulation"]
-    if "model" in found:
-        yield "  by the model" if "simulation" in found else label, found["model"]
-
-
-def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    at = _at_supply(summary)
-    for label, torque in _kinds(summary, "torque", "Largest torque"):
+            line += f"; swing up to {force['largest_in_swing']:.3g} N"
+        yield "Normal forces", line
+    elif force:
+        yield "Normal forces", f"up to {force['largest']:.3g} N"
+    torque = _seen(summary, "torque")
+    if torque:
         yield (
-            label,
-            f"{torque['largest']:.3f} N·m, "
-            f"{100 * torque['largest_over_stall']:.0f} % of stall{at}; "
-            f"{100 * torque['share_above_continuous']:.1f} % of samples above continuous",
+            "Largest torque",
+            f"{torque['largest']:.3f} N·m, {100 * torque['largest_over_stall']:.0f} % of stall{at}"
+            f"; {100 * torque['share_above_continuous']:.1f} % of samples above continuous",
         )
     if "speed" in summary:
         speed = summary["speed"]
@@ -284,15 +262,19 @@ def _joint_facts(summary: Summary) -> Iterator[tuple[str, str]]:
         if "friction_work" in energy:
             yield "Servo friction", f"{energy['friction_work']:.3g} J lost in motors and gears"
         if "electrical_energy" in energy:
-            yield (
-                "Electrical",
-                f"{energy['electrical_energy']:.3g} J, {energy['electrical_power']:.3g} W drawn by "
-                "the motors",
-            )
-    yield from _servo_facts(summary)
+            drawn = f"{energy['electrical_energy']:.3g} J, {energy['electrical_power']:.3g} W"
+            yield "Electrical", f"{drawn} drawn by the motors"
 
 
-def _servo_facts(summary: Summary) -> Iterator[tuple[str, str]]:
+def _seen(summary: Summary, section: str) -> dict[str, Any]:
+    """Return the simulated numbers of a section, or else the model's; empty without both."""
+    kinds = summary.get(section, {})
+    found: dict[str, Any] = kinds.get("simulation") or kinds.get("model") or {}
+    return found
+
+
+def _servos(summary: Summary) -> Iterator[tuple[str, str]]:
+    """Yield output and heat of servos that move the joints by their own law."""
     servos = summary.get("servos")
     if not servos:
         return
@@ -305,42 +287,22 @@ def _servo_facts(summary: Summary) -> Iterator[tuple[str, str]]:
         line += f", above continuous torque {100 * share:.0f} %" + (f" ({joint})" if share else "")
     yield "Servos", f"{line}, at most"
     _, joint = largest_joint(summary, "peak_temperature")
-    if "peak_range" in servos:
-        yield (
-            "Heat, estimated",
-            f"{_between(servos['peak_range'])} at most ({joint}), "
-            f"{_between(servos['steady_range'])} if this went on; "
-            f"limit {servos['temperature_limit']:g} °C",
-        )
-
-
-def _between(ends: list[float]) -> str:
-    """Return a range of temperatures in words."""
-    low, high = (f"{end:.0f}" for end in ends)
-    return f"{low} °C" if low == high else f"{low} to {high} °C"
-
-
-def _difference_facts(summary: Summary) -> Iterator[tuple[str, str]]:
-    compared = summary.get("model_against_simulation", {})
-    for label, key in (("Torque rms diff.", "rms"), ("  in mid-stance", "rms_mid_stance")):
-        # A leg that never stood, or a run that was too short, has no figure.
-        rows = [row for row in compared.get("torque", {}).get(key) or () if row is not None]
-        if rows:
-            worst = np.nanmax(np.array(rows, float), axis=0)
-            named = ", ".join(f"{n} {value:.4f}" for n, value in zip(JOINTS, worst, strict=True))
-            yield label, f"{named} N·m, the worst legs"
-    forces = [v for v in compared.get("normal_force", {}).get("rms") or () if v is not None]
-    if forces:
-        yield "Force rms diff.", f"{max(forces):.3g} N, the worst leg (model - simulation)"
+    peak, steady = (
+        " to ".join(dict.fromkeys(f"{end:.0f}" for end in servos[name]))
+        for name in ("peak_range", "steady_range")
+    )
+    yield (
+        "Heat, estimated",
+        f"{peak} °C at most ({joint}), {steady} °C if this went on; "
+        f"limit {servos['temperature_limit']:g} °C",
+    )
 
 
 def leg_row(summary: Summary, leg: int) -> list[str]:
     """Return normal force [N], slip [mm] and torques [N·m] of a leg, counted from 0."""
     means = [kind.get("mean_in_stance") for kind in summary.get("normal_force", {}).values()]
     slips = summary.get("slip", {}).get("mean_by_leg")
-    kinds = summary.get("torque", {})
-    torque = kinds.get("simulation") or kinds.get("model")
-    joints = [ABSENT] * 3
+    torque, joints = _seen(summary, "torque"), [ABSENT] * 3
     if torque:
         pairs = zip(torque["peak"][leg], torque["rms"][leg], strict=True)
         joints = [f"{peak:.3f} / {rms:.3f}" for peak, rms in pairs]
@@ -361,34 +323,24 @@ def _newtons(force: float | None) -> str:
 
 def note(summary: Summary) -> str:
     """Return the notes on the table."""
+    run, robot, torque = summary["run"], summary["robot"], summary.get("torque", {})
     sentences = []
     if "normal_force" in summary:
         sentences.append("Normal forces are means over all of stance.")
-    compared = summary.get("model_against_simulation", {})
-    if "left_out_about_switches" in compared:
-        left_out = 1000 * compared["left_out_about_switches"]
-        what = "Loads in swing and rms differences"
-        sentences.append(f"{what} leave out {left_out:g} ms around the switches.")
     if "slip" in summary:
         sentences.append("Slip is per step.")
-    sentences.append(_torque_note(summary))
-    return " ".join(sentences)
-
-
-def _torque_note(summary: Summary) -> str:
-    run, robot, torque = summary["run"], summary["robot"], summary.get("torque", {})
-    if not torque:
-        return ""
-    source = "of the model"
-    if "simulation" in torque:
-        source = f"simulated, {run['drive']} drive" if run.get("drive") else "as recorded"
-        source += f", {run['contact_law']} contact" if run.get("contact_law") else ""
-    model = run.get("force_model") if "model" in torque else ""
-    return plain(
-        f"Torques in N·m, {source}; {servo_words(robot['servo'])}, stall "
-        f"{robot['stall_torque']:.4g} N·m"
-        f"{_at_supply(summary)}{f'; model forces: {model}' if model else ''}."
-    )
+    if torque:
+        source = "of the model"
+        if "simulation" in torque:
+            source = f"simulated, {run['drive']} drive" if run.get("drive") else "as recorded"
+            source += f", {run['contact_law']} contact" if run.get("contact_law") else ""
+        stall = f"stall {robot['stall_torque']:.4g} N·m{_at_supply(summary)}"
+        model = run.get("force_model") if "model" in torque else ""
+        sentences.append(
+            f"Torques in N·m, {source}; {servo_words(robot['servo'])}, {stall}"
+            f"{f'; model forces: {model}' if model else ''}."
+        )
+    return plain(" ".join(sentences))
 
 
 def _at_supply(summary: Summary) -> str:
