@@ -1,13 +1,10 @@
 """Studies on a local Ray of two workers."""
 
-import pickle
-from concurrent.futures import Future
-
 import pytest
 
 from phasmid.errors import InvalidInput, OutputError
+from phasmid.simulation.channels import versions
 from phasmid.studies import study
-from phasmid.studies.runs import Run, numbered
 
 pytest.importorskip("ray", reason="Ray is not installed")
 
@@ -45,27 +42,13 @@ def test_a_run_that_kills_its_ray_worker_fails_alone(tmp_path):
     assert "worker process died" in table["error"][1]
 
 
-def test_a_worker_of_another_version_is_refused(tmp_path):
-    from phasmid.studies import ray_executor
-
-    found = ray_executor._ray_task(b"", {"mujoco_version": "1.0"}, [])
-    assert found.startswith("a worker has mujoco ")
-    assert found.endswith("; the study is made with mujoco 1.0.")
-    executor = ray_executor.RayExecutor(None, tmp_path, 1, lambda _: True, "local")
-    future = Future()
-    future.set_result(found)
-    with pytest.raises(OutputError, match="a worker has mujoco"):
-        executor._result(future)
-
-
-def test_a_task_is_less_than_ten_kilobytes():
-    from phasmid.studies.ray_executor import RayExecutor
-
-    point = {"gait": "tripod", "step_length_mm": 12.34567890123, "period": 2.345678901234}
-    point |= {"robot.body.mass_g": 1234.5678901234, "seed": 5}
-    runs = numbered({}, [point | {"seed": seed} for seed in range(RayExecutor.most_runs)])
-    assert isinstance(runs[0], Run)
-    assert len(pickle.dumps(runs)) < 10_000
+def test_a_worker_of_another_version_is_refused(tmp_path, monkeypatch):
+    other = versions() | {"mujoco_version": "1.0"}
+    monkeypatch.setattr("phasmid.studies.driver.versions", lambda: other)
+    with pytest.raises(
+        OutputError, match=r"a worker has mujoco .*; the study is made with muj.* 1"
+    ):
+        study(GRID, out=tmp_path / "out", workers=1, ray="local")
 
 
 def test_an_address_at_which_nobody_answers_is_refused(tmp_path):

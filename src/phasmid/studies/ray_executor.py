@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import pickle
 import socket
 from collections.abc import Sequence
 from concurrent.futures import Future
@@ -64,7 +63,8 @@ class RayExecutor(Executor):
             )
         except (ConnectionError, TimeoutError, ValueError, RuntimeError) as error:
             raise _no_cluster(self._address, error) from None
-        self._runner_ref = ray.put(pickle.dumps(self._runner))
+        # In a list, so that a worker checks its versions before it reads the runner.
+        self._shelf = [ray.put(self._runner)]
         # Errors are rows; a worker that dies is handled by `Executor`.
         self._task = ray.remote(max_retries=0)(_ray_task)
         return self
@@ -76,7 +76,7 @@ class RayExecutor(Executor):
 
     def _submit(self, task: list[Run]) -> Future[Any]:
         wanted = dict(self._runner.versions)
-        future: Future[Any] = self._task.remote(self._runner_ref, wanted, task).future()
+        future: Future[Any] = self._task.remote(self._shelf, wanted, task).future()
         return future
 
     def _result(self, future: Future[Any]) -> tuple[list[Row], float]:
@@ -111,9 +111,11 @@ def _no_cluster(address: str, error: Exception) -> InvalidInput:
 
 
 def _ray_task(
-    runner: bytes, wanted: dict[str, str], runs: Sequence[Run]
+    shelf: Sequence[Any], wanted: dict[str, str], runs: Sequence[Run]
 ) -> tuple[list[Row], float] | str:
     """Make runs on a worker; a sentence where its versions differ from the driver's."""
+    import ray
+
     found = versions()
     for name in wanted:
         if name != "machine" and found[name] != wanted[name]:
@@ -122,4 +124,4 @@ def _ray_task(
                 f"a worker has {package} {found[name]}; the study is made with "
                 f"{package} {wanted[name]}."
             )
-    return make_rows(pickle.loads(runner), runs)  # noqa: S301, the driver has written it
+    return make_rows(ray.get(shelf[0]), runs)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import math
 from html import escape
-from importlib import resources
+from pathlib import Path
 from string import Template
 from typing import Any
 
@@ -14,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from phasmid.errors import plain
-from phasmid.reporting.webpage import own_text
+from phasmid.reporting.webpage import content_policy, own_text
 from phasmid.reporting.webpage.packing import json_block, packed
 from phasmid.studies.results import StudyResults, causes
 
@@ -53,12 +51,8 @@ def study_page(results: StudyResults, command: str) -> str:
     }
     style = "".join(map(own_text, ("colours.css", "style.css"))) + _own("study.css")
     script = own_text("algebra.js") + own_text("plotting.js") + _own("study.js")
-    policy = (
-        f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
-        f"script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
-    )
     return Template(_own("study.html")).substitute(
-        policy=policy,
+        policy=content_policy(style, script),
         title=escape(f"{study.name} · phasmid"),
         style=style,
         script=script,
@@ -71,12 +65,7 @@ def study_page(results: StudyResults, command: str) -> str:
 
 
 def _own(name: str) -> str:
-    return (resources.files("phasmid.studies") / "page" / name).read_text(encoding="utf-8")
-
-
-def _hash(text: str) -> str:
-    digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
-    return f"'sha256-{digest}'"
+    return (Path(__file__).with_name("page") / name).read_text(encoding="utf-8")
 
 
 def _sentence(results: StudyResults) -> str:

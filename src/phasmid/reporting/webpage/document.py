@@ -99,7 +99,7 @@ def page_html(
     title, version = headline(summary), run.attribute("phasmid_version")
     footer = f"Written by phasmid {version}".strip() + ". This file needs no network."
     return Template(own_text("template.html")).substitute(
-        policy=_content_policy(style, script),
+        policy=content_policy(style, script),
         title=escape(f"{title} · phasmid"),
         style=style,
         script=script,
@@ -121,7 +121,7 @@ def own_text(name: str) -> str:
     return Path(__file__).with_name(name).read_text(encoding="utf-8")
 
 
-def _content_policy(style: str, script: str) -> str:
+def content_policy(style: str, script: str) -> str:
     """Return the security policy of the page, which admits its own style and script alone."""
     return (
         f"default-src 'none'; img-src data:; style-src {_hash(style)}; "
