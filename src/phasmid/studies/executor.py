@@ -121,7 +121,7 @@ class Executor(ABC):
                     self._size = min(wanted, fair, self.most_runs)
                 self._window = 2 * self._workers
             for run in [*lost, *(self._restart() if lost else ())]:
-                self._runner.remove_partial(run)
+                self._runner.remove_partials([run])
                 self._deaths[run.id] += 1
                 if self._deaths[run.id] < MOST_DEATHS:
                     suspects.append(run)
@@ -160,8 +160,7 @@ class LocalExecutor(Executor):
             return
         self._kill()
         for task in self._pending.values():
-            for run in task:
-                self._runner.remove_partial(run)
+            self._runner.remove_partials(task)
 
     def _kill(self) -> None:
         """End all workers at once."""

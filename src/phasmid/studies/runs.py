@@ -93,13 +93,8 @@ class Runner:
             row |= {"status": "failed", "error": f"{type(error).__name__}: {error}"}
         return row | {"wall_time_s": time.perf_counter() - begin}
 
-    def remove_partial(self, run: Run) -> None:
-        """Remove what a killed worker left of the recording of a run."""
-        for path in self.recordings.glob(f".{run.id}.nc.*.partial"):
-            path.unlink(missing_ok=True)
-
     def remove_partials(self, runs: Sequence[Run]) -> None:
-        """Remove what a study that was killed left of the recordings of runs."""
+        """Remove what a killed study or worker left of the recordings of runs."""
         names = {f".{run.id}.nc" for run in runs}
         for path in self.recordings.glob(".*.nc.*.partial"):
             if path.name.partition(".nc.")[0] + ".nc" in names:

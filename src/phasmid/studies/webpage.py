@@ -47,7 +47,7 @@ def study_page(results: StudyResults, command: str) -> str:
         "endings": _column(done["ending"], "ending"),
         "best": best,
         "objectives": [] if study.search is None else study.search.objectives,
-        "effects": {axis: _effects(done, axis, metrics) for axis in study.axes},
+        "effects": {axis: main_effects(done, axis, metrics) for axis in study.axes},
     }
     style = "".join(map(own_text, ("colours.css", "style.css"))) + _own("study.css")
     script = own_text("algebra.js") + own_text("plotting.js") + _own("study.js")
@@ -58,7 +58,7 @@ def study_page(results: StudyResults, command: str) -> str:
         script=script,
         name=escape(study.name),
         description=escape(_sentence(results)),
-        failures=_failures(table),
+        failures=failure_table(table),
         version=escape(str(table["phasmid_version"].iloc[0])),
         scene=json_block(scene),
     )
@@ -95,7 +95,7 @@ def _column(values: pd.Series[Any], name: str) -> dict[str, Any]:
     return {"name": name, "texts": [plain(text) for text in texts], "data": packed(found, "u16")}
 
 
-def _effects(done: pd.DataFrame, axis: str, metrics: list[str]) -> dict[str, Any]:
+def main_effects(done: pd.DataFrame, axis: str, metrics: list[str]) -> dict[str, Any]:
     """Return the mean of each metric at each value of an axis, with its 95 % interval over seeds.
 
     A sampled range is divided into groups of equal size. The interval is Student's, of the means of
@@ -123,7 +123,7 @@ def _effects(done: pd.DataFrame, axis: str, metrics: list[str]) -> dict[str, Any
     return found
 
 
-def _failures(table: pd.DataFrame) -> str:
+def failure_table(table: pd.DataFrame) -> str:
     """Return the causes of failed runs as a table."""
     failed = table[table["status"] == "failed"]
     if failed.empty:
