@@ -37,16 +37,6 @@ def test_an_endless_film_is_refused():
     assert caught.value.hint == "speed=3"
 
 
-def test_frames_show_the_poses_of_their_times(recording, frames):
-    time = np.asarray(recording["time"].values)
-    rows = np.abs(time[:, None] - frames.time).argmin(axis=0)
-    np.testing.assert_allclose(time[rows], frames.time, atol=1e-9)
-    for name in ("body_position", "body_orientation", "joint_position", "foot_force"):
-        values = np.asarray(recording[name].values)[rows]
-        np.testing.assert_allclose(frames.channel(name), values, atol=1e-9)
-    assert frames.force_words == "simulated"
-
-
 def test_between_samples_values_are_on_straight_lines_and_orientations_are_units(run):
     frames = frames_of(run, fps=47.0, speed=1.0)
     assert len(frames.time) == round(0.4 * 47)
@@ -67,19 +57,9 @@ def test_a_quaternion_and_its_negative_are_one_orientation(recording, run):
     np.testing.assert_allclose(turns[0], turns[1], atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("dropped", "said"),
-    [
-        (["body_position"], "the recording has no body_position; a video"),
-        (
-            ["joint_position", "joint_position_target"],
-            "the recording has no joint_position or joint_position_target; a",
-        ),
-    ],
-)
-def test_a_recording_without_a_pose_is_refused_in_one_sentence(recording, dropped, said):
-    with pytest.raises(InvalidInput, match=said):
-        frames_of(read_run(recording.drop_vars(dropped)), fps=10.0, speed=1.0)
+def test_a_recording_without_a_pose_is_refused(recording):
+    with pytest.raises(InvalidInput, match="the recording has no body_position; a video"):
+        frames_of(read_run(recording.drop_vars(["body_position"])), fps=10.0, speed=1.0)
 
 
 def test_without_seen_forces_the_models_are_shown(recording):

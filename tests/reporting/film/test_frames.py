@@ -10,7 +10,7 @@ from PIL import Image
 import phasmid
 from phasmid.errors import InvalidInput
 from phasmid.reporting.film.film import camera_of
-from phasmid.reporting.film.frame import PAST, FrameFigure, newtons, picture_size
+from phasmid.reporting.film.frame import FrameFigure, newtons, picture_size
 from phasmid.reporting.style import leg_colour, rgb, styled
 
 SIZE = (640, 360)
@@ -61,22 +61,6 @@ def test_a_frame_holds_picture_words_and_forces(run, frames):
     # Without forces the picture takes the whole frame.
     pixels, _, _ = drawn(without(run, *FORCES), without(frames, *FORCES))
     assert (pixels[-3, -3] == 200).all()
-
-
-def test_a_short_run_is_shown_whole_and_a_long_one_scrolls(run, frames):
-    _, figure, _ = drawn(constant(run, 0.4), frames)
-    strip = figure.strip
-    strip.show(0.2)
-    assert strip.axis.get_xlim() == pytest.approx((0.0, 0.4))
-    _, figure, _ = drawn(constant(run, 60.0), frames)
-    strip = figure.strip
-    for time, first in ((0.0, 0.0), (30.0, 30.0 - PAST * 10.0), (60.0, 50.0)):
-        strip.show(time)
-        # Five cycles of 2 s.
-        assert strip.axis.get_xlim() == pytest.approx((first, first + 10.0))
-        # A veil lies over the time after the cursor.
-        veil = strip.axis.patches[0]
-        assert (veil.get_x(), veil.get_x() + veil.get_width()) == (time, pytest.approx(first + 10))
 
 
 def test_each_legs_line_is_its_force_in_its_colour(run, frames):

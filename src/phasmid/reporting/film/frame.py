@@ -20,15 +20,6 @@ STRIP = 0.26
 
 DPI = 100
 
-CYCLES, SHORTEST, LONGEST = 5.0, 3.0, 10.0
-"""Cycles in the window of the forces, and its least and largest duration [s]."""
-
-PAST = 0.72
-"""Share of the window before the cursor, where it does not hold the whole run."""
-
-FUTURE = 0.62
-"""Opacity of the veil over the time after the cursor."""
-
 TALLEST = 1.3
 """Largest force that is shown, in weights of the robot."""
 
@@ -121,7 +112,7 @@ class FrameFigure:
 
 
 class _Strip:
-    """Normal forces of all legs over time, with a cursor; those of a long run scroll.
+    """Normal forces of all legs over time, with a cursor.
 
     Args:
         axis: Its axes.
@@ -133,13 +124,10 @@ class _Strip:
         normal = run.normal_force
         assert normal is not None
         self.axis, self._normal, self._time = axis, normal, run.time
-        self._begin = float(self._time[0])
-        self._length = max(float(self._time[-1]) - self._begin, 1e-3)
-        cycles = CYCLES * run.scenario.period
-        self.window = min(self._length, float(np.clip(cycles, SHORTEST, LONGEST)))
         most = min(float(normal.max()), TALLEST * run.weight)
         least = max(min(float(normal.min()), 0.0), -0.5 * run.weight)
         axis.set_ylim(least, max(1.06 * most, 0.05 * run.weight))
+        axis.set_xlim(run.time[0], max(run.time[-1], run.time[0] + 1e-3))
         axis.locator_params(axis="y", nbins=4)
         axis.set_ylabel("normal force [N]", fontsize=letters)
         axis.tick_params(labelsize=letters, length=3, pad=2)
@@ -154,24 +142,12 @@ class _Strip:
             axis.text(1.02, y, "", color=colour, **row)
             for y, colour in zip(rows, [*colours, INK], strict=True)
         ]
-        self._veil = axis.axvspan(0.0, 1.0, color="white", alpha=FUTURE, linewidth=0, zorder=3)
-        self._cursor = axis.axvline(0.0, color=INK, linewidth=1.0, zorder=4)
-        dots: dict[str, Any] = {"s": 30, "edgecolors": "white", "linewidths": 1, "zorder": 5}
-        zeros = np.zeros(len(colours))
-        self._dots = axis.scatter(zeros, zeros, c=colours, clip_on=False, **dots)
+        self._cursor = axis.axvline(run.time[0], color=INK, linewidth=1.6, zorder=4)
 
     def show(self, time: float) -> None:
-        """Move cursor, window and numbers to a time [s]."""
-        first = self._begin + float(
-            np.clip(time - self._begin - PAST * self.window, 0.0, self._length - self.window)
-        )
-        self.axis.set_xlim(first, first + self.window)
+        """Move the cursor and the numbers to a time [s]."""
         self._cursor.set_xdata([time, time])
-        self._veil.set_x(time)
-        self._veil.set_width(first + self.window - time)
         now = np.array([np.interp(time, self._time, leg) for leg in self._normal.T])
-        shown = np.clip(now, *self.axis.get_ylim())
-        self._dots.set_offsets(np.column_stack([np.full(len(now), time), shown]))
         names = [*(f"leg {leg + 1}" for leg in range(len(now))), "sum  "]
         for text, name, force in zip(self._values, names, [*now, now.sum()], strict=True):
             text.set_text(f"{name} {newtons(force)}")
