@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 
-from phasmid.errors import AlreadyExists, OutputError
+from phasmid.errors import AlreadyExists
 from phasmid.interrupts import held_signals
 from phasmid.paper.document import Graded, Parts, document
 from phasmid.paper.equations import EQUATIONS
@@ -66,8 +64,6 @@ def reproduce(
     check_new_file(folder / PAGE, option="--out DIR", force=force)
     if (folder / FOLDER).exists() and not force:
         raise AlreadyExists(folder / FOLDER, option="--out DIR")
-    for name in (*RECORDED, *OWN_FIGURES):
-        check_new_file(folder / FOLDER / f"{name}.png", option="--out DIR", force=force)
     check_place(folder / FOLDER, room=ROOM)
     evidence = Evidence(announce=announce)
     parts = {
@@ -85,24 +81,12 @@ def reproduce(
         folder / FOLDER / f"{name}.png": encoded_figure(figure, "png")
         for name, figure in drawn.items()
     }
-    _write(files | {folder / PAGE: text.encode()}, folder)
-    return parts
-
-
-def _write(files: Mapping[Path, bytes], folder: Path) -> None:
-    """Write all files of a reproduction, or none that was not there before."""
-    new = [path for path in files if not path.exists()]
-    new_folders = [path for path in (folder / FOLDER, folder) if not path.exists()]
-    # A page without its figures would be half-made.
+    try:
+        (folder / FOLDER).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(folder, error) from None
+    # A page without its figures would be half-made: it comes last.
     with held_signals():
-        try:
-            (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-            for path, content in files.items():
-                write_whole(path, content)
-        except (OSError, OutputError) as error:
-            for path in new:
-                path.unlink(missing_ok=True)
-            with suppress(OSError):
-                for path in new_folders:
-                    path.rmdir()
-            raise cannot_write(folder, error) if isinstance(error, OSError) else error from None
+        for path, content in (files | {folder / PAGE: text.encode()}).items():
+            write_whole(path, content)
+    return parts
