@@ -6,14 +6,17 @@ from PIL import Image
 
 from phasmid.errors import OutputError
 from phasmid.reporting.film.encoder import encode
+from phasmid.reporting.style import LEG_COLOURS
 
 
 def frames(count, size=(320, 240)):
-    """A field whose brightness tells the frame's number, and a bar that moves."""
+    """A field whose brightness tells the frame's number, a bar that moves, and some colours."""
     for k in range(count):
-        frame = np.full((size[1], size[0], 3), 4 * k, dtype=np.uint8)
-        frame[80:120, 7 * k : 7 * k + 10] = 255
-        yield frame
+        image = Image.new("RGB", size, (4 * k, 4 * k, 4 * k))
+        image.paste("white", (7 * k, 80, 7 * k + 10, 120))
+        for leg, colour in enumerate(LEG_COLOURS):
+            image.paste(colour, (30 * leg + 5, 20, 30 * leg + 30, 60))
+        yield np.asarray(image)
 
 
 def test_an_mp4_decodes_to_its_frames(tmp_path):
