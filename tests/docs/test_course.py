@@ -62,9 +62,3 @@ def test_checks_refuse_wrong_answers(notebook, capsys):
         words = capsys.readouterr().out
         assert words.count("No answer yet.") == 1
         assert words.count("Not yet.") == 4
-
-
-@pytest.mark.parametrize("path", [*NOTEBOOKS, COURSE / "index.md"], ids=lambda path: path.stem)
-def test_links_lead_somewhere(path):
-    for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", path.read_text("utf-8")):
-        assert (COURSE / link).exists(), link

@@ -119,32 +119,6 @@ def test_the_robot_walks_by_itself(browser, page, width, scheme):
 
 
 @marked
-def test_keys_stick_and_buttons_drive(browser, page):
-    with opened(browser, page) as window:
-        window.keyboard.down("d")
-        until(window, f"{number('place', 1)} < -0.08")
-        window.keyboard.up("d")
-        stick = window.locator("#stick").bounding_box()
-        x, y = stick["x"] + stick["width"] / 2, stick["y"] + stick["height"] / 2
-        window.mouse.move(x, y)
-        window.mouse.down()
-        window.mouse.move(x, y + 100)
-        until(window, f"{number('wanted')} === -120 && {number('speed')} < -80")
-        window.mouse.up()
-        until(window, f"{number('wanted')} === 0 && Math.abs({number('speed')}) < 3")
-        places = [window.evaluate(number("place", axis)) for axis in (0, 1)]
-        window.locator("#push").click()
-        moved = "Math.hypot({} - {}, {} - {}) > 0.03".format(
-            number("place"), places[0], number("place", 1), places[1]
-        )
-        until(window, moved)
-        window.locator("#slow").click()
-        until(window, f"{number('pace')} < 0.25")
-        window.locator("#reset").click()
-        until(window, f"{number('time')} < 0.5 && Math.abs({number('place')}) < 0.01")
-
-
-@marked
 def test_the_page_computes_what_the_package_computes(browser, page):
     """Both round to 24 bits in the network and to 53 in the physics, in two versions of MuJoCo.
 

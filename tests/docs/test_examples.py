@@ -117,7 +117,8 @@ def test_the_files_of_commands_in_the_docs_are_read(tmp_path):
 
 
 PAGES = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"]
-PAGES += [f"docs/{path.name}" for path in sorted((ROOT / "docs").glob("*.md"))]
+PAGES += [str(path.relative_to(ROOT)) for path in sorted((ROOT / "docs").glob("*.md"))]
+PAGES += [str(path.relative_to(ROOT)) for path in sorted((ROOT / "docs/course").glob("*.md"))]
 
 
 @pytest.mark.parametrize("page", PAGES)

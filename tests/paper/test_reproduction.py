@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import re
-import signal
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from phasmid.cli import main
 from phasmid.errors import AlreadyExists
-from phasmid.interrupts import StopSignals
-from phasmid.paper.evidence import Evidence
 from phasmid.paper.reproduction import STATEMENTS, reproduce
-from phasmid.simulation import Run
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -68,28 +63,6 @@ def test_the_command_writes_the_page_that_stands_in_docs(
     for part in STATEMENTS:
         assert part in shown
         assert f"## {part}" in page
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_walk_that_is_stopped_is_no_evidence(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    number: signal.Signals,
-) -> None:
-    keep = Run._keep
-
-    def interrupted(run: Run, *arguments: Any) -> None:
-        keep(run, *arguments)
-        if run.done > 1000 and "wave" in run.scenario.load_gait().name:
-            signal.raise_signal(number)
-
-    monkeypatch.setattr(Run, "_keep", interrupted)
-    with StopSignals(), pytest.raises(KeyboardInterrupt):
-        Evidence().gait("wave")
-    assert main(["paper", "--out", str(tmp_path / "out"), "--quiet"]) == 130
-    assert capsys.readouterr().err.startswith("phasmid: The run was stopped by the user at ")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_place_that_cannot_be_written_is_refused_before_the_work(

@@ -407,12 +407,6 @@ def test_points_that_violate_a_constraint_are_not_best(tmp_path):
     assert best["x"][0] == pytest.approx(0.5, abs=0.05)
 
 
-def test_a_search_chooses_the_same_points_again(tmp_path):
-    one = searching(tmp_path / "a", minimise=["near 1"], batch=10, seed=4)
-    two = searching(tmp_path / "b", minimise=["near 1"], batch=10, seed=4)
-    assert one[1] == two[1]
-
-
 def test_a_search_of_walks_goes_on_where_it_was_stopped(tmp_path):
     one = PLAN | {
         "axes": {"step_length_mm": {"low": 20, "high": 60}, "gait": ["tripod", "wave"]},
