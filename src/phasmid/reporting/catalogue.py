@@ -118,6 +118,7 @@ KINDS: tuple[FigureKind, ...] = (
         "Planned stance and recorded contact of each leg over time.",
         (("stance", "contact"),),
         time_figures.gait_diagram,
+        several=False,
     ),
     FigureKind(
         "support-margin",
@@ -130,6 +131,7 @@ KINDS: tuple[FigureKind, ...] = (
         "Torque over speed of each joint, in the envelope of its servo.",
         TORQUE_AND_SPEED,
         path_figures.envelope_figure,
+        several=False,
         whole=True,
     ),
     FigureKind(
@@ -143,6 +145,7 @@ KINDS: tuple[FigureKind, ...] = (
         "Foot paths in body axes and in the world, from above and from the side.",
         (("foot_position",), ("body_position",), ("body_orientation",)),
         path_figures.foot_path_figure,
+        several=False,
     ),
     FigureKind(
         "power",

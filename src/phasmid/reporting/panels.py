@@ -44,7 +44,6 @@ class Panels:
         share_x: All panels share one horizontal axis.
         share_y: All panels share one vertical axis; ``"col"``, ``"row"``: those of each one.
         left: Width of the labels on the left [inches].
-        title_lines: Lines of the panels' titles.
 
     Attributes:
         figure: The figure.
@@ -61,10 +60,8 @@ class Panels:
         share_x: bool = True,
         share_y: bool | Literal["col", "row"] = True,
         left: float = 0.8,
-        title_lines: int = 1,
     ) -> None:
         self._layout, self._heights, self._left = layout, heights, left
-        self._above = ABOVE + LINE * (title_lines - 1)
         self._below = 0.0 if share_x else BELOW
         self._beside = BESIDE if share_y in (True, "row") else WITH_TICKS
         self.figure: Figure = new_figure(layout.inches, sum(heights))
@@ -82,12 +79,6 @@ class Panels:
             axis.locator_params(axis="x", steps=[1, 2, 5, 10])
             # Ticks that are made when the figure is saved have this size too.
             axis.tick_params(labelsize=FONT_SIZE * layout.type_scale)
-
-    def shortened(self, words: str) -> str:
-        """Return words, cut off at the width of all panels."""
-        space = self._layout.inches - 2 * EDGE - self._layout.type_scale * self._left
-        letters = int(space / (1.15 * LETTER * self._layout.type_scale))
-        return textwrap.shorten(words, letters, placeholder=" …")
 
     def complete(
         self,
@@ -116,10 +107,12 @@ class Panels:
             subtitle.set_text(subtitle.get_text().replace(NO_BREAK, " "))
             texts = [(heading, down), (subtitle, down + scale * TITLE)]
             down += scale * (TITLE + LINE * len(lines)) + 0.03
-        entries = [(self.shortened(label), look) for label, look in entries]
+        # No label is wider than the panels.
+        letters = int((width - 2 * EDGE - scale * self._left) / (1.15 * LETTER * scale))
+        entries = [(textwrap.shorten(w, letters, placeholder=" …"), look) for w, look in entries]
         legend, rows = _fitting_legend(figure, entries, columns or len(entries))
-        top = down + scale * (LINE * rows + self._above)
-        height = top + sum(self._heights) + scale * (FOOT - self._above)
+        top = down + scale * (LINE * rows + ABOVE)
+        height = top + sum(self._heights) + scale * (FOOT - ABOVE)
         figure.set_figheight(height)
         for text, place in texts:
             text.set(x=EDGE / width, y=1 - place / height, verticalalignment="top")
@@ -132,7 +125,7 @@ class Panels:
         """Place the panels below a distance from the upper edge of the figure [inches]."""
         scale, width = self._layout.type_scale, self._layout.inches
         rows, columns = len(self.rows), len(self.rows[0])
-        above, beside = scale * (self._above + self._below), scale * self._beside
+        above, beside = scale * (ABOVE + self._below), scale * self._beside
         left, right = scale * self._left, width - 2 * EDGE
         self.figure.subplots_adjust(
             left=left / width,

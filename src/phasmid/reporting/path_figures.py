@@ -12,7 +12,7 @@ from phasmid import kinematics
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.numbers import torque_and_speed
 from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs
-from phasmid.reporting.run import Run, Source, shared_caption
+from phasmid.reporting.run import Run, Source
 from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, Layout, leg_colour
 from phasmid.reporting.time_figures import Legs, leg_entries
 from phasmid.robot import Servo
@@ -29,32 +29,28 @@ Limits: TypeAlias = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
-    """Draw torque over speed of coxae, femora and tibiae, a row of panels for each run.
+    """Draw torque over speed of the coxae, femora and tibiae of one run.
 
     Raises:
         InvalidInput: No torques have speeds beside them.
     """
-    alone = len(runs) == 1
-    title_lines = 1 if alone else 2
-    drawing = Panels(layout, [2.9] * len(runs), columns=3, title_lines=title_lines)
-    for run, axes in zip(runs, drawing.rows, strict=True):
-        tau, qd, name = torque_and_speed(run)
-        for joint, axis in enumerate(axes):
-            _draw_joint(axis, run, tau[..., joint], qd[..., joint], legs)
-            axis.set_title(JOINTS[joint])
-            axis.set_xlabel("speed [rad/s]" if axes is drawing.rows[-1] else "")
-        if not alone:
-            axes[0].set_title(f"{drawing.shortened(run.label)}\n{JOINTS[0]}")
-        model = " by the model" if name.endswith("_model") else ""
-        axes[0].set_ylabel(f"torque{model} [N·m]")
+    run = runs[0]
+    drawing = Panels(layout, [2.9], columns=3)
+    tau, qd, name = torque_and_speed(run)
+    for joint, axis in enumerate(drawing.axes):
+        _draw_joint(axis, run, tau[..., joint], qd[..., joint], legs)
+        axis.set_title(JOINTS[joint])
+        axis.set_xlabel("speed [rad/s]")
+    model = " by the model" if name.endswith("_model") else ""
+    drawing.axes[0].set_ylabel(f"torque{model} [N·m]")
     blank: Entry = ("", {"color": "none"})
     entries = [
-        *leg_entries(runs[0], legs),
+        *leg_entries(run, legs),
         *[blank] * (-len(legs) % 3),
         ("steady limit of the servo", {"color": LIMIT_COLOUR}),
         ("continuous torque", ADVICE_LINE),
     ]
-    notes = [*shared_caption(runs), _shares(runs[0], tau, qd) if alone else ""]
+    notes = [*run.caption, _shares(run, tau, qd)]
     return drawing.complete("Torque and speed of the servos", notes, entries, columns=3)
 
 
@@ -167,27 +163,13 @@ def _draw_joint(axis: Axes, run: Run, tau: np.ndarray, qd: np.ndarray, legs: Leg
 
 
 def foot_path_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
-    """Draw foot paths in body axes (left) and in the world (right), from above and from the side.
-
-    Each run has two rows of panels.
-    """
-    alone = len(runs) == 1
-    drawing = Panels(
-        layout,
-        [3.3, 2.3] * len(runs),
-        columns=2,
-        share_x=False,
-        share_y=False,
-        title_lines=1 if alone else 2,
-    )
-    for number, run in enumerate(runs):
-        above, side = drawing.rows[2 * number : 2 * number + 2]
-        _draw_paths([*above, *side], run, legs)
-        if not alone:
-            above[0].set_title(f"{drawing.shortened(run.label)}\n{above[0].get_title(loc='left')}")
-    entries = [*leg_entries(runs[0], legs), ("body", BODY_LINE)]
+    """Draw foot paths of one run in body axes (left) and in the world, from above and aside."""
+    run = runs[0]
+    drawing = Panels(layout, [3.3, 2.3], columns=2, share_x=False, share_y=False)
+    _draw_paths(drawing.axes, run, legs)
+    entries = [*leg_entries(run, legs), ("body", BODY_LINE)]
     title = f"Foot paths of {listed_legs(legs)}"
-    return drawing.complete(title, shared_caption(runs), entries, columns=4)
+    return drawing.complete(title, run.caption, entries, columns=4)
 
 
 def feet_in_body(run: Run) -> np.ndarray:

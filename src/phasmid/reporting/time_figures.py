@@ -181,25 +181,19 @@ def _quantity_entries(run: Run, quantity: Quantity, used: Sequence[str]) -> list
 
 def gait_diagram(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw bars of each leg's planned stance and, narrower and darker, of its contact."""
-    alone = len(runs) == 1
-    heights = [0.27 * len(legs) + 0.3] * len(runs)
-    drawing = Panels(layout, heights, left=1.35, share_y=False)
-    for axis, run in zip(drawing.axes, runs, strict=True):
-        draw_bars(axis, run, legs)
-        if not alone:
-            words = " · ".join(filter(None, (run.label, _agreement(run, legs))))
-            axis.set_title(drawing.shortened(words))
-    time_axis(drawing.axes[-1], runs[0].time)
+    run = runs[0]
+    drawing = Panels(layout, [0.27 * len(legs) + 0.3], left=1.35)
+    draw_bars(drawing.axes[0], run, legs)
+    time_axis(drawing.axes[0], run.time)
     entries: list[Entry] = [
         (words, {"color": colour, "linewidth": 6.0})
         for name, words, colour in (
             ("stance", "planned stance", paler(FAINT)),
             ("contact", "recorded contact", FAINT),
         )
-        if any(run.has(name) for run in runs)
+        if run.has(name)
     ]
-    notes = [*shared_caption(runs), _agreement(runs[0], legs) if alone else ""]
-    return drawing.complete("Gait diagram", notes, entries)
+    return drawing.complete("Gait diagram", [*run.caption, _agreement(run, legs)], entries)
 
 
 def _agreement(run: Run, legs: Legs) -> str:
