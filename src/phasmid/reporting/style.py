@@ -56,13 +56,6 @@ RUN_LINES: tuple[dict[str, Any], ...] = tuple(
 INK, FAINT = "#2b2f36", "#6b7079"
 """Colours of text."""
 
-POWER_COLOURS = {
-    "given": "#004488",
-    "friction": "#228833",
-    "electrical": "#d9a21b",
-}
-"""Positive power of the joints, that of friction, and that drawn by the servos."""
-
 LIMIT_COLOUR = "#b3261e"
 """Colour of limits."""
 

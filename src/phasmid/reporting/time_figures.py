@@ -31,7 +31,6 @@ from phasmid.reporting.style import (
     JOINT_COLOURS,
     LACKING_COLOUR,
     LIMIT_COLOUR,
-    POWER_COLOURS,
     STANCE_COLOUR,
     Figure,
     Layout,
@@ -347,12 +346,12 @@ def friction_demand(run: Run) -> tuple[np.ndarray, np.ndarray]:
     return demand, run.scenario.load_terrain().friction(x, y)
 
 
-POWER_LINES: dict[str, tuple[str, Any]] = {
-    "given": ("given: Σ max(τω, 0)", (0, (5, 1.6))),
-    "friction": ("friction of the servos", "--"),
-    "electrical": ("electrical, from the supply", "-"),
+POWER_LINES: dict[str, Entry] = {
+    "given": ("given: Σ max(τω, 0)", {"color": "#004488"}),
+    "friction": ("friction of the servos", {"color": "#228833", "linestyle": "--"}),
+    "electrical": ("electrical, from the supply", {"color": "#d9a21b"}),
 }
-"""Label and dash of each kind of power."""
+"""Label and look of each kind of power."""
 
 
 def power_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
@@ -373,8 +372,7 @@ def power_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
             energy = cumulative_trapezoid(power, whole.time, initial=0)
             transport = cost_of_transport(whole, float(energy[-1]), way)
             cost = "unknown" if transport is None else f"{transport:.2f}"
-            label, dash = POWER_LINES[name]
-            line = {"color": POWER_COLOURS[name], "linestyle": dash, "linewidth": 1.3}
+            label, line = POWER_LINES[name]
             if name in ("given", "electrical"):
                 costs.append(f"{cost} ({'mechanical' if name == 'given' else name})")
             if not alone:
