@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import io
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from phasmid.errors import plain
 from phasmid.recording import Recording
-from phasmid.recording.ros import rows_at
-from phasmid.recording.table import columns, text_cell
 from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import leg_colour
 from phasmid.reporting.summary import Summary
@@ -38,12 +33,6 @@ DRAWING = (
     "camera.js",
 )
 """Scripts that draw a robot, in their order; the studio uses them too."""
-
-TABLE_RATE = 50.0
-"""Most rows of the table of data a second."""
-
-MOST_CELLS = 400_000
-"""Most numbers in the table: a longer run has fewer rows a second."""
 
 VERSIONS = {
     "phasmid_version": "phasmid",
@@ -229,13 +218,12 @@ def _figures(pictures: Sequence[Picture]) -> str:
 
 
 def _data(recording: Recording, summary: Summary, run: Run) -> str:
-    csv, rate = data_table(recording, run.robot.leg_names)
-    links = [_download("data.csv", "Data as CSV", csv, "text/csv")]
-    shown = []
+    links, shown = [], []
     for name in ("scenario", "robot"):
         text = str(recording.attrs[name])
         file = f"{name}.toml"
-        links.append(_download(file, f"{name.capitalize()} file", text.encode(), "text/plain"))
+        address = data_url(text.encode(), "text/plain")
+        links.append(f'<a href="{address}" download="{file}">{name.capitalize()} file</a>')
         cut = "\n".join(map(plain, text[:LONGEST_FILE].split("\n")))
         cut += "\n… (cut off here)" if len(text) > LONGEST_FILE else ""
         shown.append(f"<details><summary>{file}</summary><pre>{escape(cut)}</pre></details>")
@@ -252,31 +240,7 @@ def _data(recording: Recording, summary: Summary, run: Run) -> str:
     )
     return Template(own_text("data.html")).substitute(
         links="".join(f"<li>{link}</li>" for link in links),
-        rate=f"{rate:.3g}",
-        samples=summary["run"]["samples"],
         files="\n".join(shown),
         again=again,
         versions=versions,
     )
-
-
-def _download(file: str, words: str, content: bytes, kind: str) -> str:
-    return f'<a href="{data_url(content, kind)}" download="{file}">{words}</a>'
-
-
-def data_table(recording: Recording, leg_names: Sequence[str]) -> tuple[bytes, float]:
-    """Return a recording as comma-separated values of six digits, and its rows per second.
-
-    Headings are quoted and safe in a spreadsheet.
-    """
-    time = np.asarray(recording["time"].values)
-    length = max(float(time[-1] - time[0]), 1e-9)
-    width = len(columns(recording.isel(time=slice(0, 1)), leg_names))
-    rows = rows_at(time, min(TABLE_RATE, MOST_CELLS / width / length))
-    table = columns(recording.isel(time=rows), leg_names)
-    heading = ",".join('"' + text_cell(name).replace('"', '""') + '"' for name in table)
-    numbers = np.column_stack([values.astype(float) for values in table.values()])
-    file = io.BytesIO()
-    np.savetxt(file, numbers, "%.6g", ",", header=heading, comments="", encoding="utf-8")
-    taken = 1 / float(np.diff(time[rows]).mean()) if len(rows) > 1 else 0.0
-    return file.getvalue(), taken
