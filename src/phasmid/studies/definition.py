@@ -281,6 +281,16 @@ class Study(Table):
             hint=f'"{names[0]} < 1"',
         )
 
+    def excess(self, rule: str, metrics: Any) -> Any:
+        """Return by how much a metric exceeds the bound of a rule; below 0 the rule is kept.
+
+        Args:
+            rule: The rule, such as ``slip.mean < 0.002``.
+            metrics: Metrics by name, numbers or columns of a table.
+        """
+        name, comparison, bound = self.rule("a rule", rule)
+        return metrics[name] - bound if comparison == "<" else bound - metrics[name]
+
     def points(self) -> Iterator[Point]:
         """Yield the values of each run of a sampler: seeds change fastest, then the last axis."""
         for point in self._axis_points():

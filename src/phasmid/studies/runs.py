@@ -204,8 +204,7 @@ class Runner:
             return keep == "all"
         if keep == "fell":
             return bool(row["ending"] == "FELL")
-        name, comparison, bound = self.study.rule("keep", keep)
-        return bool(row[name] < bound if comparison == "<" else row[name] > bound)
+        return bool(self.study.excess(keep, row) < 0)
 
     def _place(self, robot: Any) -> Any:
         """Return a robot's file relative to the study's, or the name of a preset."""

@@ -105,20 +105,14 @@ def _tell(problem: Any, trial: Any, wanted: Search, study: Study, rows: pd.DataF
     from optuna.trial import TrialState
 
     failed = bool((rows["status"] == "failed").any())
-    violations = [] if failed else [violation(study, rule, rows) for rule in wanted.constraints]
+    means = rows[[metric.name for metric in study.metrics]].mean()
+    violations = [] if failed else [study.excess(rule, means) for rule in wanted.constraints]
     # A point that cannot be run is worse than any violation that is measured.
     trial.set_user_attr("violations", violations or [np.inf] * len(wanted.constraints))
     if failed:
         problem.tell(trial, state=TrialState.FAIL)
     else:
-        problem.tell(trial, [float(rows[name].mean()) for name in wanted.objectives])
-
-
-def violation(study: Study, rule: str, rows: pd.DataFrame) -> float:
-    """Return by how much the mean of a metric over rows violates a rule; 0 or less: not at all."""
-    name, comparison, bound = study.rule("a constraint", rule)
-    mean = float(rows[name].mean())
-    return mean - bound if comparison == "<" else bound - mean
+        problem.tell(trial, [float(means[name]) for name in wanted.objectives])
 
 
 def best_points(study: Study, table: pd.DataFrame) -> pd.DataFrame:
@@ -138,8 +132,7 @@ def best_points(study: Study, table: pd.DataFrame) -> pd.DataFrame:
     failed = table.groupby(axes)["status"].transform(lambda status: (status == "failed").any())
     points = table[~failed].groupby(axes, as_index=False)[names].mean()
     for rule in wanted.constraints:
-        name, comparison, bound = study.rule("a constraint", rule)
-        points = points[points[name] < bound if comparison == "<" else points[name] > bound]
+        points = points[study.excess(rule, points) < 0]
     signs = [1.0] * len(wanted.minimise) + [-1.0] * len(wanted.maximise)
     costs = points[wanted.objectives].to_numpy(float) * signs
     keep = [not ((costs <= cost).all(axis=1) & (costs < cost).any(axis=1)).any() for cost in costs]

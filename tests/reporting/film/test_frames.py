@@ -116,12 +116,3 @@ def test_a_video_has_its_frames_and_reports_progress(recording, tmp_path):
     assert np.abs(frames[3] - frames[0]).mean() > 0.5
     with pytest.raises(InvalidInput, match=r"a\.gif exists; nothing was written\."):
         phasmid.save_video(recording, path)
-
-
-@pytest.mark.usefixtures("opengl")
-def test_a_planned_walk_can_be_filmed(tmp_path):
-    scenario = phasmid.load_scenario("paper").replace(duration=0.2)
-    analysis = phasmid.analyse(scenario, phasmid.plan(scenario))
-    path = phasmid.save_video(analysis, tmp_path / "a.gif", size=(320, 240), fps=10)
-    with Image.open(path) as stored:
-        assert stored.n_frames == 2
