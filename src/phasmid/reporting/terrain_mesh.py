@@ -20,9 +20,6 @@ FLOOR, SLIPPERY, GRIPPING = rgb("#f3f5f8"), rgb("#8fc7ee"), rgb("#dcb98f")
 DARK_SQUARE = 0.9
 """Brightness of every other square."""
 
-COARSE = 512
-"""Pixels along the side of the ground at which its friction is sampled."""
-
 
 def landscape(
     ground: Ground, middle: Float[np.ndarray, "2"], reach: float, cell: float = CELL
@@ -84,19 +81,9 @@ def floor_image(
     along = (np.arange(pixels) + 0.5) / pixels * size
     x, y = np.meshgrid(corner[0] + along, corner[1] + along[::-1])
     odd = (np.floor(x / square) + np.floor(y / square)) % 2 == 1
-    every = math.ceil(pixels / COARSE)
-    colour = floor_colour(x[::every, ::every], y[::every, ::every], terrain)
-    colour = colour.repeat(every, axis=0).repeat(every, axis=1)[:pixels, :pixels]
-    shade = colour * np.where(odd, DARK_SQUARE, 1.0)[..., None]
-    return np.rint(255 * shade).astype(np.uint8)
-
-
-def floor_colour(
-    x: Float[np.ndarray, "rows columns"], y: Float[np.ndarray, "rows columns"], terrain: Ground
-) -> Float[np.ndarray, "rows columns 3"]:
-    """Return the colour of the ground at places [m] by its friction, 0 to 1."""
-    if not terrain.patches or terrain.coefficient == 0:
-        return np.broadcast_to(FLOOR, (*x.shape, 3))
-    ratio = terrain.friction(x, y)[..., None] / terrain.coefficient
-    slippery, gripping = np.clip(1 - ratio, 0, 1), np.clip(ratio - 1, 0, 1)
-    return FLOOR + slippery * (SLIPPERY - FLOOR) + gripping * (GRIPPING - FLOOR)
+    colour: np.ndarray = FLOOR
+    if terrain.patches and terrain.coefficient > 0:
+        ratio = terrain.friction(x, y)[..., None] / terrain.coefficient
+        slippery, gripping = np.clip(1 - ratio, 0, 1), np.clip(ratio - 1, 0, 1)
+        colour = FLOOR + slippery * (SLIPPERY - FLOOR) + gripping * (GRIPPING - FLOOR)
+    return np.rint(255 * colour * np.where(odd, DARK_SQUARE, 1.0)[..., None]).astype(np.uint8)
