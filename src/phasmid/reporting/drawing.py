@@ -53,9 +53,6 @@ FORCE_COLOUR, FORCE_TEXT = "#e8590c", "#a33c05"
 FORCE_LENGTH = 1.2
 """Length of an arrow of the whole weight, in spans of the robot's hips."""
 
-ENDINGS = {"FELL": "fell", "DIVERGED": "diverged", "STOPPED": "stopped", "CUT": "cut off"}
-"""Words for recordings that were not completed."""
-
 
 def walk_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw `walk_picture` of one run, with all legs."""
@@ -163,9 +160,8 @@ def _write_caption(axis: Axes, run: Run, now: int) -> None:
         run.drive_words,
         f"t = {run.time[now]:.2f} s · step {step:.4g} mm · squares {1000 * SQUARE:g} mm",
     ]
-    ending = ENDINGS.get(run.attribute("ending"))
-    if ending:
-        lines.append(f"{ending} at {run.time[-1]:.2f} s")
+    if run.ending_words:
+        lines.append(run.ending_words)
     if run.scenario.terrain.kind != "flat":
         lines.insert(0, f"terrain: {run.scenario.terrain.kind}")
     if run.normal_force is not None:

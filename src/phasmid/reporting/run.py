@@ -34,6 +34,9 @@ MOST_RUNS = len(RUN_LINES)
 MOST_CYCLES, LAST_CYCLES = 6, 5
 """Walks of more cycles than the first are drawn over the second number of last cycles."""
 
+ENDINGS = {"FELL": "fell", "DIVERGED": "diverged", "STOPPED": "stopped", "CUT": "cut off"}
+"""Words for recordings that were not completed."""
+
 Needs = tuple[tuple[str, ...], ...]
 """Groups of channels; a figure requires one of each."""
 
@@ -226,6 +229,12 @@ class Run(Source):
         servo = servo_words(short(self.attribute("servo") or self.robot.servo.name))
         drive = short(self.attribute("drive"))
         return f"{servo}, {drive} drive" if drive else servo
+
+    @property
+    def ending_words(self) -> str:
+        """How and when a run ended that was not completed; else empty."""
+        ending = ENDINGS.get(self.attribute("ending"))
+        return f"{ending} at {self.time[-1]:.2f} s" if ending else ""
 
     @property
     def force_words(self) -> str:

@@ -94,9 +94,7 @@ class FrameFigure:
     def _write_words(self, bottom: float) -> Any:
         """Write title, drive and legend into the picture; return the text of the clock."""
         run = self._run
-        line, ending = run.drive_words, run.attribute("ending")
-        if ending in ("FELL", "DIVERGED"):
-            line += f" · {ending.lower()} at {run.time[-1]:.2f} s"
+        line = " · ".join(filter(None, (run.drive_words, run.ending_words)))
         legend = f"squares {1000 * square_side(run.scenario):.4g} mm"
         if run.scenario.terrain.kind != "flat":
             legend = f"terrain: {run.scenario.terrain.kind} · {legend}"
