@@ -41,4 +41,4 @@ def test_the_reference_has_every_package_with_public_names():
         name = ".".join(file.parent.relative_to(ROOT / "src").parts)
         if name != "phasmid" and hasattr(import_module(name), "__all__"):
             packages.add(name)
-    assert packages - INTERNAL <= set(load("reference_pages").PACKAGES)
+    assert packages - INTERNAL <= set(reference_pages.PACKAGES)

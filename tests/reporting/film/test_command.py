@@ -8,6 +8,7 @@ import pytest
 import phasmid.reporting
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
+from phasmid.extras import install_hint
 from phasmid.reporting import renderer, save_video
 from phasmid.reporting.renderer import opengl_lack
 

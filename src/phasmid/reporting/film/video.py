@@ -15,7 +15,7 @@ from phasmid.recording.file import cannot_write, check_new_file
 from phasmid.reporting.film.encoder import encode
 from phasmid.reporting.film.film import camera_of, frames_of, square_side
 from phasmid.reporting.film.frame import FrameFigure, Pixels, picture_size
-from phasmid.reporting.renderer import VIDEO_EXTRA, SceneRenderer, opengl_lack
+from phasmid.reporting.renderer import SceneRenderer, opengl_lack
 from phasmid.reporting.robot_mesh import body_pose
 from phasmid.reporting.run import Run, read_run
 from phasmid.reporting.style import styled
