@@ -28,12 +28,12 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     """Install the checks before the first test module imports phasmid."""
     if config.getoption("--shapes"):
-        install_import_hook("phasmid", "type_checker.check")
+        install_import_hook("phasmid", "support.type_checker.check")
 
 
 @pytest.fixture(scope="session")
 def compiled_engine(tmp_path_factory):
     """The locomotion engine's loops are compiled, by one process for all."""
-    from compiling import compile_once
+    from support.compiling import compile_once
 
     compile_once(tmp_path_factory.getbasetemp().parent)

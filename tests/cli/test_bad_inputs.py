@@ -2,8 +2,8 @@
 
 import pytest
 
-from bad_inputs import bad_inputs, refused_rightly
 from phasmid.cli import main
+from support.bad_inputs import bad_inputs, refused_rightly
 
 CHOSEN = (
     "robot toml: nan length",

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hand_turned import PATIENCE, Bench
 from phasmid.cli import main
 from phasmid.cli.bus_calibrate import _turn
 from phasmid.hardware import load_calibration
 from phasmid.hardware.calibrator import pose_angles
 from phasmid.kinematics import foot_position
 from phasmid.robot import load_robot, preset_names
+from support.hand_turned import PATIENCE, Bench
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 TURN = math.radians(15)

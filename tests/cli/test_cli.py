@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from hostile import UNSEEN, hostile_files
 from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot, robot_to_toml
 from phasmid.scenario import load_scenario, option_keys
 from phasmid.simulation import Run, new_run
+from support.hostile import UNSEEN, hostile_files
 
 
 def answered(capsys, *arguments):

@@ -11,7 +11,7 @@ from phasmid.cli import main
 from phasmid.cli.remedies import typed
 from phasmid.formats import save_robot
 from phasmid.robot import load_robot
-from remedies import accept, answer, refusal, typed_back
+from support.remedies import accept, answer, refusal, typed_back
 
 LINES = """
 walk --robot quadruped --gait trot

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from general_robot import general_robot
 from phasmid.control.body_motion import leg_moment
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.records import record_behind
@@ -12,6 +11,7 @@ from phasmid.gait import support_margin
 from phasmid.gait.support_kernels import line_margin
 from phasmid.kinematics import centre_of_mass, rotation_rpy
 from phasmid.robot import load_robot
+from support.general_robot import general_robot
 
 ROUND_OFF = 1e-12
 

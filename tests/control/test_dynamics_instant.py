@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from general_robot import general_robot
 from phasmid import dynamics, kinematics
 from phasmid.control import EngineSettings
 from phasmid.control.feed_forward import feed_forward
@@ -19,6 +18,7 @@ from phasmid.control.records import fill
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, MinimumNorm, share_load
 from phasmid.robot import Robot, load_robot
+from support.general_robot import general_robot
 
 ROBOTS = ["phantomx-ax", "quadruped", "octopod", "general"]
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kinematic_world import core_engine, drive, random_commands
 from phasmid.control import LocomotionEngine
 from phasmid.control.types import LegPhase
 from phasmid.control.velocity_limits import LEAST_CLEARANCE
@@ -14,6 +13,7 @@ from phasmid.experiment import Command, Observation
 from phasmid.gait import GAITS, load_gait
 from phasmid.kinematics import joint_angles, neutral_feet, trunk_clearance
 from phasmid.robot import load_robot
+from support.kinematic_world import core_engine, drive, random_commands
 
 DIRECTIONS = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (1, -1, 0), (0, 0, 1), (1, 0, -4)]
 ROBOTS = ["phantomx-ax", "quadruped", "octopod"]

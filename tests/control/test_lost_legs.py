@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kinematic_world import drive
 from phasmid.control import LocomotionEngine
 from phasmid.control.types import SUPPORT_MARGIN, LegPhase, LegUse
 from phasmid.experiment import Command, Observation
 from phasmid.gait import limp, load_gait, support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles
 from phasmid.robot import load_robot
+from support.kinematic_world import drive
 
 WALKING = 3.0
 """Time for which the robot walks before each loss [s]."""

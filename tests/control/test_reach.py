@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from general_robot import general_robot
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.reach import DIRECTIONS, NEAR, bound_region, joints_at, region_edge
 from phasmid.control.records import record_behind
 from phasmid.kinematics import foot_position, hip_from_body, quaternion_rotation, rpy_quaternion
 from phasmid.robot import load_robot
+from support.general_robot import general_robot
 
 ROBOTS = [load_robot("phantomx-ax"), load_robot("quadruped"), general_robot()]
 

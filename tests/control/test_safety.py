@@ -12,7 +12,7 @@ from phasmid.control.safety_filter import BRAKING, SafetyFilter
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.experiment import Command, JointTargets, Observation, Posture
 from phasmid.kinematics import rpy_quaternion
-from sequence_runs import DT
+from support.sequence_runs import DT
 
 ROBOT = load_robot("phantomx-ax")
 HOME = neutral_stance(ROBOT).q

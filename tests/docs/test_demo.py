@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from browsers import NEEDED, is_ours, pixels, started, until
-from build_demo import build
-from exported_walks import walk
+from support.browsers import NEEDED, is_ours, pixels, started, until
+from support.exported_walks import walk
 
 ROOT = Path(__file__).parents[2]
 WASM = Path(os.environ.get("PHASMID_MUJOCO_WASM", ROOT / "build/demo"))

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from general_robot import general_robot
 from phasmid.robot import Robot, load_robot
+from support.general_robot import general_robot
 
 
 def beside_its_plane() -> Robot:

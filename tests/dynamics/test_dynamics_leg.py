@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import sympy as sp
+from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS
 
-from general_robot import upright
-from pages import derivation
-from pages.derivation import ANGLES, GRAVITY, LENGTHS, LINKS
-from phasmid import dynamics
+from phasmid import derivation, dynamics
 from phasmid.dynamics.matrices import in_plane
 from phasmid.dynamics.printed import printed_leg_matrices
 from phasmid.robot import Robot, load_robot, with_mass_model
+from support.general_robot import upright
 
 # Row 10 of the physics charter. Torques are below 10 N·m and entries sums of some hundred terms,
 # so that round-off stays below 100 * 2.2e-16 * 10 = 2e-13.

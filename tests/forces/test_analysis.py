@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-from general_robot import general_robot
 from phasmid.dynamics import BodyMotion, inverse_dynamics, kinetic_energy, potential_energy
 from phasmid.errors import InfeasibleLoad, InvalidInput
 from phasmid.forces import FORCE_MODELS, analyse, holding_forces
@@ -20,7 +19,8 @@ from phasmid.kinematics import (
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.terrain import Flat, Ground
-from terrains import TERRAINS
+from support.general_robot import general_robot
+from support.terrains import TERRAINS
 
 PAPER = load_scenario("paper")
 HILLY = PAPER.replace(step_length_mm=60, step_turn_deg=5, duration=4.0)

@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from ball_dog import ball_dog
 from phasmid.control.feed_forward.feed_forward import FeedForward, solve
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.forces import (
@@ -19,6 +18,7 @@ from phasmid.formats import import_robot
 from phasmid.kinematics import body_from_hip, foot_position, rotation_rpy
 from phasmid.scenario import load_scenario
 from phasmid.terrain import Flat, Ground, Slope
+from support.ball_dog import ball_dog
 
 CROUCH = (0.1, 0.9, -1.8)
 """Angles of each leg in the file [rad]: shanks lean by 0.9 rad."""

@@ -21,7 +21,7 @@ from formats.trees import (
     with_joints,
     with_link,
 )
-from general_robot import general_robot
+from phasmid.forces import servo_verdict
 from phasmid.formats import (
     Imported,
     ImportOptions,
@@ -37,6 +37,7 @@ from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot, load_servo
 from phasmid.robot.inertial import Inertial
 from phasmid.scenario import Scenario
 from phasmid.simulation import build_model
+from support.general_robot import general_robot
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from formats.trees import ROBOTS, block, files_of
-from general_robot import general_robot
 from phasmid.formats.tree import tree_of
 from phasmid.kinematics import leg_frames
 from phasmid.robot import Appearance, Robot, preset_names
+from support.general_robot import general_robot
 
 
 def compiled(robot: Robot) -> mujoco.MjModel:

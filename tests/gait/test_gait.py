@@ -16,7 +16,7 @@ from phasmid.gait import (
 )
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import load_robot
-from walks import WALKS
+from support.walks import WALKS
 
 
 @pytest.mark.parametrize("gait", HEXAPOD_GAITS.values(), ids=lambda g: g.name)

@@ -9,7 +9,7 @@ from phasmid.errors import InvalidGait
 from phasmid.gait import Gait, load_gait, support_margin, sway, without_legs
 from phasmid.gait.cycle import COMFORTABLE_STEP, foot_way, timing
 from phasmid.gait.shift import best_place
-from walks import neutral_and_mass
+from support.walks import neutral_and_mass
 
 
 def margin_of(limp, feet, com):

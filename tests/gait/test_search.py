@@ -8,7 +8,7 @@ import pytest
 from phasmid.errors import InvalidGait
 from phasmid.gait import Gait, best_order, least_margin, load_gait, support_margin, sway
 from phasmid.gait.cycle import foot_way
-from walks import neutral_and_mass
+from support.walks import neutral_and_mass
 
 SAMPLES = 720
 

@@ -16,7 +16,7 @@ from phasmid.gait import (
     load_gait,
     wave_gait,
 )
-from walks import HEXAPODS, neutral_and_mass
+from support.walks import HEXAPODS, neutral_and_mass
 
 # OpenSHC: stance, swing, offset, and multipliers in the same order of legs.
 MULTIPLIERS = {

@@ -16,10 +16,10 @@ from contextlib import ExitStack, suppress
 
 import pytest
 
-from cable import PATIENCE, Cable, runs, wait
 from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
 from phasmid.robot import load_robot
-from virtual_bus import folded
+from support.cable import PATIENCE, Cable, runs, wait
+from support.virtual_bus import folded
 
 STAGES = {
     "ramp": ("emulated", "0,0,0"),

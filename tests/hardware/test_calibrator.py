@@ -6,7 +6,6 @@ import sys
 import numpy as np
 import pytest
 
-from hand_turned import BAUD, PATIENCE, Bench
 from phasmid.errors import InvalidInput
 from phasmid.hardware import (
     Bus,
@@ -19,6 +18,7 @@ from phasmid.hardware import (
 )
 from phasmid.hardware.calibrator import Calibrator, Sweep, check_pose, first_pose, pose_angles
 from phasmid.robot import load_robot, preset_names
+from support.hand_turned import BAUD, PATIENCE, Bench
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 TURN = math.radians(15)

@@ -24,7 +24,7 @@ from phasmid.hardware import (
 from phasmid.hardware.paced_targets import PacedTargets
 from phasmid.recording import load_recording
 from phasmid.scenario import load_scenario
-from virtual_bus import folded, new_driver, virtual_bus
+from support.virtual_bus import folded, new_driver, virtual_bus
 
 RATE = 50.0
 WALKS_AT = 6.0

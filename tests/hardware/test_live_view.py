@@ -9,9 +9,9 @@ pytest.importorskip("foxglove")
 pytest.importorskip("mcap_ros2")
 pytest.importorskip("websockets")
 
-from foxglove_client import FoxgloveClient
 from phasmid.hardware.live_view import serve_driver
-from virtual_bus import FollowingPlant, new_driver, virtual_bus
+from support.foxglove_client import FoxgloveClient
+from support.virtual_bus import FollowingPlant, new_driver, virtual_bus
 
 
 def is_subscribed(server):

@@ -8,7 +8,7 @@ from phasmid.hardware.emulator import make_servos
 from phasmid.hardware.faults import FaultSource
 from phasmid.hardware.line import Line
 from phasmid.hardware.packets import decode
-from servo_manuals import AX, Manual, X, packet
+from support.servo_manuals import AX, Manual, X, packet
 
 REQUESTS, FRESH = 10_000, 250
 NAMES = {1: "AX-12A", 2: "XL430-W250"}

@@ -11,11 +11,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from cable import Cable, runs, wait
 from phasmid.errors import InvalidInput
 from phasmid.hardware import Bus, Emulator, make_servos, model
 from phasmid.hardware.torque_off import torque_off_after_exit
-from virtual_bus import FollowingPlant
+from support.cable import Cable, runs, wait
+from support.virtual_bus import FollowingPlant
 
 pytest.importorskip("dynamixel_sdk")
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")

@@ -15,7 +15,7 @@ import pytest
 
 from phasmid.hardware.stages import LONGEST_RAMP, LONGEST_RISE, WALK_EXCESS, WALK_STRETCH, Stage
 from phasmid.recording import load_recording
-from virtual_bus import folded, new_driver, virtual_bus
+from support.virtual_bus import folded, new_driver, virtual_bus
 
 WHOLE = bool(os.environ.get("PHASMID_FAULT_SEEDS"))
 

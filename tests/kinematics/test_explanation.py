@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from general_robot import general_robot
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import explain_foot, foot_position, within_reach
 from phasmid.robot import load_robot
+from support.general_robot import general_robot
 
 LEG = load_robot("phantomx-paper").legs[0]
 """Links of 52, 82 and 140 mm; limits of ±75°, ±100° and -180° to -23°."""

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from exported_walks import walk
 from phasmid.learning import WalkVectorEnv, export_task, load_task
+from support.exported_walks import walk
 
 
 @pytest.mark.parametrize("name", ["walk", "rough"])

@@ -28,10 +28,10 @@ pytest.importorskip("websockets")
 
 from mcap_ros2._dynamic import generate_dynamic
 
-from foxglove_client import FoxgloveClient, doubles, fields
 from phasmid.live import serve
 from phasmid.live import server as live_server
 from phasmid.live.scene import Scene
+from support.foxglove_client import FoxgloveClient, doubles, fields
 
 PAPER = load_scenario("paper").replace(duration=1.0)
 TOPICS = ["/joint_states", "/tf", "/odom", "/feet/left_rear/force"]

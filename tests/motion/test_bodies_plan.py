@@ -12,7 +12,7 @@ from phasmid.kinematics import neutral_feet
 from phasmid.motion import plan, progress, trunk_motion
 from phasmid.robot import with_neutral_foot
 from phasmid.scenario import load_scenario
-from walks import tilted_robot
+from support.walks import tilted_robot
 
 PAPER = load_scenario("paper")
 TILTED = tilted_robot()

@@ -15,8 +15,8 @@ from phasmid.motion import plan
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from terrains import TERRAINS
-from walks import WALKS, tilted_robot, uneven_robot
+from support.terrains import TERRAINS
+from support.walks import WALKS, tilted_robot, uneven_robot
 
 PAPER = load_scenario("paper")
 STRIDES = {

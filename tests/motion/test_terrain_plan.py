@@ -9,7 +9,7 @@ from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.motion import Course, LevelCourse, plan
 from phasmid.motion.swing import CLEARANCE
 from phasmid.scenario import load_scenario
-from terrains import TERRAINS
+from support.terrains import TERRAINS
 
 PAPER = load_scenario("paper").replace(step_length_mm=80, duration=6.0)
 STRAIGHT = {"step_length_mm": 80}

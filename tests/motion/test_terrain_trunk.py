@@ -7,7 +7,7 @@ from phasmid.gait import support_margin
 from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
-from terrains import TERRAINS
+from support.terrains import TERRAINS
 
 PAPER = load_scenario("paper").replace(step_length_mm=60, duration=6.0)
 ARC = {"step_turn_deg": 6, "step_sideways_mm": -10}

@@ -9,7 +9,6 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid import kinematics
 from phasmid.reporting import report, summarise
 from phasmid.reporting.robot_mesh import robot_corners
@@ -17,6 +16,8 @@ from phasmid.reporting.run import read_run
 from phasmid.reporting.webpage import page_html
 from phasmid.reporting.webpage.packing import FORMS, LARGEST, json_block
 from phasmid.reporting.webpage.replay import MOST_BYTES, frames, replay
+from phasmid.robot import load_robot
+from support.hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 
 VOID = {"meta", "link", "img", "input", "br"}
 LOADING = ("src", "href", "srcset", "poster", "data", "action", "background")

@@ -5,9 +5,9 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from browsers import NEEDED, is_ours, pixels, started, until
-from hostile import LEG_NAMES, NAME, UNSEEN, hostile_walk
 from phasmid.reporting import report
+from support.browsers import NEEDED, is_ours, pixels, started, until
+from support.hostile import LEG_NAMES, NAME, UNSEEN, hostile_walk
 
 pytestmark = NEEDED
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from general_robot import general_robot
 from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.robot import Link, load_robot, with_mass_model, with_mounts, with_payload
+from support.general_robot import general_robot
 
 
 @given(

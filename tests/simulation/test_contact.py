@@ -11,7 +11,7 @@ from phasmid.robot import load_robot, preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, build_model, longest_time_step, simulate
 from phasmid.simulation.start import longest_foot_step
-from walks import GAITS_OF
+from support.walks import GAITS_OF
 
 PAPER = load_scenario("paper")
 

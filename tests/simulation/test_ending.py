@@ -15,7 +15,7 @@ from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, simulate, simulate_many
 from phasmid.simulation.termination import check_termination
-from walks import with_servo
+from support.walks import with_servo
 
 PAPER = load_scenario("paper")
 LEVEL = PAPER.load_terrain()

@@ -15,7 +15,7 @@ from phasmid.recording import DamagedRecording, load_recording
 from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, new_run, simulate
 from phasmid.simulation.model_reference import CHANNELS
-from walks import with_servo
+from support.walks import with_servo
 
 PAPER = load_scenario("paper").replace(duration=1.2)
 SLOW = {"voltage": 9.0, "robot": with_servo(control_period=4e-3)}

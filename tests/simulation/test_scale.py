@@ -14,7 +14,7 @@ from phasmid.robot.similarity import REFERENCE_LENGTH, REFERENCE_WEIGHT, Scale, 
 from phasmid.scenario import Scenario, load_scenario
 from phasmid.simulation import longest_time_step, simulate
 from phasmid.units import STANDARD_GRAVITY
-from walks import scaled_robot
+from support.walks import scaled_robot
 
 AX = load_robot("phantomx-ax")
 

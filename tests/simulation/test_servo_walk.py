@@ -9,7 +9,7 @@ from phasmid.reporting import summarise
 from phasmid.robot import preset_names
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
-from walks import with_servo
+from support.walks import with_servo
 
 PAPER = load_scenario("paper").replace(drive="servo", duration=2.0)
 

@@ -15,7 +15,7 @@ from phasmid.simulation import Run, simulate
 from phasmid.simulation.contact import foot_points
 from phasmid.simulation.simscape.run import SimscapeRun
 from phasmid.simulation.simscape.trunk import friction_coefficient, normal_force
-from walks import tilted_robot
+from support.walks import tilted_robot
 
 PAPER = load_scenario("paper").replace(contact_law="simscape")
 STILL = PAPER.replace(step_length=0.0, step_height=0.0)
@@ -287,8 +287,8 @@ def test_other_drives_and_grounds_are_refused(changes, what):
 def test_a_general_robot_has_the_matrices_of_dynamics():
     # Inertia, momenta and their rates of `legs` for legs without any symmetry, against the mass
     # matrix of `dynamics`; rates against central differences of 1e-5 s: 1e-9 of their size.
-    from general_robot import general_robot
     from phasmid.simulation.simscape import legs as room
+    from support.general_robot import general_robot
 
     robot = general_robot()
     rng = np.random.default_rng(5)

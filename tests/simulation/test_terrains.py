@@ -13,7 +13,7 @@ from phasmid.reporting import summarise
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
 from phasmid.simulation.run import Run
-from terrains import TERRAINS
+from support.terrains import TERRAINS
 
 PAPER = load_scenario("paper").replace(step_length_mm=80, duration=6.0)
 

@@ -14,7 +14,7 @@ from phasmid.robot import load_servo
 from phasmid.simulation import with_time_step
 from phasmid.simulation.drive import new_drive
 from phasmid.simulation.start import step_limit
-from walks import scaled_robot
+from support.walks import scaled_robot
 
 AX = load_robot("phantomx-ax")
 SMALL = replace(scaled_robot(AX, 0.4), servo=AX.servo)

@@ -1,7 +1,7 @@
 """The page of a study in a browser: plots without an error, and a click that gives a command."""
 
-from browsers import NEEDED, is_ours, started
 from phasmid.studies import study
+from support.browsers import NEEDED, is_ours, started
 
 pytestmark = NEEDED
 

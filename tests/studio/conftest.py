@@ -2,7 +2,7 @@
 
 import pytest
 
-from staging import staged
+from support.staging import staged
 
 
 @pytest.fixture(scope="session", autouse=True)

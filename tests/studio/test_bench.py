@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
-from general_robot import general_robot
 from phasmid.dynamics import leg_torque
 from phasmid.errors import InvalidInput, InvalidRobot, Unreachable
 from phasmid.kinematics import explain_foot, foot_position, joint_angles
 from phasmid.robot import load_robot, preset_names
 from phasmid.studio.bench import bench, workspace
 from phasmid.studio.messages import Bench
+from support.general_robot import general_robot
 
 ROBOTS = [*(load_robot(name) for name in preset_names()), general_robot()]
 ROUND_OFF = 1e-14

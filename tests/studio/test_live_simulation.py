@@ -32,7 +32,7 @@ from phasmid.studio.messages import (
 )
 from phasmid.studio.pacing import Pacing
 from phasmid.studio.setting import setting_of
-from staging import PATIENCE, staged
+from support.staging import PATIENCE, staged
 
 
 def test_it_walks_by_itself_at_once_and_tells_newcomers_all(heard):

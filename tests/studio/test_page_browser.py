@@ -8,12 +8,12 @@ from itertools import chain
 import numpy as np
 import pytest
 
-from browsers import NEEDED, PATIENCE, is_ours, pixels, started, until
-from hostile import LEG_NAMES, hostile_files
 from phasmid.robot import load_robot
 from phasmid.studio.bench import bench
 from phasmid.studio.messages import Bench
 from studio.running import Heard, running
+from support.browsers import NEEDED, PATIENCE, is_ours, pixels, started, until
+from support.hostile import LEG_NAMES, hostile_files
 
 pytestmark = NEEDED
 

@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from browsers import NEEDED, started
 from studio.pretended import PretendedStage, running
+from support.browsers import NEEDED, started
 
 pytestmark = NEEDED
 

@@ -59,7 +59,7 @@ def run(folder: Path, arguments: Sequence[str]) -> Outcome:
 
 def write(scratch: Path) -> list[tuple[str, Path, tuple[str, ...]]]:
     """Write the files of every bad input; returns their names, folders and arguments."""
-    from bad_inputs import bad_inputs
+    from support.bad_inputs import bad_inputs
 
     written = []
     for number, one in enumerate(bad_inputs(scratch)):
@@ -73,7 +73,7 @@ def write(scratch: Path) -> list[tuple[str, Path, tuple[str, ...]]]:
 
 def rightly(outcomes: Sequence[Outcome]) -> list[bool]:
     """Tell which commands were refused as bad input is."""
-    from bad_inputs import refused_rightly
+    from support.bad_inputs import refused_rightly
 
     return [refused_rightly(one.status, one.printed) for one in outcomes]
 

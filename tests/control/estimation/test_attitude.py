@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from estimation_records import new_measurements, new_parameters, new_state
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.attitude import estimate_attitude
 from phasmid.control.estimation.state import AttitudeSource
 from phasmid.kinematics import quaternion_rotation, rpy_quaternion
+from support.estimation_records import new_measurements, new_parameters, new_state
 
 G = 9.80665
 DT = 0.005

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from estimation_records import new_parameters, new_state
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.body_levelling import (
     EASE_TIME,
@@ -17,6 +16,7 @@ from phasmid.control.estimation.body_levelling import (
 )
 from phasmid.control.estimation.state import AttitudeSource
 from phasmid.kinematics import rotation_rpy
+from support.estimation_records import new_parameters, new_state
 
 DT = 0.005
 HEIGHT = 0.1

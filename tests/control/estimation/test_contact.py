@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from estimation_records import new_parameters, new_state
 from phasmid.control.estimation.contact import detect_contact, detect_sensor_faults
 from phasmid.control.estimation.state import SensorEvent
+from support.estimation_records import new_parameters, new_state
 
 DT = 0.005
 LEGS = 2

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 
-from estimation_records import new_parameters, new_state
 from phasmid.control.estimation.ground_plane import (
     FORGETTING_TIME,
     PLANE_RATE,
     PLANE_TIME,
     estimate_plane,
 )
+from support.estimation_records import new_parameters, new_state
 
 HEXAPOD = np.array(
     [[0.2, -0.15], [0.0, -0.2], [-0.2, -0.15], [-0.2, 0.15], [0.0, 0.2], [0.2, 0.15]]

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from estimation_records import new_parameters, new_state
-from general_robot import general_robot
 from phasmid.control.estimation.leg_statics import estimate_compliance, normal_force
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.kinematics import body_from_hip, foot_position, joint_angles
 from phasmid.robot import load_robot
+from support.estimation_records import new_parameters, new_state
+from support.general_robot import general_robot
 
 ROBOT = load_robot("phantomx-mk4")
 Q = np.random.default_rng(5).uniform([-0.5, -0.3, -2.0], [0.5, 0.8, -0.8], (6, 3))

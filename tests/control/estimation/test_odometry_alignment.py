@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from estimation_records import new_parameters, new_state
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.estimation.odometry_alignment import align_odometry
 from phasmid.experiment import Command, Observation
 from phasmid.kinematics import hip_from_body, joint_angles
 from phasmid.robot import load_robot
+from support.estimation_records import new_parameters, new_state
 
 ROBOT = load_robot("phantomx-mk4")
 DT = 0.005

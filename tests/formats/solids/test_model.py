@@ -11,10 +11,11 @@ import pytest
 
 pytest.importorskip("build123d")
 
-from general_robot import general_robot
-from phasmid.formats.solids import Assembly, build, mass_properties, meshes
-from phasmid.formats.solids.assembly import MM
+from phasmid.cad.assembly import MM
+
+from phasmid.cad import Assembly, build, mass_properties, meshes
 from phasmid.robot import JOINTS, load_robot
+from support.general_robot import general_robot
 
 
 @pytest.fixture(scope="module")
