@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from phasmid.advice import advise as advise
-    from phasmid.comparison import compare as compare
     from phasmid.control import LocomotionEngine as LocomotionEngine
     from phasmid.errors import InfeasibleLoad as InfeasibleLoad
     from phasmid.errors import InfeasibleWalk as InfeasibleWalk
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
     from phasmid.formats import load_robot as load_robot
     from phasmid.formats import save_robot as save_robot
     from phasmid.gait import Gait as Gait
+    from phasmid.identification import compare as compare
     from phasmid.motion import JointTrajectory as JointTrajectory
     from phasmid.motion import Walk as Walk
     from phasmid.motion import load_trajectory as load_trajectory
@@ -59,13 +59,13 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "advice": "advise",
-    "comparison": "compare",
     "control": "LocomotionEngine",
     "errors": "InfeasibleLoad InfeasibleWalk InvalidGait "
     "InvalidInput InvalidRobot OutputError PhasmidError Unreachable",
     "forces": "analyse",
     "formats": "ImportOptions import_robot load_robot save_robot",
     "gait": "Gait",
+    "identification": "compare",
     "motion": "JointTrajectory Walk load_trajectory plan",
     "recording": "load_recording save_mcap save_recording",
     "reporting": "export plot report save_video summarise",

@@ -15,7 +15,7 @@ from phasmid.cli.report import print_damage
 from phasmid.errors import plain
 
 if TYPE_CHECKING:
-    from phasmid.comparison import Comparison, Quantity
+    from phasmid.identification import Comparison, Quantity
     from phasmid.scenario import Scenario
 
 OPTIONS = {
@@ -40,8 +40,8 @@ SHOWN = {
 
 def run(options: argparse.Namespace) -> int:
     """Compare, and return the exit status."""
-    from phasmid.comparison import compare
-    from phasmid.comparison.fit import REPLAYS
+    from phasmid.identification import compare
+    from phasmid.identification.replay_fit import REPLAYS
     from phasmid.recording.file import check_new_file
 
     path = Path(options.log)
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
         print_damage(),
     ):
         found = compare(path, _scenario(options, path), progress=progress)
-    from phasmid.comparison.figures import comparison_figures
+    from phasmid.identification.comparison_figures import comparison_figures
 
     for name, figure in comparison_figures(found).items():
         write_figure(figure, [files[name]])

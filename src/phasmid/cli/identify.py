@@ -119,8 +119,8 @@ def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list
     """Read the logs of a robot, one of each leg, with their supply."""
     import numpy as np
 
-    from phasmid.comparison.log import log_of_recording, read_csv_log
     from phasmid.identification import LegLog
+    from phasmid.identification.robot_log import log_of_recording, read_csv_log
     from phasmid.recording import load_recording
 
     known = [leg.name for leg in robot.legs]

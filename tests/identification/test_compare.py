@@ -7,12 +7,12 @@ import pytest
 
 import phasmid
 from phasmid.cli import main
-from phasmid.comparison.bootstrap import BlockBootstrap
-from phasmid.comparison.log import RobotLog
-from phasmid.comparison.replays import command_knots
 from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command
+from phasmid.identification.bootstrap import BlockBootstrap
+from phasmid.identification.replays import command_knots
+from phasmid.identification.robot_log import RobotLog
 
 SCENARIO = phasmid.load_scenario("paper").replace(
     robot="phantomx-ax", drive="servo", period=1, duration=2, record_interval=0.01

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.comparison.comparison import Comparison
+from phasmid.identification.comparison import Comparison
 from phasmid.reporting.panels import Entry, Panels, time_axis
 from phasmid.reporting.style import FAINT, RUN_COLOURS, Figure, Layout, styled
 from phasmid.robot import JOINTS

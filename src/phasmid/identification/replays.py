@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.comparison.log import RobotLog, body_measurements
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Ending
+from phasmid.identification.robot_log import RobotLog, body_measurements
 from phasmid.motion import JointTrajectory
 from phasmid.recording import Recording
 from phasmid.robot import Robot, Servo

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.comparison.bootstrap import BlockBootstrap
-from phasmid.comparison.log import RobotLog
-from phasmid.comparison.replays import Replayer, Simulated
 from phasmid.errors import PhasmidError
+from phasmid.identification.bootstrap import BlockBootstrap
+from phasmid.identification.replays import Replayer, Simulated
+from phasmid.identification.robot_log import RobotLog
 from phasmid.robot import Servo
 
 PARAMETERS = ("delay", "gain_scale", "backlash", "friction")

@@ -1,6 +1,6 @@
 """Log of a real robot: its joint targets, measured joints, and whatever else was measured.
 
-`phasmid.comparison.compare` compares it with a replay.
+`phasmid.identification.compare` compares it with a replay.
 """
 
 from __future__ import annotations

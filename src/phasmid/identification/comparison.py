@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.arguments import checked
-from phasmid.comparison.bootstrap import BlockBootstrap
-from phasmid.comparison.fit import SKIPPED, Fit, fit_servo
-from phasmid.comparison.log import RobotLog, log_of_recording, read_csv_log
-from phasmid.comparison.replays import Replay, Replayer, command_knots, interpolated
 from phasmid.errors import InvalidInput, located
+from phasmid.identification.bootstrap import BlockBootstrap
+from phasmid.identification.replay_fit import SKIPPED, Fit, fit_servo
+from phasmid.identification.replays import Replay, Replayer, command_knots, interpolated
+from phasmid.identification.robot_log import RobotLog, log_of_recording, read_csv_log
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.motion.trajectory import joint_names
 from phasmid.recording import Recording, load_recording
