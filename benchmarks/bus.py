@@ -172,7 +172,7 @@ def measure_rates(ticks: int, priority: bool) -> None:
             Bus(port, 1_000_000, table.protocol, latency=1e-3) as bus,
         ):
             for id_ in ids:
-                bus.add(id_, table)
+                bus.models[id_] = table
             begin = time.perf_counter()
             for tick in range(ticks):
                 bus.write_all("goal_position", dict.fromkeys(ids, 0.2))

@@ -218,7 +218,7 @@ def stop(reaction):
 
 
 def fail_port(driver, emulator, bus):
-    bus._port.lost = True
+    bus.port.lost = True
 
 
 def low_supply(driver, emulator, bus):

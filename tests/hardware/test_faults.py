@@ -191,7 +191,7 @@ def test_a_brown_out_silences_the_bus_and_switches_servos_off():
     pytest.importorskip("dynamixel_sdk")
     servos = make_servos("XL430-W250", [1], baud=BAUD)
     with Emulator(servos) as emulator, Bus(emulator.port, BAUD, 2, latency=1e-3) as bus:
-        bus.add(1, model("XL430-W250"))
+        bus.models[1] = model("XL430-W250")
         bus.write(1, "torque_enable", 1)
         emulator.add_fault("brown-out to 5 V for 0.3 s")
         time.sleep(0.1)
@@ -208,7 +208,7 @@ def test_a_failing_servo_reports_it_and_goes_limp(protocol, fault, flag):
     pytest.importorskip("dynamixel_sdk")
     servos = make_servos(NAMES[protocol], [1], baud=BAUD)
     with Emulator(servos) as emulator, Bus(emulator.port, BAUD, protocol, latency=1e-3) as bus:
-        bus.add(1, model(NAMES[protocol]))
+        bus.models[1] = model(NAMES[protocol])
         bus.write(1, "torque_enable", 1)
         emulator.add_fault(fault)
         time.sleep(0.1)
@@ -223,7 +223,7 @@ def test_lost_and_garbled_packets_are_counted():
     servos = make_servos("AX-12A", [1], baud=BAUD)
     emulator = Emulator(servos, faults=["lost 0.05", "garbled 0.05"], seed=4)
     with emulator, Bus(emulator.port, BAUD, 1, latency=1e-3) as bus:
-        bus.add(1, model("AX-12A"))
+        bus.models[1] = model("AX-12A")
         for _ in range(100):
             bus.read_all([1], ["present_position"])
         assert bus.traffic.lost >= 1

@@ -21,9 +21,8 @@ def test_reads_and_writes_of_eighteen_servos():
     assert read_time(ax, 18, 2, **settings) == pytest.approx(18 * 1.16e-3)
     # Bulk read of 7 + 3 * 18 bytes, 18 answers of 8.
     assert read_time(mx, 18, 2, **settings) == pytest.approx(10e-6 * (61 + 144) + 1e-3)
-    # Sync read of 14 + 18 bytes, 18 answers of 15; fast: one answer of 8 + 18 * 8.
+    # Sync read of 14 + 18 bytes, 18 answers of 15.
     assert read_time(xl, 18, 4, **settings) == pytest.approx(10e-6 * (32 + 270) + 1e-3)
-    assert read_time(xl, 18, 4, fast=True, **settings) == pytest.approx(10e-6 * (32 + 152) + 1e-3)
     # Sync writes: 8 + 18 * 3 bytes, 14 + 18 * 5 bytes.
     assert write_time(ax, 18, 2, baud=1_000_000) == pytest.approx(620e-6)
     assert write_time(xl, 18, 4, baud=1_000_000) == pytest.approx(1040e-6)

@@ -59,7 +59,7 @@ def one_request(rng, protocol):
     if kind == 2:
         at, length = rng.randint(0, size), rng.randint(0, 12)
         return id_, kind, address(protocol, at) + address(protocol, length)
-    if kind in (3, 4):
+    if kind == 3:
         at, data = written(rng, protocol)
         return id_, kind, address(protocol, at) + list(data)
     if kind == 0x83:
@@ -67,22 +67,14 @@ def one_request(rng, protocol):
         head = address(protocol, at) + address(protocol, len(data))
         ids = rng.sample([1, 2, 3, 9], rng.randint(1, 4))
         return 254, kind, head + [byte for i in ids for byte in [i, *data]]
-    if kind == 0x93 and protocol == 2:
-        parts = []
-        for i in rng.sample([1, 2, 3, 9], rng.randint(1, 3)):
-            at, data = written(rng, 2)
-            parts += [i, *address(2, at), *address(2, len(data)), *data]
-        return 254, kind, parts
     if kind == 0x82 and protocol == 2:
         head = address(2, rng.randint(0, size)) + address(2, rng.randint(1, 12))
         return 254, kind, head + rng.sample([1, 2, 3, 9], rng.randint(1, 4))
-    if kind == 0x92 and protocol == 2:
-        parts = []
+    if kind == 0x92 and protocol == 1:
+        parts = [0]
         for i in rng.sample([1, 2, 3, 9], rng.randint(1, 3)):
-            parts += [i, *address(2, rng.randint(0, size)), *address(2, rng.randint(1, 12))]
+            parts += [rng.randint(1, 12), i, rng.randint(0, size)]
         return 254, kind, parts
-    if kind == 16 and rng.random() < 0.5:
-        return id_, kind, [0x01, 0x44, 0x58, 0x4C, 0x22]
     extra = rng.choice([[], [0xFF, 0xFF, 0xFD], [0xFF, 0xFF, 0xFD, 0xFD, 7]])
     return id_, kind, extra if kind == UNKNOWN else []
 
@@ -99,25 +91,13 @@ def expected(protocol, manuals, id_, kind, parameters, intact):
                 if rows[k] in servos:
                     servos[rows[k]].write(at, bytes(rows[k + 1 : k + 1 + length]))
             return b""
-        if protocol == 2 and kind == 0x93:
-            k = 0
-            while k < len(parameters):
-                at, length = number(k + 1), number(k + 3)
-                if parameters[k] in servos:
-                    servos[parameters[k]].write(at, bytes(parameters[k + 5 : k + 5 + length]))
-                k += 5 + length
+        if kind == 0x92 and protocol == 1:
+            # No servo of the AX series answers a bulk read.
             return b""
-        reads = []
-        if protocol == 2 and kind == 0x82:
-            reads = [(i, number(0), number(2)) for i in parameters[4:]]
-        elif protocol == 2 and kind == 0x92:
-            reads = [
-                (parameters[k], number(k + 1), number(k + 3)) for k in range(0, len(parameters), 5)
-            ]
-        if reads or kind == 0x92:
+        if kind == 0x82 and protocol == 2:
             answers = b""
-            for i, at, length in reads:
-                answer = servos[i].part(at, length) if i in servos else b""
+            for i in parameters[4:]:
+                answer = servos[i].part(number(0), number(2)) if i in servos else b""
                 if not answer:
                     # Who waits for a silent servo stays silent.
                     break

@@ -147,7 +147,7 @@ def opens(path):
 def test_a_stopped_second_process_does_not_block_the_driver(tmp_path):
     """The pipe takes 65,536 bytes."""
     with held(tmp_path) as (_, cable, _, _), Bus(str(cable.path), exclusive=False) as bus:
-        bus.add(1, model("AX-12A"))
+        bus.models[1] = model("AX-12A")
         with torque_off_after_exit(bus, [1], 0.3, 60.0) as second:
             os.kill(second.pid, signal.SIGSTOP)
             for _ in range(70_000):

@@ -39,9 +39,9 @@ STAGES = {
 
 
 def lose_port(clock, bus, duration):
-    bus._port.lost = True
+    bus.port.lost = True
     if math.isfinite(duration):
-        clock.at(clock.now + duration, lambda: setattr(bus._port, "lost", False))
+        clock.at(clock.now + duration, lambda: setattr(bus.port, "lost", False))
 
 
 def lower_supply(emulator):

@@ -74,8 +74,6 @@ class Manual:
         self.id_at, self.level_at, self.ram = (3, 16, 24) if protocol == 1 else (7, 68, 64)
         self.enable_at, self.size = (24, 50) if protocol == 1 else (64, 148)
         self.values[self.id_at] = id_
-        self.registered = None
-        self.overload = False
 
     @property
     def id(self):
@@ -101,7 +99,6 @@ class Manual:
         for address, row in self.rows.items():
             if address >= self.ram:
                 self.values[address] = row[5]
-        self.registered = None
         if self.protocol == 1:
             self.values[34] = self.values[14]
         else:
@@ -191,22 +188,8 @@ class Manual:
             level, error = 1, short
         elif kind == 3:
             error = self.write(address, rest) if rest else short
-        elif kind == 4:
-            error = self.write_error(address, rest) if rest else short
-            if not error:
-                self.registered = address, rest
-                self.values[44 if old else 69] = 1
-        elif kind == 5:
-            if self.registered is None:
-                error = undefined
-            else:
-                todo, self.registered = self.registered, None
-                self.values[44 if old else 69] = 0
-                error = self.write(*todo)
         elif kind == 8 and not old:
             self.start()
-        elif kind == 16 and not old:
-            error = 4 if bytes(parameters) != b"\x01DXL\x22" else int(self.moving())
         else:
             error = undefined
         if everybody and (kind != 1 or old):

@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -102,8 +101,9 @@ class Bus:
         exclusive: Whether no other process may open the port meanwhile.
 
     Attributes:
-        models: Models of the servos that are known, by id; `scan` and `add` add some.
+        models: Models of the servos that are known, by id; `scan` adds some.
         traffic: Counters of packets.
+        port: The open port, see `phasmid.hardware.port.Port`.
 
     Raises:
         InvalidInput: The extra is not installed, or the port cannot be opened.
@@ -132,44 +132,19 @@ class Bus:
             self.latency = usb_latency(self.path) or FACTORY_LATENCY
         self._packets: Any = dynamixel_sdk.PacketHandler(float(self.protocol))
         try:
-            self._port: Any = Port(self.path, self.baud, exclusive=self.exclusive)
+            self.port: Any = Port(self.path, self.baud, exclusive=self.exclusive)
         except FAILURES as error:
             raise InvalidInput(open_error(self.path, error)) from None
 
-    def reopen(self) -> None:
-        """Close the port, and open it anew by its path.
-
-        Raises:
-            PortLost: It cannot be opened.
-        """
-        self._port.reopen()
-
-    def is_gone(self) -> bool:
-        """Return whether the port is a pseudo-terminal that has ended, as do emulated servos."""
-        return bool(self._port.is_gone())
-
-    def lock(self) -> bool:
-        """Keep other programs of phasmid from opening the port; return False where one has it."""
-        return bool(self._port.lock())
-
-    def unlock(self) -> None:
-        """Let other programs of phasmid open the port."""
-        self._port.unlock()
-
     def close(self) -> None:
         """Close the port."""
-        self._port.closePort()
+        self.port.closePort()
 
     def __enter__(self) -> Bus:
         """Return the bus, whose port closes at the end of the block."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the port."""
         self.close()
 
@@ -196,7 +171,7 @@ class Bus:
         self._await(14, margin=PING_MARGIN)
         for _ in range(2):
             try:
-                number, result, _error = self._packets.ping(self._port, id_)
+                number, result, _error = self._packets.ping(self.port, id_)
             except IndexError:
                 # The library expects data where the servo answers that the request was damaged.
                 continue
@@ -205,10 +180,6 @@ class Bus:
             if result == self._sdk.COMM_RX_TIMEOUT:
                 return None
         return None
-
-    def add(self, id_: int, model: Model) -> None:
-        """Set the model of a servo, without a scan."""
-        self.models[id_] = model
 
     def model(self, id_: int) -> Model:
         """Return the model of a servo.
@@ -274,7 +245,7 @@ class Bus:
         """Write a register once; return the library's result and the error byte."""
         data = list(register.to_bytes(value))
         self._await(11)
-        result, error = self._packets.writeTxRx(self._port, id_, register.address, len(data), data)
+        result, error = self._packets.writeTxRx(self.port, id_, register.address, len(data), data)
         self._count(result, silence)
         return result, error
 
@@ -289,7 +260,7 @@ class Bus:
     ) -> tuple[bytes, int, int]:
         """Return a part of a servo's table, the library's result and the error byte."""
         self._await(14 + 11 + size)
-        data, result, error = self._packets.readTxRx(self._port, id_, address, size)
+        data, result, error = self._packets.readTxRx(self.port, id_, address, size)
         result = self._of_size(size, data, result)
         self._count(result, silence)
         return bytes(data), result, error
@@ -343,7 +314,7 @@ class Bus:
             PortLost: The port does not take the packet.
         """
         address, size, content = self._sync_write(names, values)
-        result = self._packets.syncWriteTxOnly(self._port, address, size, content, len(content))
+        result = self._packets.syncWriteTxOnly(self.port, address, size, content, len(content))
         if result != self._sdk.COMM_SUCCESS:
             raise PortLost(self.path, self._packets.getTxRxResult(result).rpartition("] ")[2])
 
@@ -393,7 +364,7 @@ class Bus:
 
     def _sync_read(self, ids: Sequence[int], address: int, size: int) -> dict[int, Any]:
         self._await(14 + len(ids) + len(ids) * (11 + size), answers=len(ids))
-        self._packets.syncReadTx(self._port, address, size, list(ids), len(ids), False)
+        self._packets.syncReadTx(self.port, address, size, list(ids), len(ids), False)
         return self._group_answers(dict.fromkeys(ids, size))
 
     def _bulk_read(self, blocks: Mapping[int, tuple[int, int]]) -> dict[int, Any]:
@@ -402,7 +373,7 @@ class Bus:
         self._await(
             7 + len(content) + sum(6 + size for size in sizes.values()), answers=len(blocks)
         )
-        self._packets.bulkReadTx(self._port, content, len(content))
+        self._packets.bulkReadTx(self.port, content, len(content))
         return self._group_answers(sizes)
 
     def _group_answers(self, sizes: Mapping[int, int]) -> dict[int, Any]:
@@ -410,7 +381,7 @@ class Bus:
         found: dict[int, Any] = {}
         # The library ends its exchange when it has received a packet.
         for id_, size in sizes.items():
-            data, result, error = self._packets.readRx(self._port, id_, size)
+            data, result, error = self._packets.readRx(self.port, id_, size)
             result = self._of_size(size, data, result)
             self._count(result)
             if result == self._sdk.COMM_RX_TIMEOUT:
@@ -441,8 +412,8 @@ class Bus:
         """Set how long the next answers are awaited, for bytes on the wire in both directions."""
         assert self.latency is not None
         delay = 508e-6
-        self._port.patience = wire_time(size, self.baud) + answers * delay + self.latency
-        self._port.patience += margin
+        self.port.patience = wire_time(size, self.baud) + answers * delay + self.latency
+        self.port.patience += margin
 
     def _count(self, result: int, silence: float = SILENCE) -> None:
         """Count an answer; after a lost one let what may still come pass."""
@@ -450,10 +421,10 @@ class Bus:
             self.traffic.answers += 1
         elif result == self._sdk.COMM_RX_CORRUPT:
             self.traffic.damaged += 1
-            self._port.drain(silence)
+            self.port.drain(silence)
         else:
             self.traffic.lost += 1
-            self._port.drain(silence)
+            self.port.drain(silence)
 
     def measure_latency(self, id_: int, count: int = 20) -> float:
         """Return the USB adapter's latency [s]: the median time of a read less that on the wire."""

@@ -336,7 +336,7 @@ class Driver:
                 self._note(error.what)
             else:
                 with suppress(PortLost):
-                    self.robot.bus.reopen()
+                    self.robot.bus.port.reopen()
 
     def _enter(self, stage: Stage, sentence: str = "") -> None:
         self.stage, self._entered = stage, time.monotonic()

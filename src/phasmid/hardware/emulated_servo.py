@@ -18,12 +18,6 @@ from phasmid.hardware.status import (
 )
 from phasmid.robot import Servo
 
-CLEAR_KEY = bytes([0x01, 0x44, 0x58, 0x4C, 0x22])
-"""Parameters of the instruction clear."""
-
-ALL, ALL_BUT_ID, ALL_BUT_ID_AND_BAUD = 0xFF, 0x01, 0x02
-"""Options of a factory reset."""
-
 STOPPED = -1
 """Value of ``bus_watchdog`` after it has stopped the servo."""
 
@@ -120,7 +114,6 @@ class EmulatedServo:
         self.law_changed = True
         self._kept: Setting | None = None
         self.reading = Reading()
-        self._registered: tuple[int, bytes] | None = None
         self._by_address = {r.address: r for r in model.registers.values()}
         for register in model.registers.values():
             self._put(register, register.initial)
@@ -318,9 +311,7 @@ class EmulatedServo:
 
     def _start(self) -> None:
         """Set what power-on sets from other registers."""
-        self._latched, self._registered, self._goal = NONE, None, None
-        self["registered_instruction"] = 0
-        self._kept = None
+        self._latched, self._goal, self._kept = NONE, None, None
         self._refresh()
         self["goal_position"] = self["present_position"]
         if self.protocol == 1:
@@ -328,18 +319,6 @@ class EmulatedServo:
         else:
             self["goal_pwm"], self["hardware_error_status"] = self["pwm_limit"], 0
         self.law_changed, self._kept = True, None
-
-    def _reset(self, option: int) -> None:
-        """Restore the factory's settings."""
-        id_, baud = self["id"], self["baud_rate"]
-        for register in self.model.registers.values():
-            if register.writable:
-                self._put(register, register.initial)
-        if option != ALL:
-            self["id"] = id_
-        if option == ALL_BUT_ID_AND_BAUD:
-            self["baud_rate"] = baud
-        self._start()
 
     # Instructions --------------------------------------------------------------------------------
 
@@ -369,22 +348,8 @@ class EmulatedServo:
                     data = self._read(packet.parameters)
                 case Instruction.WRITE:
                     self._write(packet.parameters)
-                case Instruction.REG_WRITE:
-                    address, content = self._address(packet.parameters)
-                    self._check_write(address, content)
-                    self._registered = address, content
-                    self["registered_instruction"] = 1
-                case Instruction.ACTION:
-                    self._act()
-                case Instruction.FACTORY_RESET:
-                    self._factory_reset(packet.parameters, is_broadcast)
                 case Instruction.REBOOT if self.protocol == 2:
                     self.reboot()
-                case Instruction.CLEAR if self.protocol == 2:
-                    if packet.parameters != CLEAR_KEY:
-                        raise Refusal(StatusError.RANGE)
-                    if self["moving"]:
-                        raise Refusal(StatusError.RESULT)
                 case _:
                     raise Refusal(StatusError.INSTRUCTION)
         except Refusal as refusal:
@@ -425,13 +390,6 @@ class EmulatedServo:
             return b""
         return self["model_number"].to_bytes(2, "little") + bytes([self["firmware_version"]])
 
-    def _address(self, parameters: bytes) -> tuple[int, bytes]:
-        """Return the address at the beginning of parameters, and the rest."""
-        width = self.protocol
-        if len(parameters) <= width:
-            raise Refusal(StatusError.RANGE if self.protocol == 1 else StatusError.LENGTH)
-        return int.from_bytes(parameters[:width], "little"), parameters[width:]
-
     def _read(self, parameters: bytes) -> bytes:
         width = self.protocol
         if len(parameters) != 2 * width:
@@ -447,7 +405,10 @@ class EmulatedServo:
         return bytes(self.memory[address : address + length])
 
     def _write(self, parameters: bytes) -> None:
-        address, content = self._address(parameters)
+        width = self.protocol
+        if len(parameters) <= width:
+            raise Refusal(StatusError.RANGE if self.protocol == 1 else StatusError.LENGTH)
+        address, content = int.from_bytes(parameters[:width], "little"), parameters[width:]
         self._check_write(address, content)
         self._store(address, content)
 
@@ -509,21 +470,3 @@ class EmulatedServo:
             if "torque_limit" in names:
                 self._latched &= ~StatusError.OVERLOAD
         self.law_changed |= not names <= {"goal_position", "goal_speed", "led"}
-
-    def _act(self) -> None:
-        if self._registered is None:
-            raise Refusal(StatusError.INSTRUCTION)
-        address, content = self._registered
-        self._registered, self["registered_instruction"] = None, 0
-        self._check_write(address, content)
-        self._store(address, content)
-
-    def _factory_reset(self, parameters: bytes, is_broadcast: bool) -> None:
-        if self.protocol == 1:
-            self._reset(ALL)
-            return
-        if len(parameters) != 1 or parameters[0] not in (ALL, ALL_BUT_ID, ALL_BUT_ID_AND_BAUD):
-            raise Refusal(StatusError.RANGE)
-        if parameters[0] == ALL and is_broadcast:
-            return
-        self._reset(parameters[0])

@@ -10,14 +10,7 @@ from collections.abc import Sequence
 from phasmid.errors import InvalidInput
 from phasmid.hardware.emulated_servo import Answer, EmulatedServo
 from phasmid.hardware.faults import FaultSource
-from phasmid.hardware.packets import (
-    BROADCAST,
-    STATUS,
-    Instruction,
-    Packet,
-    crc16,
-    status_packet,
-)
+from phasmid.hardware.packets import BROADCAST, Instruction, Packet, status_packet
 
 MOST_SERVOS = 253
 """Most servos on a bus: all ids."""
@@ -65,87 +58,50 @@ class Line:
             Status packets in their order, and the servos that send them.
         """
         listening = [one for one in self.servos if self._listens(one, baud)]
-        return self._answers(packet, listening, now)
+        kind, several = packet.instruction, packet.id == BROADCAST
+        if several and packet.intact and kind == Instruction.SYNC_WRITE:
+            for id_, address, content in self._write_parts(packet.parameters):
+                for servo in listening:
+                    if servo.id == id_:
+                        servo.write(address, content, now)
+            return []
+        group_read = Instruction.BULK_READ if self.protocol == 1 else Instruction.SYNC_READ
+        if several and packet.intact and kind == group_read:
+            return self._group_answers(packet.parameters, listening, now)
+        answers = []
+        for servo in sorted(listening, key=lambda one: one.id):
+            if several or packet.id == servo.id:
+                # A write may change the servo's id; it answers with the one that was called.
+                id_, answer = servo.id, servo.handle(packet, now)
+                if answer is not None:
+                    answers.append((servo, self._status(id_, servo, answer)))
+        return answers
 
     def _listens(self, servo: EmulatedServo, baud: float) -> bool:
         """Return whether a servo is alive and receives packets of a baud rate."""
         is_heard = not baud or abs(servo.baud - baud) <= LINE_TOLERANCE * baud
         return is_heard and not self._faults.strikes("dead", servo.id)
 
-    def _answers(
-        self, packet: Packet, servos: Sequence[EmulatedServo], now: float
-    ) -> list[tuple[EmulatedServo, bytes]]:
-        """Execute an instruction; return the servos that answer, with their status packets."""
-        kind, several = packet.instruction, packet.id == BROADCAST
-        if several and packet.intact:
-            if kind == Instruction.SYNC_WRITE or (
-                kind == Instruction.BULK_WRITE and self.protocol == 2
-            ):
-                for id_, address, content in self._write_parts(packet):
-                    for servo in servos:
-                        if servo.id == id_:
-                            servo.write(address, content, now)
-                return []
-            if kind in self._group_reads():
-                return self._group_answers(packet, servos, now)
-        answers = []
-        for servo in sorted(servos, key=lambda one: one.id):
-            if several or packet.id == servo.id:
-                id_, answer = servo.id, servo.handle(packet, now)
-                if answer is not None:
-                    answers.append((servo, self._status(id_, servo, answer)))
-        return answers
-
-    def _group_reads(self) -> tuple[Instruction, ...]:
-        if self.protocol == 2:
-            return Instruction.SYNC_READ, Instruction.BULK_READ, Instruction.FAST_SYNC_READ
-        return (Instruction.BULK_READ,)
-
     def _group_answers(
-        self, packet: Packet, servos: Sequence[EmulatedServo], now: float
+        self, data: bytes, servos: Sequence[EmulatedServo], now: float
     ) -> list[tuple[EmulatedServo, bytes]]:
         """Return the answers to a sync or bulk read.
 
         Each servo waits for the answer of the one before it; behind a silent one all are silent.
         """
-        answers: list[tuple[EmulatedServo, Answer]] = []
-        for id_, address, length in self._read_parts(packet):
+        answers: list[tuple[EmulatedServo, bytes]] = []
+        for id_, address, length in self._read_parts(data):
             servo = next((one for one in servos if one.id == id_), None)
             if servo is None or servo.model.reads == "single":
                 break
             answer = servo.read_answer(address, length, now)
             if answer is None:
                 break
-            answers.append((servo, answer))
-        if packet.instruction == Instruction.FAST_SYNC_READ:
-            return self._fast_answer(answers)
-        return [(servo, self._status(servo.id, servo, answer)) for servo, answer in answers]
+            answers.append((servo, self._status(id_, servo, answer)))
+        return answers
 
-    def _fast_answer(
-        self, answers: Sequence[tuple[EmulatedServo, Answer]]
-    ) -> list[tuple[EmulatedServo, bytes]]:
-        """Return the one packet of a fast sync read: error, id, data and CRC of each servo."""
-        if not answers:
-            return []
-        size = 1 + sum(4 + len(answer.data) for _, answer in answers)
-        header = b"\xff\xff\xfd\x00" + bytes([BROADCAST]) + size.to_bytes(2, "little")
-        content = header + bytes([STATUS])
-        for servo, answer in answers:
-            content += bytes([answer.error, self._own_id(servo)]) + answer.data
-            content += crc16(content).to_bytes(2, "little")
-        return [(answers[0][0], content)]
-
-    def _write_parts(self, packet: Packet) -> list[tuple[int, int, bytes]]:
-        """Return id, address and content of each part of a sync or bulk write."""
-        data, parts = packet.parameters, []
-        if packet.instruction == Instruction.BULK_WRITE:
-            while len(data) >= 5:
-                address, length = (int.from_bytes(data[k : k + 2], "little") for k in (1, 3))
-                if len(data) < 5 + length:
-                    break
-                parts.append((data[0], address, data[5 : 5 + length]))
-                data = data[5 + length :]
-            return parts
+    def _write_parts(self, data: bytes) -> list[tuple[int, int, bytes]]:
+        """Return id, address and content of each part of a sync write."""
         width = self.protocol
         if len(data) < 2 * width:
             return []
@@ -154,30 +110,18 @@ class Line:
         starts = range(0, len(rows) - length, length + 1)
         return [(rows[k], address, rows[k + 1 : k + 1 + length]) for k in starts]
 
-    def _read_parts(self, packet: Packet) -> list[tuple[int, int, int]]:
+    def _read_parts(self, data: bytes) -> list[tuple[int, int, int]]:
         """Return id, address and length of each part of a sync or bulk read."""
-        data, parts = packet.parameters, []
         if self.protocol == 1:
             # The first parameter is 0; an id counts once.
             parts = [(data[k + 1], data[k + 2], data[k]) for k in range(1, len(data) - 2, 3)]
             return list({part[0]: part for part in reversed(parts)}.values())[::-1]
-        if packet.instruction == Instruction.BULK_READ:
-            for k in range(0, len(data) - 4, 5):
-                address, length = (
-                    int.from_bytes(data[j : j + 2], "little") for j in (k + 1, k + 3)
-                )
-                parts.append((data[k], address, length))
-            return parts
         if len(data) < 4:
             return []
         address, length = (int.from_bytes(data[k : k + 2], "little") for k in (0, 2))
         return [(id_, address, length) for id_ in data[4:]]
 
-    def _own_id(self, servo: EmulatedServo) -> int:
-        """Return the id with which a servo answers."""
-        return self._faults.own_id(servo.id)
-
     def _status(self, id_: int, servo: EmulatedServo, answer: Answer) -> bytes:
-        """Return a servo's status packet, with the faults of the servo."""
+        """Return the status packet of a servo that was called by an id, with its faults."""
         data = self._faults.phantom(servo.id, answer.data)
         return status_packet(self.protocol, self._faults.own_id(id_), answer.error, data)

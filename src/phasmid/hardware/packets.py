@@ -20,21 +20,15 @@ LONGEST = 1024
 
 
 class Instruction(IntEnum):
-    """Instructions; those from `REBOOT` on belong to protocol 2.0, except sync write, bulk read."""
+    """Instructions; reboot and sync read belong to protocol 2.0, bulk read to protocol 1.0."""
 
     PING = 0x01
     READ = 0x02
     WRITE = 0x03
-    REG_WRITE = 0x04
-    ACTION = 0x05
-    FACTORY_RESET = 0x06
     REBOOT = 0x08
-    CLEAR = 0x10
     SYNC_READ = 0x82
     SYNC_WRITE = 0x83
-    FAST_SYNC_READ = 0x8A
     BULK_READ = 0x92
-    BULK_WRITE = 0x93
 
 
 @dataclass(frozen=True)
@@ -69,8 +63,9 @@ def _crc_row(high: int) -> int:
 _CRC = [_crc_row(high) for high in range(256)]
 
 
-def crc16(data: bytes, crc: int = 0) -> int:
-    """Return the CRC of protocol 2.0 (polynomial 0x8005, not reflected), continued from `crc`."""
+def crc16(data: bytes) -> int:
+    """Return the CRC of protocol 2.0 (polynomial 0x8005, not reflected)."""
+    crc = 0
     for byte in data:
         crc = (crc << 8 & 0xFFFF) ^ _CRC[crc >> 8 ^ byte]
     return crc

@@ -52,7 +52,6 @@ def read_time(
     baud: float,
     return_delay: float,
     latency: float,
-    fast: bool = False,
 ) -> float:
     """Return the time to read a block of registers of servos in the model's fastest way [s].
 
@@ -63,7 +62,6 @@ def read_time(
         baud: Baud rate [1/s].
         return_delay: Return delay of each servo [s].
         latency: Latency timer of the USB adapter [s].
-        fast: Whether fast sync read puts all answers into one packet.
     """
     settings = {"baud": baud, "return_delay": return_delay, "latency": latency}
     answer = FRAME[model.protocol] + size
@@ -71,10 +69,7 @@ def read_time(
         return count * exchange_time(8, [answer], **settings)
     if model.reads == "bulk":
         return exchange_time(7 + 3 * count, [answer] * count, **settings)
-    request = 14 + count
-    if fast:
-        return exchange_time(request, [8 + count * (size + 4)], **settings)
-    return exchange_time(request, [answer] * count, **settings)
+    return exchange_time(14 + count, [answer] * count, **settings)
 
 
 def write_time(model: Model, count: int, size: int, *, baud: float) -> float:

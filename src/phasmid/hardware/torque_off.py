@@ -97,7 +97,7 @@ def switch_torque_off(
             fails += 1
             if fails > 1:
                 with suppress(PortLost):
-                    bus.reopen()
+                    bus.port.reopen()
             time.sleep(REOPEN_PAUSE)
         if reading is not None and reading.values:
             is_off = reading.values["torque_enable"] == 0
@@ -270,7 +270,7 @@ def main() -> None:
                 os.write(1, READY)
         if not hangs and not received:
             # No other program may come between.
-            bus.lock()
+            bus.port.lock()
             time.sleep(settings["hold"])
         _keep_switching_off(bus, sorted(models), hangs)
 
@@ -281,13 +281,13 @@ def _keep_switching_off(bus: Bus, ids: list[int], hangs: bool) -> None:
     While another program of phasmid has the port open, nothing is sent, unless that is the driver
     that hangs.
     """
-    while not bus.is_gone() and (ids := switch_torque_off(bus, ids, RETRY_TIME)):
-        bus.unlock()
+    while not bus.port.is_gone() and (ids := switch_torque_off(bus, ids, RETRY_TIME)):
+        bus.port.unlock()
         time.sleep(RETRY_PAUSE)
-        while not (hangs or bus.lock()):
+        while not (hangs or bus.port.lock()):
             time.sleep(RETRY_PAUSE)
         # Others may open it.
-        bus.unlock()
+        bus.port.unlock()
 
 
 if __name__ == "__main__":
