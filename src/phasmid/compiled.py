@@ -27,14 +27,8 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         function: Written in what numba understands; every function that it calls must be an
             argument or be compiled itself.
     """
-    return _made(function)
-
-
-def _made(function: Callable[..., Any], **options: bool) -> Callable[..., Any]:
     # A type check wrapped around the function cannot be compiled.
-    function = unwrap(function)
-    options |= {"nogil": True}
-    return _cached(_numba().njit, error_model="numpy", **options)(function)
+    return _cached(_numba().njit, error_model="numpy", nogil=True)(unwrap(function))
 
 
 def _cached(decorator: Callable[..., Any], *arguments: Any, **options: Any) -> Callable[..., Any]:
@@ -78,26 +72,6 @@ def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
         function: Written as for `compiled`, and called in one place or in few.
     """
     return _numba().njit(inline="always", nogil=True, error_model="numpy")(unwrap(function))
-
-
-@cache
-def internal(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function that compiled functions call; it compiles in half the time.
-
-    Called from Python, it runs as plain Python.
-
-    Args:
-        function: Written as for `compiled`.
-    """
-    made: Any = _made(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-    plain = unwrap(function)
-
-    def keep(result: Any) -> None:
-        made.overloads[tuple(result.signature.args)] = result
-
-    # There is no compiled code that Python can call: it gets the plain function.
-    made.add_overload, made._compile_for_args = keep, lambda *_, **__: plain
-    return made
 
 
 def gufunc(layout: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

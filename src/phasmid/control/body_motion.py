@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.types import LegPhase, Model, Reference, State
 from phasmid.control.vectors import Path, in_odom, rotate, rotation, turned
 
@@ -14,21 +14,21 @@ VELOCITY_BANDWIDTH, POSE_BANDWIDTH, SWAY_BANDWIDTH = 20.0, 15.0, 15.0
 """Bandwidths of the filters of velocity, pose and ground, and sway [1/s]."""
 
 
-@internal
+@compiled
 def ground_height(state: State, x: float, y: float) -> float:
     """Return the height of the estimated ground plane at a point of odom [m]."""
     g = state.ground_filter[3]
     return float(g[0] + g[1] * x + g[2] * y)
 
 
-@internal
+@compiled
 def com_in_odom(state: State) -> tuple[float, float]:
     """Return the centre of mass in odom, from above [m]."""
     com = rotate(state.R_odom_body, state.com)
     return com[0] + state.body_position[0], com[1] + state.body_position[1]
 
 
-@internal
+@compiled
 def bears_load(state: State, reference: Reference, leg: int) -> bool:
     """Return whether a foot stands on which the robot may rely.
 
@@ -38,7 +38,7 @@ def bears_load(state: State, reference: Reference, leg: int) -> bool:
     return bool(state.leg_phase[leg] == LegPhase.STANCE and relied)
 
 
-@internal
+@compiled
 def standing_feet(state: State, reference: Reference) -> np.ndarray:
     """Return which feet bear load, shape (L,)."""
     stance = np.zeros(state.leg_count, dtype=np.bool_)
@@ -63,7 +63,7 @@ def leg_moment(model: Model, leg: int, q: np.ndarray) -> np.ndarray:
     return mass.sum() * model.p_body_hip[leg] + rotate(model.R_body_hip[leg], np.array((x, y, up)))
 
 
-@internal
+@compiled
 def follow(stages: np.ndarray, omega: float, h: float) -> None:
     """Advance a chain of n equal first-order lags, exactly, while its input stays constant.
 
@@ -84,20 +84,20 @@ def follow(stages: np.ndarray, omega: float, h: float) -> None:
             stages[n, k] = r + decay * total
 
 
-@internal
+@compiled
 def lag_motion(stages: np.ndarray, omega: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the last output of a chain of lags, and its first two derivatives."""
     earlier, before, y = stages[-3], stages[-2], stages[-1]
     return y.copy(), omega * (before - y), omega * omega * (earlier - 2 * before + y)
 
 
-@internal
+@compiled
 def speed_of(velocity: np.ndarray, radius: float) -> float:
     """Return the size of a velocity vx, vy, wz whose yaw rate counts at a radius [m/s]."""
     return math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + (radius * velocity[2]) ** 2)
 
 
-@internal
+@compiled
 def approach(reference: np.ndarray, target: np.ndarray, radius: float, most: float) -> None:
     """Move three numbers straight towards a target, by `most` at most as by `speed_of`."""
     gap = target - reference
@@ -108,7 +108,7 @@ def approach(reference: np.ndarray, target: np.ndarray, radius: float, most: flo
         reference += most / length * gap
 
 
-@internal
+@compiled
 def sway_wave(model: Model, reference: Reference, phase: float) -> np.ndarray:
     """Return the gait's sway and its derivative by phase: see `phasmid.gait.sway`.
 
@@ -131,7 +131,7 @@ def sway_wave(model: Model, reference: Reference, phase: float) -> np.ndarray:
     return wave
 
 
-@internal
+@compiled
 def place_body(
     state: State, model: Model, path: Path, pose: np.ndarray, x: float, y: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -141,7 +141,7 @@ def place_body(
     return rotation(pose[3], pose[4], pose[5] + path[2]), np.array((px, py, pz))
 
 
-@internal
+@compiled
 def set_body_motion(state: State, model: Model) -> None:
     """Write the body's rotation, place, velocities and accelerations in odom from the filters."""
     path, v = state.path, state.velocity_filter[2]

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.body_motion import ground_height
 from phasmid.control.footholds import is_foothold, is_free, neutral_landing
 from phasmid.control.leg_phases import FROZEN
@@ -65,7 +65,7 @@ UNKNOWN = 0.3
 """Cost of an unknown neighbour, as a share of that of an edge."""
 
 
-@internal
+@compiled
 def edge_cost(terrain_map: TerrainMap, x: float, y: float, z: float) -> float:
     """Return how near a point is to an edge, 0 to 1."""
     cost = 0.0
@@ -81,7 +81,7 @@ def edge_cost(terrain_map: TerrainMap, x: float, y: float, z: float) -> float:
     return cost
 
 
-@internal
+@compiled
 def foothold_cost(
     state: State, terrain_map: TerrainMap, x: float, y: float, nx: float, ny: float
 ) -> tuple[float, float]:
@@ -95,7 +95,7 @@ def foothold_cost(
     return AT_EDGE * edge_cost(terrain_map, x, y, z) + away * away + deep * deep + unsure, z
 
 
-@internal
+@compiled
 def is_possible(
     state: State, model: Model, leg: int, there: Triple, kept: Triple, x: float, y: float, z: float
 ) -> bool:
@@ -107,7 +107,7 @@ def is_possible(
     )
 
 
-@internal
+@compiled
 def candidates(
     state: State, terrain_map: TerrainMap, nx: float, ny: float
 ) -> tuple[Float[np.ndarray, "count count"], Float[np.ndarray, "count count"], float]:
@@ -122,7 +122,7 @@ def candidates(
     return costs, heights, known / (count * count)
 
 
-@internal
+@compiled
 def choose(
     state: State, model: Model, reference: Reference, terrain_map: TerrainMap, leg: int
 ) -> None:
@@ -172,7 +172,7 @@ def choose(
         goal[:] = math.nan
 
 
-@internal
+@compiled
 def swing_height(state: State, terrain_map: TerrainMap, leg: int) -> float:
     """Return the height of the next swing of a leg that clears the ground on the map [m]."""
     foot, goal, height = state.foot[leg], state.next_foothold[leg], 0.0
@@ -195,7 +195,7 @@ def swing_height(state: State, terrain_map: TerrainMap, leg: int) -> float:
     return min(height, HIGHEST_SWING)
 
 
-@internal
+@compiled
 def least_rise(state: State, model: Model, reference: Reference, terrain_map: TerrainMap) -> float:
     """Return the least height over the neutral one at which the trunk clears the map [m].
 

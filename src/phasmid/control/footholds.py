@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.body_motion import approach, ground_height, place_body
 from phasmid.control.reach import ENOUGH, reach_margin, region_share
 from phasmid.control.swing import set_times, stop_foot
@@ -46,19 +46,19 @@ RISE, RISE_SPEED, RISE_TIME = 0.01, 0.4, 0.1
 the least time for it [s]."""
 
 
-@internal
+@compiled
 def is_searching(state: State, leg: int) -> bool:
     """Return whether a foot in the air searches for ground or returns to its last foothold."""
     return bool(SearchStage.NONE < state.search_stage[leg] < SearchStage.RETURNED)
 
 
-@internal
+@compiled
 def is_returning(state: State, leg: int) -> bool:
     """Return whether a foot returns to its last foothold."""
     return bool(state.search_stage[leg] == SearchStage.RETURNING)
 
 
-@internal
+@compiled
 def is_foothold(
     state: State, model: Model, leg: int, path: Triple, x: float, y: float, z: float
 ) -> bool:
@@ -74,7 +74,7 @@ def is_foothold(
     return True
 
 
-@internal
+@compiled
 def neutral_landing(
     state: State, model: Model, reference: Reference, leg: int, left: float
 ) -> tuple[Triple, Triple, float, float]:
@@ -93,7 +93,7 @@ def neutral_landing(
     return there, kept, x, y
 
 
-@internal
+@compiled
 def predicted_velocity(
     state: State, model: Model, reference: Reference, leg: int, left: float
 ) -> np.ndarray:
@@ -106,7 +106,7 @@ def predicted_velocity(
     return v
 
 
-@internal
+@compiled
 def is_landing(
     state: State,
     model: Model,
@@ -124,7 +124,7 @@ def is_landing(
     )
 
 
-@internal
+@compiled
 def choose_foothold(
     state: State, model: Model, reference: Reference, leg: int, left: float
 ) -> None:
@@ -173,14 +173,14 @@ def choose_foothold(
     state.touchdown[leg, 0], state.touchdown[leg, 1], state.touchdown[leg, 2] = x, y, z
 
 
-@internal
+@compiled
 def distance_from_foothold(state: State, leg: int) -> float:
     """Return the distance of a foot from its last foothold with contact, from above [m]."""
     away = state.foot[leg] - state.last_foothold[leg]
     return math.hypot(away[0], away[1])
 
 
-@internal
+@compiled
 def set_search(state: State, leg: int, stage: int) -> None:
     """Set the stage of a foot's search, and count the change."""
     if state.search_stage[leg] != stage:
@@ -188,7 +188,7 @@ def set_search(state: State, leg: int, stage: int) -> None:
         state.clock.search_changes += 1
 
 
-@internal
+@compiled
 def end_search(state: State, leg: int, found: bool) -> None:
     """End the search of a foot that stands, on ground or not."""
     if found and is_returning(state, leg) and distance_from_foothold(state, leg) < THERE:
@@ -201,7 +201,7 @@ def end_search(state: State, leg: int, found: bool) -> None:
         set_search(state, leg, SearchStage.GAVE_UP)
 
 
-@internal
+@compiled
 def is_free(state: State, leg: int, x: float, y: float) -> bool:
     """Return whether no other foot stands or lands within `CLOSE` of a point of odom."""
     for other in range(state.leg_count):
@@ -212,7 +212,7 @@ def is_free(state: State, leg: int, x: float, y: float) -> bool:
     return True
 
 
-@internal
+@compiled
 def return_to_foothold(state: State, leg: int) -> bool:
     """Make the last foothold the goal of a foot's search; return False if it may not go there."""
     tried = is_returning(state, leg)
@@ -232,7 +232,7 @@ def return_to_foothold(state: State, leg: int) -> bool:
     return False
 
 
-@internal
+@compiled
 def start_search(state: State, reference: Reference, leg: int) -> bool:
     """Let a foot that has found no ground rise, and write the goal of its next swing.
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.body_motion import (
     SWAY_BANDWIDTH,
     bears_load,
@@ -59,14 +59,14 @@ ALMOST = 1e-9
 """Difference of phases that counts as none."""
 
 
-@internal
+@compiled
 def stays_at_foothold(state: State, reference: Reference, leg: int) -> bool:
     """Return whether a foot of a robot that is to stand has returned to its last foothold."""
     returned = state.search_stage[leg] == SearchStage.RETURNED
     return bool(returned and is_zero(reference.velocity))
 
 
-@internal
+@compiled
 def is_away(state: State, model: Model, reference: Reference, leg: int, near: float) -> bool:
     """Return whether a foot is farther than `near` from its neutral place, from above [m].
 
@@ -78,7 +78,7 @@ def is_away(state: State, model: Model, reference: Reference, leg: int, near: fl
     return math.hypot(state.foot[leg, 0] - x, state.foot[leg, 1] - y) > near
 
 
-@internal
+@compiled
 def margin_without_legs(
     state: State, model: Model, reference: Reference, lifted: np.ndarray, time: float, turn: float
 ) -> float:
@@ -102,7 +102,7 @@ def margin_without_legs(
     return min(now, then + FORESIGHT)
 
 
-@internal
+@compiled
 def best_phase(state: State, model: Model, reference: Reference) -> tuple[float, float]:
     """Return the phase, just before a lift, at which the gait allows the largest velocity.
 
@@ -124,7 +124,7 @@ def best_phase(state: State, model: Model, reference: Reference) -> tuple[float,
     return best, most
 
 
-@internal
+@compiled
 def is_hindered_by_pose(state: State, model: Model, reference: Reference, leg: int) -> bool:
     """Return whether a foot can hardly rise while the pose is still changing."""
     away = np.abs(state.pose_filter[3] - state.pose_filter[0]).max()
@@ -132,7 +132,7 @@ def is_hindered_by_pose(state: State, model: Model, reference: Reference, leg: i
     return away > ON_ITS_WAY and not reaches_height(state, model, leg, height)
 
 
-@internal
+@compiled
 def can_lean(state: State, model: Model, x: float, y: float) -> bool:
     """Return whether all feet stay within reach if the body moves on in a direction of odom."""
     for leg in range(state.leg_count):
@@ -144,7 +144,7 @@ def can_lean(state: State, model: Model, x: float, y: float) -> bool:
     return True
 
 
-@internal
+@compiled
 def lean(state: State, model: Model, lifted: np.ndarray, h: float) -> None:
     """Let the body lean towards the middle of the remaining stance feet while a lift waits."""
     if state.clock.lift_wait < LEAN_AFTER:
@@ -168,7 +168,7 @@ def lean(state: State, model: Model, lifted: np.ndarray, h: float) -> None:
         state.clock.lean[:] = leant
 
 
-@internal
+@compiled
 def step_to_neutral(state: State, model: Model, reference: Reference, time: float) -> None:
     """Lift the foot that leaves the largest support margin, to step to its neutral place.
 
@@ -195,7 +195,7 @@ def step_to_neutral(state: State, model: Model, reference: Reference, time: floa
         lift_off(state, model, reference, best, 0.0, time)
 
 
-@internal
+@compiled
 def update_running(
     state: State, model: Model, reference: Reference, h: float, moving: bool
 ) -> None:
@@ -218,7 +218,7 @@ def update_running(
     clock.sway_share += min(max(clock.gait_running - clock.sway_share, -step), step)
 
 
-@internal
+@compiled
 def spare_lost_legs(state: State, model: Model, reference: Reference) -> None:
     """Lift the lost leg that can best be spared, and write which others are needed.
 
@@ -245,7 +245,7 @@ def spare_lost_legs(state: State, model: Model, reference: Reference) -> None:
         lift_off(state, model, reference, best, 0.0, LOST_SWING)
 
 
-@internal
+@compiled
 def advance_phase(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance the gait's clock by a time step, and lift the feet that are due.
 

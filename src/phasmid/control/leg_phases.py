@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.body_motion import ground_height
 from phasmid.control.footholds import (
     choose_foothold,
@@ -80,21 +80,21 @@ LANDING_SPEED, LANDING_TIME, COASTING = 0.4, 0.08, 0.3
 a foot keeps its horizontal velocity."""
 
 
-@internal
+@compiled
 def height_above_ground(state: State, leg: int) -> float:
     """Return the height of a foot above the estimated ground [m]."""
     foot = state.foot[leg]
     return float(foot[2] - ground_height(state, foot[0], foot[1]))
 
 
-@internal
+@compiled
 def reaches_height(state: State, model: Model, leg: int, height: float) -> bool:
     """Return whether a foot reaches so far above its place from the present pose [m]."""
     foot = state.foot[leg]
     return is_reachable(state, model, leg, foot[0], foot[1], foot[2] + height)
 
 
-@internal
+@compiled
 def lateral_direction(state: State, model: Model, leg: int) -> tuple[float, float]:
     """Return the unit vector in odom across the body's motion that points away from a leg's hip.
 
@@ -113,7 +113,7 @@ def lateral_direction(state: State, model: Model, leg: int) -> tuple[float, floa
     return turned(state.path[2], x / length, y / length)
 
 
-@internal
+@compiled
 def shape_swing(state: State, model: Model, reference: Reference, leg: int) -> None:
     """Bring the top of a swing within reach: displace it laterally, then lower it by 20 % each.
 
@@ -140,7 +140,7 @@ def shape_swing(state: State, model: Model, reference: Reference, leg: int) -> N
             state.swing_height[leg] *= 0.8
 
 
-@internal
+@compiled
 def lift_off(
     state: State, model: Model, reference: Reference, leg: int, elapsed: float, duration: float
 ) -> None:
@@ -159,7 +159,7 @@ def lift_off(
     restart_line(state, leg)
 
 
-@internal
+@compiled
 def reachable_depth(
     state: State, model: Model, leg: int, x: float, y: float, depth: float
 ) -> float:
@@ -174,7 +174,7 @@ def reachable_depth(
     return 0.0
 
 
-@internal
+@compiled
 def probe_down(state: State, model: Model, reference: Reference, leg: int, depth: float) -> None:
     """Let a foot at rest go straight down by a depth [m], or as far as its leg reaches."""
     foot = state.foot[leg]
@@ -186,7 +186,7 @@ def probe_down(state: State, model: Model, reference: Reference, leg: int, depth
     set_times(state, leg, max(1.875 * depth / speed, 0.05), 0.0)
 
 
-@internal
+@compiled
 def land_here(state: State, model: Model, reference: Reference, leg: int) -> None:
     """Let a foot go straight down from rest, with contact sensing below the estimated ground."""
     stop_foot(state, leg)
@@ -199,7 +199,7 @@ def land_here(state: State, model: Model, reference: Reference, leg: int) -> Non
     probe_down(state, model, reference, leg, max(depth, 0.0))
 
 
-@internal
+@compiled
 def stand(state: State, leg: int) -> None:
     """Begin the stance of a foot where it is."""
     stop_foot(state, leg)
@@ -208,7 +208,7 @@ def stand(state: State, leg: int) -> None:
     state.time_without_contact[leg] = 0.0
 
 
-@internal
+@compiled
 def end_curve(state: State, model: Model, reference: Reference, leg: int) -> None:
     """Let a foot at the end of its curve stand; without contact it goes on down or searches."""
     state.foot[leg] = state.touchdown[leg]
@@ -245,7 +245,7 @@ def end_curve(state: State, model: Model, reference: Reference, leg: int) -> Non
         set_times(state, leg, PRESS, 0.0)
 
 
-@internal
+@compiled
 def draw_back(state: State, model: Model, leg: int) -> None:
     """Let a swinging foot go back and up from an obstacle, as far as its leg reaches.
 
@@ -265,7 +265,7 @@ def draw_back(state: State, model: Model, leg: int) -> None:
     restart_line(state, leg)
 
 
-@internal
+@compiled
 def stop_at_contact(state: State, leg: int) -> None:
     """Bring a foot to rest a little beyond its contact, without a jump of its velocity."""
     state.touchdown[leg] = state.foot[leg] + 0.4 * SETTLE * state.foot_velocity[leg]
@@ -274,7 +274,7 @@ def stop_at_contact(state: State, leg: int) -> None:
     restart_line(state, leg)
 
 
-@internal
+@compiled
 def has_lost_ground(state: State, model: Model, reference: Reference, leg: int, h: float) -> bool:
     """Return whether a stance foot has had no contact for `LOST_AFTER` and can be lowered."""
     if reference.contact[leg] != Contact.AIR or state.clock.gait_running == 0:
@@ -288,7 +288,7 @@ def has_lost_ground(state: State, model: Model, reference: Reference, leg: int, 
     return reaches_height(state, model, leg, -LEAST_DEPTH)
 
 
-@internal
+@compiled
 def land_swing_legs(state: State, model: Model, reference: Reference) -> None:
     """Let all swinging feet land from where they are, without a jump of position or velocity.
 
@@ -315,7 +315,7 @@ def land_swing_legs(state: State, model: Model, reference: Reference) -> None:
             set_search(state, leg, SearchStage.LAND_HERE)
 
 
-@internal
+@compiled
 def move_feet(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance the feet that are not at rest by a time step."""
     if reference.tipping:

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.types import DIRECTIONS, Model, State
 from phasmid.control.vectors import rotate_back, rotation
 from phasmid.dynamics import whole_body_kernels as kernels
@@ -31,14 +31,14 @@ STEPS, NEAR = 8, 1e-4
 [m]."""
 
 
-@internal
+@compiled
 def joint_margin(model: Model, leg: int, joint: int) -> float:
     """Return the margin of a joint to its limits [rad], at most an eighth of its range."""
     low, high = model.limits[leg, joint, 0], model.limits[leg, joint, 1]
     return max(min(JOINT_MARGIN, (high - low) / 8), 1e-9)
 
 
-@internal
+@compiled
 def joints_at(
     model: Model, leg: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:
@@ -60,7 +60,7 @@ def joints_at(
     return q1, q2, q3, share
 
 
-@internal
+@compiled
 def to_hip_frame(
     model: Model, leg: int, R: np.ndarray, body: np.ndarray, x: float, y: float, z: float
 ) -> Triple:
@@ -73,7 +73,7 @@ def to_hip_frame(
     return kernels.rotate_back(model.R_body_hip[leg], (x - hip[0], y - hip[1], z - hip[2]))
 
 
-@internal
+@compiled
 def reach_margin(
     model: Model, leg: int, R: np.ndarray, body: np.ndarray, x: float, y: float, z: float
 ) -> float:
@@ -82,20 +82,20 @@ def reach_margin(
     return joints_at(model, leg, x, y, z)[3]
 
 
-@internal
+@compiled
 def is_reachable(state: State, model: Model, leg: int, x: float, y: float, z: float) -> bool:
     """Return whether a leg reaches a point of odom [m] from the present pose of the body."""
     return reach_margin(model, leg, state.R_odom_body, state.body_position, x, y, z) >= ENOUGH
 
 
-@internal
+@compiled
 def is_planned(model: Model, leg: int, start: np.ndarray, ray: np.ndarray, r: float) -> bool:
     """Return whether a leg reaches so far along a ray of the hip frame [m]."""
     x, y, z = start[0] + r * ray[0], start[1] + r * ray[1], start[2] + r * ray[2]
     return joints_at(model, leg, x, y, z)[3] >= PLANNED
 
 
-@internal
+@compiled
 def region_edge(model: Model, leg: int, start: np.ndarray, ray: np.ndarray) -> float:
     """Return the distance along a ray of the hip frame up to which the leg reaches [m]."""
     low, high = 0.0, 0.0
@@ -159,7 +159,7 @@ def bound_region(
         region[k, 2] = CORNERS * max(nx * edge[k, 0] + ny * edge[k, 1], 0.0)
 
 
-@internal
+@compiled
 def region_share(
     region: np.ndarray, x: float, y: float, dx: float, dy: float, slack: float
 ) -> float:

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.body_motion import (
     POSE_BANDWIDTH,
     VELOCITY_BANDWIDTH,
@@ -36,19 +36,19 @@ FOLLOWS = 0.05
 """Time after its lift-off for which a foot counts as standing [s]."""
 
 
-@internal
+@compiled
 def is_settled(stages: np.ndarray, goal: np.ndarray, close: float) -> bool:
     """Return whether all stages of a filter are close to a goal."""
     return bool(np.abs(stages - goal).max() < close)
 
 
-@internal
+@compiled
 def leg_margin(model: Model, leg: int, R: np.ndarray, body: np.ndarray, foot: np.ndarray) -> float:
     """Return the margin of a leg with its foot at a point of odom, `ENOUGH` at most."""
     return min(reach_margin(model, leg, R, body, foot[0], foot[1], foot[2]), ENOUGH)
 
 
-@internal
+@compiled
 def is_recoverable(
     state: State,
     model: Model,

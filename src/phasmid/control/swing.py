@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.reach import joint_margin
 from phasmid.control.types import Manoeuvre, Model, State
 from phasmid.control.vectors import cross, rotate
@@ -17,7 +17,7 @@ SOFT = 0.06
 """Width of the zone before a joint limit in which a swinging joint yields [rad]."""
 
 
-@internal
+@compiled
 def advance_quintic(
     position: np.ndarray,
     velocity: np.ndarray,
@@ -44,7 +44,7 @@ def advance_quintic(
         acceleration[i] = a + h * (6 * b + h * (12 * c + h * 20 * d))
 
 
-@internal
+@compiled
 def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
     """Return height [m], velocity and acceleration of the lift at a part s of a swing.
 
@@ -59,7 +59,7 @@ def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
     )
 
 
-@internal
+@compiled
 def blend(s: float, time: float) -> tuple[float, float, float]:
     """Return a quintic from 0 to 1 between rest and rest, its velocity and acceleration."""
     return (
@@ -69,7 +69,7 @@ def blend(s: float, time: float) -> tuple[float, float, float]:
     )
 
 
-@internal
+@compiled
 def set_times(state: State, leg: int, duration: float, height: float) -> None:
     """Begin a curve of a foot with a duration [s] and a lift [m], without lateral displacement."""
     state.swing_elapsed[leg] = 0.0
@@ -77,7 +77,7 @@ def set_times(state: State, leg: int, duration: float, height: float) -> None:
     state.swing_duration[leg], state.swing_height[leg] = duration, height
 
 
-@internal
+@compiled
 def restart_line(state: State, leg: int) -> None:
     """Begin the line of a foot's curve at its present place, velocity and acceleration."""
     state.line_position[leg] = state.foot[leg]
@@ -85,7 +85,7 @@ def restart_line(state: State, leg: int) -> None:
     state.line_acceleration[leg] = state.foot_acceleration[leg]
 
 
-@internal
+@compiled
 def halt_foot(state: State, leg: int) -> None:
     """Bring a foot to rest where it is, at once."""
     state.foot_velocity[leg] = 0.0
@@ -93,7 +93,7 @@ def halt_foot(state: State, leg: int) -> None:
     restart_line(state, leg)
 
 
-@internal
+@compiled
 def stop_foot(state: State, leg: int) -> None:
     """Bring a foot to rest where it is, at once, and make that its touchdown."""
     state.manoeuvre[leg] = Manoeuvre.NONE
@@ -101,7 +101,7 @@ def stop_foot(state: State, leg: int) -> None:
     halt_foot(state, leg)
 
 
-@internal
+@compiled
 def raise_foot(state: State, leg: int) -> None:
     """Write position and motion of a swinging foot in odom: line, lift and lateral displacement."""
     s = state.swing_elapsed[leg] / state.swing_duration[leg]
@@ -113,7 +113,7 @@ def raise_foot(state: State, leg: int) -> None:
     state.foot_acceleration[leg] = state.line_acceleration[leg] + a * top
 
 
-@internal
+@compiled
 def soft_limit(
     depth: float, velocity: float, acceleration: float, width: float
 ) -> tuple[float, float, float]:
@@ -137,7 +137,7 @@ def soft_limit(
     )
 
 
-@internal
+@compiled
 def soften_joint_limits(state: State, model: Model, leg: int) -> bool:
     """Let the joints of a swinging leg yield near their limits; return whether they keep them.
 
@@ -171,7 +171,7 @@ def soften_joint_limits(state: State, model: Model, leg: int) -> bool:
     return True
 
 
-@internal
+@compiled
 def foot_at_joints(state: State, model: Model, leg: int) -> np.ndarray:
     """Write a foot in odom from its joint angles; return its vector from the body [m]."""
     q, lengths = state.q[leg], model.lengths[leg]
@@ -181,7 +181,7 @@ def foot_at_joints(state: State, model: Model, leg: int) -> np.ndarray:
     return arm
 
 
-@internal
+@compiled
 def hold_leg(state: State, model: Model, leg: int, h: float) -> None:
     """Fold a leg that is held in the air, and write its foot in odom."""
     q, qd, qdd = state.q[leg], state.qd[leg], state.qdd[leg]

@@ -15,7 +15,7 @@ from enum import IntEnum
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.records import record_of, view_of
 
 CELLS, CELL = 96, 0.01
@@ -83,7 +83,7 @@ def clear_map(terrain_maps: np.ndarray) -> None:
     terrain_maps["height"] = terrain_maps["time"] = math.nan
 
 
-@internal
+@compiled
 def is_inside(terrain_map: TerrainMap, i: int, j: int) -> bool:
     """Return whether the map covers a cell."""
     half = CELLS // 2
@@ -91,7 +91,7 @@ def is_inside(terrain_map: TerrainMap, i: int, j: int) -> bool:
     return 0 <= x < CELLS and 0 <= y < CELLS
 
 
-@internal
+@compiled
 def map_height(terrain_map: TerrainMap, x: float, y: float) -> float:
     """Return the height of the cell at a point of odom [m], NaN where it is unknown."""
     i, j = math.floor(x / CELL), math.floor(y / CELL)
@@ -102,7 +102,7 @@ def map_height(terrain_map: TerrainMap, x: float, y: float) -> float:
     return above + plane[0] + plane[1] * x + plane[2] * y
 
 
-@internal
+@compiled
 def map_variance(terrain_map: TerrainMap, x: float, y: float) -> float:
     """Return the variance of `map_height` [m²], infinite where the height is unknown."""
     i, j = math.floor(x / CELL), math.floor(y / CELL)
@@ -111,7 +111,7 @@ def map_variance(terrain_map: TerrainMap, x: float, y: float) -> float:
     return terrain_map.variance[i % CELLS, j % CELLS]
 
 
-@internal
+@compiled
 def rotate_map(
     terrain_map: TerrainMap, R: Float[np.ndarray, "3 3"], p: Float[np.ndarray, "3"]
 ) -> None:
@@ -126,7 +126,7 @@ def rotate_map(
     plane[2] += b
 
 
-@internal
+@compiled
 def recentre(terrain_map: TerrainMap, p_odom_body: Float[np.ndarray, "3"], time: float) -> None:
     """Centre the map on the body, and add the drift of the odometry since the last change.
 
@@ -158,7 +158,7 @@ def recentre(terrain_map: TerrainMap, p_odom_body: Float[np.ndarray, "3"], time:
         centre[axis] = new
 
 
-@internal
+@compiled
 def fuse(
     terrain_map: TerrainMap, i: int, j: int, z: float, variance: float, time: float, sure: bool
 ) -> None:
@@ -243,7 +243,7 @@ def add_points(
     fill_holes(terrain_map)
 
 
-@internal
+@compiled
 def add_foothold(
     terrain_map: TerrainMap, x: float, y: float, z: float, radius: float, time: float
 ) -> None:
@@ -260,7 +260,7 @@ def add_foothold(
                 fuse(terrain_map, i % CELLS, j % CELLS, above, variance, time, True)
 
 
-@internal
+@compiled
 def fill_holes(terrain_map: TerrainMap) -> None:
     """Interpolate narrow holes between measured cells, along x and along y.
 

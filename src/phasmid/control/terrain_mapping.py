@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.odometry_alignment import rotate_points
 from phasmid.control.terrain_map import (
     ATTITUDE_NOISE,
@@ -35,7 +35,7 @@ class BodyPoses:
     mapped: Int[np.ndarray, " legs"]  # 1 from a touchdown to the next lift-off
 
 
-@internal
+@compiled
 def update_map(
     state: State,
     reference: Reference,
@@ -61,7 +61,7 @@ def update_map(
             poses.mapped[leg] = 1
 
 
-@internal
+@compiled
 def align_map(
     R_before: Float[np.ndarray, "3 3"],
     state: State,

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, inlined, internal
+from phasmid.compiled import compiled, inlined
 from phasmid.control.body_motion import (
     POSE_BANDWIDTH,
     SWAY_BANDWIDTH,
@@ -68,7 +68,7 @@ RECOVERY = 2.0
 """Rate at which the time scale recovers [1/s]."""
 
 
-@internal
+@compiled
 def return_velocity(state: State) -> np.ndarray:
     """Return the velocity vx, vy, wz of the body while feet return to their last footholds."""
     back = np.zeros(3)
@@ -80,7 +80,7 @@ def return_velocity(state: State) -> np.ndarray:
     return np.array((vx, vy, 0.0))
 
 
-@internal
+@compiled
 def advance_body(state: State, model: Model, reference: Reference, h: float) -> None:
     """Advance velocity, path, pose and ground plane towards the reference."""
     clock, speed, pose = state.clock, state.velocity_filter, state.pose_filter
@@ -126,7 +126,7 @@ def advance_body(state: State, model: Model, reference: Reference, h: float) -> 
     follow(ground, POSE_BANDWIDTH, h)
 
 
-@internal
+@compiled
 def advance_sway(state: State, model: Model, reference: Reference, h: float) -> None:
     """Let the body sway with the gait's clock, and lean where that is commanded."""
     clock, sway = state.clock, state.sway_filter
@@ -138,7 +138,7 @@ def advance_sway(state: State, model: Model, reference: Reference, h: float) -> 
     follow(sway, SWAY_BANDWIDTH, h)
 
 
-@internal
+@compiled
 def solve_leg_ik(state: State, model: Model, h: float) -> int:
     """Write joint angles, speeds and accelerations for body and feet.
 
@@ -176,7 +176,7 @@ def solve_leg_ik(state: State, model: Model, h: float) -> int:
     return -1
 
 
-@internal
+@compiled
 def measure_support(state: State) -> float:
     """Return the present support margin of the whole robot [m]."""
     x, y = com_in_odom(state)
@@ -185,7 +185,7 @@ def measure_support(state: State) -> float:
     )
 
 
-@internal
+@compiled
 def stop_walking(state: State, model: Model, reference: Reference) -> None:
     """Let all feet land, and the body stay at its present pose and sway."""
     land_swing_legs(state, model, reference)
@@ -193,7 +193,7 @@ def stop_walking(state: State, model: Model, reference: Reference) -> None:
     state.clock.lean[:] = state.sway_filter[1]
 
 
-@internal
+@compiled
 def change_gait(
     state: State, model: Model, reference: Reference, next_reference: Reference
 ) -> None:
@@ -248,7 +248,7 @@ def advance(state: State, model: Model, reference: Reference, h: float, held: bo
     return short
 
 
-@internal
+@compiled
 def brake(state: State, share: float) -> None:
     """Scale the speed of the trunk's motion at once."""
     state.velocity_filter *= share
@@ -258,7 +258,7 @@ def brake(state: State, share: float) -> None:
         sway[k] = sway[3] + share * (sway[k] - sway[3])
 
 
-@internal
+@compiled
 def update_region(state: State, model: Model, leg: int) -> None:
     """Compute a foothold region anew if body, ground or foot have changed by `STALE`."""
     g, foot, now = state.ground_filter[3], state.touchdown[leg], np.empty(9)
@@ -273,7 +273,7 @@ def update_region(state: State, model: Model, leg: int) -> None:
         bound_region(model, leg, now[:6], now[6:], state.region[leg])
 
 
-@internal
+@compiled
 def stop_manoeuvre(state: State, leg: int) -> None:
     """Set the manoeuvre of a stopped foot; a foot that was rising draws back next."""
     if state.manoeuvre[leg] == Manoeuvre.DRAW_BACK:
@@ -310,7 +310,7 @@ def land(memories: np.ndarray) -> None:
     land_swing_legs(memory.states[0], memory.model, memory.references[0])
 
 
-@internal
+@compiled
 def stop_leg(state: State, model: Model, reference: Reference, leg: int) -> None:
     """Stop a leg at once. A foot in the air continues from rest, without a lift."""
     phase, touches = state.leg_phase[leg], reference.contact[leg] == Contact.GROUND
@@ -391,7 +391,7 @@ def advance_engine(
     return 3
 
 
-@internal
+@compiled
 def stay(state: State, model: Model, reference: Reference) -> None:
     """Stop everything at once."""
     brake(state, 0.0)

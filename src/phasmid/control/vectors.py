@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.dynamics import whole_body_kernels as kernels
 from phasmid.kinematics.leg_kernels import Triple
 
@@ -14,19 +14,19 @@ Path = np.ndarray | Triple
 """Place and heading in odom [m, rad]."""
 
 
-@internal
+@compiled
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the cross product of a and b."""
     return np.array(kernels.cross(a, b))
 
 
-@internal
+@compiled
 def rotate(R: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return R times v."""
     return np.array(kernels.rotate(R, v))
 
 
-@internal
+@compiled
 def rotate_back(R: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Return the transpose of R times v."""
     return np.array(kernels.rotate_back(R, v))
@@ -47,34 +47,34 @@ def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
     )
 
 
-@internal
+@compiled
 def turned(angle: float, x: float, y: float) -> tuple[float, float]:
     """Return a plane vector after a turn to the left [rad]."""
     c, s = math.cos(angle), math.sin(angle)
     return c * x - s * y, s * x + c * y
 
 
-@internal
+@compiled
 def in_odom(path: Path, x: float, y: float) -> tuple[float, float]:
     """Return a point of the path's axes in odom [m]."""
     x, y = turned(path[2], x, y)
     return path[0] + x, path[1] + y
 
 
-@internal
+@compiled
 def in_path(path: Path, x: float, y: float) -> tuple[float, float]:
     """Return a point of odom in the path's axes [m]."""
     return turned(-path[2], x - path[0], y - path[1])
 
 
-@internal
+@compiled
 def point_velocity(path: Path, velocity: np.ndarray, x: float, y: float) -> tuple[float, float]:
     """Return the velocity in odom of a point of odom that moves with the path [m/s]."""
     vx, vy = turned(path[2], velocity[0], velocity[1])
     return vx - velocity[2] * (y - path[1]), vy + velocity[2] * (x - path[0])
 
 
-@internal
+@compiled
 def integrate_twist(path: Path, twist: np.ndarray, time: float) -> Triple:
     """Return the path after a time [s] at constant vx, vy, wz in its axes: an arc or a line."""
     turn = twist[2] * time
@@ -88,7 +88,7 @@ def integrate_twist(path: Path, twist: np.ndarray, time: float) -> Triple:
     return x, y, path[2] + turn
 
 
-@internal
+@compiled
 def is_zero(velocity: np.ndarray) -> bool:
     """Return whether a velocity is exactly zero."""
     return bool(velocity[0] == 0.0 and velocity[1] == 0.0 and velocity[2] == 0.0)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.body_motion import com_in_odom, leg_moment, standing_feet, sway_wave
 from phasmid.control.constraints import (
     CLEARANCE,
@@ -60,7 +60,7 @@ LEAST_CLEARANCE = 0.02
 """Least clearance of the trunk over the ground; compliant joints take part of it [m]."""
 
 
-@internal
+@compiled
 def lift_lag(reference: Reference) -> float:
     """Return the time for which the body gains on a foot after its lift-off [s].
 
@@ -72,7 +72,7 @@ def lift_lag(reference: Reference) -> float:
     return 2.0 / 3.0 * math.sqrt(swing**3 / (30.0 * reference.period))
 
 
-@internal
+@compiled
 def time_to_lift(reference: Reference, leg: int, phase: float) -> float:
     """Return the time until a leg lifts, where the gait's clock is at a phase [s]."""
     if reference.walks == 0:
@@ -80,7 +80,7 @@ def time_to_lift(reference: Reference, leg: int, phase: float) -> float:
     return float((1.0 - (phase - reference.lift_phase[leg]) % 1.0) * reference.period)
 
 
-@internal
+@compiled
 def region_speed_share(
     state: State, model: Model, reference: Reference, velocity: np.ndarray, phase: float
 ) -> float:
@@ -105,7 +105,7 @@ def region_speed_share(
     return share
 
 
-@internal
+@compiled
 def support_speed_share(state: State, reference: Reference, velocity: np.ndarray) -> float:
     """Return the share of a velocity, at most 1, that keeps the centre of mass supported.
 
@@ -132,7 +132,7 @@ def support_speed_share(state: State, reference: Reference, velocity: np.ndarray
     return share
 
 
-@internal
+@compiled
 def stays_in_region(
     model: Model, reference: Reference, region: np.ndarray, leg: int, velocity: np.ndarray
 ) -> bool:
@@ -149,7 +149,7 @@ def stays_in_region(
     return True
 
 
-@internal
+@compiled
 def set_steady_foot(
     model: Model,
     reference: Reference,

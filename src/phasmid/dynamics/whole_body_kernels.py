@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.compiled import compiled, gufunc, internal
+from phasmid.compiled import compiled, gufunc
 from phasmid.kinematics.leg_kernels import sincos
 
 Vector = tuple[float, float, float]
@@ -44,25 +44,25 @@ class RobotMoments(NamedTuple):
     trunk_second: np.ndarray
 
 
-@internal
+@compiled
 def vector(a: np.ndarray) -> Vector:
     """Return an array of three numbers as a vector."""
     return a[0], a[1], a[2]
 
 
-@internal
+@compiled
 def add(a: Vector, b: Vector) -> Vector:
     """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@internal
+@compiled
 def cross(a: Vector, b: Vector) -> Vector:
     """Return the vector product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@internal
+@compiled
 def rotate(R: np.ndarray, v: Vector) -> Vector:
     """Return R v."""
     return (
@@ -72,7 +72,7 @@ def rotate(R: np.ndarray, v: Vector) -> Vector:
     )
 
 
-@internal
+@compiled
 def rotate_back(R: np.ndarray, v: Vector) -> Vector:
     """Return the transpose of R times v."""
     return (
@@ -82,13 +82,13 @@ def rotate_back(R: np.ndarray, v: Vector) -> Vector:
     )
 
 
-@internal
+@compiled
 def relative_acceleration(p: Vector, w: Vector, dw: Vector) -> Vector:
     """Return the acceleration of a point p of a turning body relative to the body's origin."""
     return add(cross(dw, p), cross(w, cross(w, p)))
 
 
-@internal
+@compiled
 def newton_euler(
     mass: float, first: Vector, second: np.ndarray, w: Vector, dw: Vector, a: Vector
 ) -> tuple[Vector, Vector]:
@@ -98,31 +98,31 @@ def newton_euler(
     return force, add(moment, cross(first, a))
 
 
-@internal
+@compiled
 def turned(v: Vector, s: float, c: float) -> Vector:
     """Return a vector in axes turned about z by an angle of this sine and cosine."""
     return c * v[0] + s * v[1], c * v[1] - s * v[0], v[2]
 
 
-@internal
+@compiled
 def turned_back(v: Vector, s: float, c: float) -> Vector:
     """Return the inverse of `turned`."""
     return c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
 
 
-@internal
+@compiled
 def tilted(v: Vector) -> Vector:
     """Return a vector of the coxa's axes in axes whose z is the femur's, the coxa's -y."""
     return v[0], v[2], -v[1]
 
 
-@internal
+@compiled
 def tilted_back(v: Vector) -> Vector:
     """Return the inverse of `tilted`."""
     return v[0], -v[2], v[1]
 
 
-@internal
+@compiled
 def joint_motion(
     w: Vector, dw: Vector, s: float, c: float, qd: float, qdd: float
 ) -> tuple[Vector, Vector]:

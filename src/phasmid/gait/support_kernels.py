@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 
 SAME_PLACE, ROUND_OFF = 1e-9, 1e-12
 """Distance below which feet stand in one place, and round-off of feet on a line [m]."""
 
 
-@internal
+@compiled
 def support_edges(feet: np.ndarray, standing: np.ndarray, edges: np.ndarray) -> int:
     """Write the edges of the support polygon, counter-clockwise from above; return how many.
 
@@ -46,7 +46,7 @@ def support_edges(feet: np.ndarray, standing: np.ndarray, edges: np.ndarray) -> 
     return edge
 
 
-@internal
+@compiled
 def edge_margin(edges: np.ndarray, count: int, x: float, y: float) -> float:
     """Return the least distance of a point from the lines of the edges, positive inside [m].
 
@@ -66,7 +66,7 @@ def line_margin(feet: np.ndarray, standing: np.ndarray, x: float, y: float) -> f
     return edge_margin(edges, support_edges(feet, standing, edges), x, y)
 
 
-@internal
+@compiled
 def polygon_margin(edges: np.ndarray, count: int, x: float, y: float) -> float:
     """Return as `edge_margin`; outside, the distance from the polygon, negative [m]."""
     margin = edge_margin(edges, count, x, y)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.swing import blend, lift
 from phasmid.kinematics.leg_kernels import inverse_kinematics
 from phasmid.learning.episodes import Constants, Episodes, States, draw_command, uniform
@@ -16,7 +16,7 @@ UPRIGHT = math.cos(1.0)
 """Cosine of the tilt beyond which a robot has fallen, 1 rad."""
 
 
-@internal
+@compiled
 def into_body(q: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return a vector of world axes in the axes of a body with orientation q (w x y z)."""
     a, b, c, d = q[0], -q[1], -q[2], -q[3]
@@ -24,7 +24,7 @@ def into_body(q: np.ndarray, x: float, y: float, z: float) -> tuple[float, float
     return x + a * tx + c * tz - d * ty, y + a * ty + d * tx - b * tz, z + a * tz + b * ty - c * tx
 
 
-@internal
+@compiled
 def reference_leg(
     c: Constants, command: np.ndarray, phase: float, leg: int
 ) -> tuple[float, float, float]:
@@ -91,7 +91,7 @@ def begin_period(c: Constants, e: Episodes, actions: np.ndarray, ids: np.ndarray
                 q[:] = c.neutral[3 * leg : 3 * leg + 3]
 
 
-@internal
+@compiled
 def clearance(c: Constants, p: np.ndarray) -> tuple[float, float]:
     """Return the least height of the trunk's underside over the ground, and its mean height [m].
 

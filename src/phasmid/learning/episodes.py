@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.gait import default_gait, load_gait
 from phasmid.kinematics import body_height, hip_from_body, joint_angles, neutral_feet
 from phasmid.learning.task import TERMS, Task
@@ -260,7 +260,7 @@ def random_states(seeds: np.ndarray) -> np.ndarray:
     )
 
 
-@internal
+@compiled
 def uniform(random: np.ndarray, n: int, low: float, high: float) -> float:
     """Draw a number from robot n's stream of random numbers.
 
@@ -276,7 +276,7 @@ def uniform(random: np.ndarray, n: int, low: float, high: float) -> float:
     return low + (high - low) * float(z >> np.uint64(11)) * 2.0**-53
 
 
-@internal
+@compiled
 def draw_command(c: Constants, e: Episodes, n: int) -> None:
     """Draw robot n's command: zero, along one direction, or any."""
     zero, single = c.task.commands.zero_share, c.task.commands.single_share
@@ -287,7 +287,7 @@ def draw_command(c: Constants, e: Episodes, n: int) -> None:
         e.command[n, i] = 0.0 if is_zero else value
 
 
-@internal
+@compiled
 def draw_ground(c: Constants, e: Episodes, n: int) -> None:
     """Draw the tile on which robot n begins, by how far it came in its last episode."""
     levels, kinds = c.terrain.origins.shape[:2]
@@ -305,7 +305,7 @@ def draw_ground(c: Constants, e: Episodes, n: int) -> None:
     e.heading[n] = uniform(e.random, n, -math.pi, math.pi) if levels * kinds > 1 else 0.0
 
 
-@internal
+@compiled
 def draw_damage(c: Constants, e: Episodes, n: int) -> None:
     """Draw which servos of robot n die, and when."""
     legs, which = len(c.lifts), uniform(e.random, n, 0.0, 1.0)

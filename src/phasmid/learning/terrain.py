@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.learning.task import TerrainTable
 from phasmid.terrain import Blocks, Flat, Slope, Steps, Waves
 from phasmid.terrain.shapes import Shape
@@ -85,7 +85,7 @@ def _shape(table: TerrainTable, kind: str, share: float, seed: int) -> Shape:
     return Flat()
 
 
-@internal
+@compiled
 def ground_height(terrain: Terrain, x: float, y: float) -> float:
     """Return the height of the ground [m], linear between the samples, level beyond the edges."""
     rows, columns = terrain.heights.shape

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.state import (
     AttitudeEstimate,
     AttitudeSource,
@@ -35,7 +35,7 @@ DISAGREEMENT_TIME = 0.5
 robot walks, before they are distrusted [s]."""
 
 
-@internal
+@compiled
 def estimate_attitude(
     measured: Measurements,
     still: bool,

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.leg_statics import normal_force
 from phasmid.control.estimation.state import EstimatorParameters, Measurements, SensorKind
 from phasmid.control.records import record_of
@@ -146,7 +146,7 @@ def update_body_state(
     write_orientation(state)
 
 
-@internal
+@compiled
 def start(
     state: FilterState,
     parameters: FilterParameters,
@@ -187,7 +187,7 @@ def start(
 # Contact ------------------------------------------------------------------------------------------
 
 
-@internal
+@compiled
 def detect_contacts(state: FilterState, robot: EstimatorParameters, measured: Measurements) -> None:
     """Detect contact by the first of switch, force and joint load that has a reading."""
     for leg in range(robot.leg_count):
@@ -211,7 +211,7 @@ def detect_contacts(state: FilterState, robot: EstimatorParameters, measured: Me
 # Prediction ---------------------------------------------------------------------------------------
 
 
-@internal
+@compiled
 def predict(
     state: FilterState,
     parameters: FilterParameters,
@@ -274,7 +274,7 @@ def predict(
 # Corrections --------------------------------------------------------------------------------------
 
 
-@internal
+@compiled
 def correct_attitude(
     state: FilterState,
     parameters: FilterParameters,
@@ -313,7 +313,7 @@ def correct_attitude(
             state.has_heading = 0
 
 
-@internal
+@compiled
 def correct_by_feet(
     state: FilterState,
     parameters: FilterParameters,
@@ -392,7 +392,7 @@ def correct_by_feet(
         correct(state, parameters, robot, -state.velocity, rest, at, STILL_SPEED**2)
 
 
-@internal
+@compiled
 def slipped_foot(
     state: FilterState,
     parameters: FilterParameters,
@@ -425,7 +425,7 @@ def slipped_foot(
     return slipped
 
 
-@internal
+@compiled
 def leave_out(state: FilterState, robot: EstimatorParameters, leg: int, foot: np.ndarray) -> None:
     """Take a foot that slips, body frame [m], out of the error state until it rests."""
     lift(state, robot, leg)
@@ -433,7 +433,7 @@ def leave_out(state: FilterState, robot: EstimatorParameters, leg: int, foot: np
     state.rest_position[leg] = state.position + rotate(state.R_odom_body, foot)
 
 
-@internal
+@compiled
 def place(
     state: FilterState, robot: EstimatorParameters, leg: int, foot: np.ndarray, noise: float
 ) -> None:
@@ -453,7 +453,7 @@ def place(
         P[k, k] += noise
 
 
-@internal
+@compiled
 def lift(state: FilterState, robot: EstimatorParameters, leg: int) -> None:
     """Take a foot out of the error state."""
     if state.foothold[leg] == 0:
@@ -464,7 +464,7 @@ def lift(state: FilterState, robot: EstimatorParameters, leg: int) -> None:
     state.covariance[:n, first : first + 3] = 0.0
 
 
-@internal
+@compiled
 def correct(
     state: FilterState,
     parameters: FilterParameters,
@@ -524,7 +524,7 @@ def correct(
     return True
 
 
-@internal
+@compiled
 def transpose(P: np.ndarray, n: int) -> None:
     """Transpose the first n rows and columns in place."""
     for i in range(n):
@@ -535,7 +535,7 @@ def transpose(P: np.ndarray, n: int) -> None:
 # Rotations ----------------------------------------------------------------------------------------
 
 
-@internal
+@compiled
 def turn_body(state: FilterState, turn: np.ndarray) -> None:
     """Turn the body about a vector in odom, axis times angle [rad], by Rodrigues' formula."""
     square = turn @ turn
@@ -548,7 +548,7 @@ def turn_body(state: FilterState, turn: np.ndarray) -> None:
         state.R_odom_body[:, j] = column + a * first + b * cross(turn, first)
 
 
-@internal
+@compiled
 def write_orientation(state: FilterState) -> None:
     """Write the body's rotation as a quaternion, by roll, pitch and yaw."""
     R = state.R_odom_body
@@ -561,7 +561,7 @@ def write_orientation(state: FilterState) -> None:
     state.orientation[3] = cr * cp * sy - sr * sp * cy
 
 
-@internal
+@compiled
 def orientation_matrix(q: np.ndarray) -> np.ndarray:
     """Return the rotation of a quaternion, w x y z."""
     w, x, y, z = q / math.sqrt(q @ q)
@@ -574,13 +574,13 @@ def orientation_matrix(q: np.ndarray) -> np.ndarray:
     )
 
 
-@internal
+@compiled
 def is_orientation(q: np.ndarray) -> bool:
     """Return whether a reading is a unit quaternion; comparisons with NaN are false."""
     return abs(math.sqrt(q @ q) - 1.0) < 0.1
 
 
-@internal
+@compiled
 def is_below(vector: np.ndarray, most: float) -> bool:
     """Return whether a vector is finite and shorter than a length."""
     return math.sqrt(vector @ vector) < most

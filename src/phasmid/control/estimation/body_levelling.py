@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.state import (
     AttitudeSource,
     EstimatorParameters,
@@ -29,7 +29,7 @@ EASE_TIME = 2.0
 Vector = Float[np.ndarray, " components"]
 
 
-@internal
+@compiled
 def level_body(
     R_odom_body: Float[np.ndarray, "3 3"],
     heading: float,
@@ -76,7 +76,7 @@ def level_body(
     levelling.rise = -(normal[0] * levelling.shift[0] + normal[1] * levelling.shift[1]) / normal[2]
 
 
-@internal
+@compiled
 def limited(vector: Vector, most: float) -> Vector:
     """Shorten a vector to a length."""
     return vector * min(1.0, most / max(math.sqrt(vector @ vector), 1e-300))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.leg_statics import normal_force
 from phasmid.control.estimation.state import (
     ContactSensor,
@@ -55,7 +55,7 @@ HIT_BY = 0.65
 """Share of a swing before which a contact is an obstacle."""
 
 
-@internal
+@compiled
 def estimate_contact(
     state: State,
     estimator: EstimatorState,
@@ -71,7 +71,7 @@ def estimate_contact(
     return event
 
 
-@internal
+@compiled
 def read_sensors(
     state: State,
     estimator: EstimatorState,
@@ -98,7 +98,7 @@ def read_sensors(
         targets[leg] = state.q[leg]
 
 
-@internal
+@compiled
 def select_sensors(estimator: EstimatorState, parameters: EstimatorParameters) -> None:
     """Use joint loads and angles only while a foot has no working switch or force sensor."""
     needed = False
@@ -113,7 +113,7 @@ def select_sensors(estimator: EstimatorState, parameters: EstimatorParameters) -
         estimator.used[kind] = estimator.available[kind] if needed else 0
 
 
-@internal
+@compiled
 def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -> bool:
     """Debounce the readings of the best trusted sensor of each foot.
 
@@ -155,7 +155,7 @@ def detect_contact(estimator: EstimatorState, parameters: EstimatorParameters) -
     return event
 
 
-@internal
+@compiled
 def update_sensor(
     parameters: EstimatorParameters,
     foot: FootEstimate,
@@ -196,7 +196,7 @@ def update_sensor(
     return False
 
 
-@internal
+@compiled
 def count_hits(foot: FootEstimate) -> None:
     """Count contacts in mid-swing, between which the foot has left the ground."""
     progress = foot.swing_progress
@@ -207,7 +207,7 @@ def count_hits(foot: FootEstimate) -> None:
         foot.left_ground = 0
 
 
-@internal
+@compiled
 def detect_sensor_faults(estimator: EstimatorState, parameters: EstimatorParameters) -> bool:
     """Judge the sensors of feet that lift off now, by their last swing and stance.
 
@@ -242,7 +242,7 @@ def detect_sensor_faults(estimator: EstimatorState, parameters: EstimatorParamet
     return event
 
 
-@internal
+@compiled
 def sensor_fault(sensor: ContactSensor) -> int:
     """Return the `SensorEvent` of a fault in the last swing and stance."""
     if sensor.swing_count >= FEWEST and sensor.swing_contacts >= SURE * sensor.swing_count:

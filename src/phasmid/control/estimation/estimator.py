@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.body_motion import ground_height
 from phasmid.control.estimation.attitude import estimate_attitude
 from phasmid.control.estimation.body_levelling import level_body
@@ -221,7 +221,7 @@ def update_estimates(
     return events
 
 
-@internal
+@compiled
 def read_plan(state: State, estimator: EstimatorState) -> None:
     """Write which feet stand by the plan, and the progress of the others' swings."""
     for leg in range(state.leg_count):
@@ -236,7 +236,7 @@ def read_plan(state: State, estimator: EstimatorState) -> None:
             foot.swing_progress = 1.0
 
 
-@internal
+@compiled
 def delayed_attitude(
     state: State, estimator: EstimatorState, parameters: EstimatorParameters
 ) -> np.ndarray:
@@ -250,7 +250,7 @@ def delayed_attitude(
     return attitudes[(now + 1) % length]
 
 
-@internal
+@compiled
 def write_reference(
     state: State,
     model: Model,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState, Plane
 
 FORGETTING_TIME = 1.0
@@ -23,7 +23,7 @@ PLANE_TIME = 0.05
 """Time constant of each of the plane's two lags [s]."""
 
 
-@internal
+@compiled
 def estimate_plane(
     p_odom_foot: Float[np.ndarray, "legs 3"],
     point: Float[np.ndarray, "3"],
@@ -65,7 +65,7 @@ def estimate_plane(
     follow_plane(estimator.ground_plane, estimator.lagged_plane, share)
 
 
-@internal
+@compiled
 def fit_plane(
     points: Float[np.ndarray, "count 3"],
     weights: Float[np.ndarray, " count"],
@@ -90,7 +90,7 @@ def fit_plane(
     return centre, (yy * xz - xy * yz) / det, (xx * yz - xy * xz) / det
 
 
-@internal
+@compiled
 def follow_plane(plane: Plane, target: Plane, share: float) -> None:
     """Move a plane towards a target by a share of the difference."""
     plane.height += share * (target.height - plane.height)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.ground_plane import fit_plane
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 from phasmid.dynamics.leg_kernels import elevated, into_coxa
@@ -22,7 +22,7 @@ LEAST_BEND = 0.2
 force."""
 
 
-@internal
+@compiled
 def normal_force(
     parameters: EstimatorParameters,
     leg: int,
@@ -53,7 +53,7 @@ def normal_force(
     return rate @ (holding - torque)
 
 
-@internal
+@compiled
 def estimate_compliance(
     target: Float[np.ndarray, "legs 3"],
     measured: Float[np.ndarray, "legs 3"],
@@ -91,7 +91,7 @@ def estimate_compliance(
     return centre[2]
 
 
-@internal
+@compiled
 def foot_height(parameters: EstimatorParameters, leg: int, q: Float[np.ndarray, "3"]) -> float:
     """Return the height of a foot over its hip [m]."""
     lengths, up = parameters.lengths[leg], parameters.up[leg]

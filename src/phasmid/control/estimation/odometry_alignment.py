@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 from phasmid.control.types import State
 
@@ -18,7 +18,7 @@ ALIGNMENT_RATE = 0.35
 """Largest angular velocity of the alignment [rad/s]."""
 
 
-@internal
+@compiled
 def align_odometry(
     state: State, estimator: EstimatorState, parameters: EstimatorParameters
 ) -> None:
@@ -91,7 +91,7 @@ def align_odometry(
         ground[k, 1], ground[k, 2] = a, b
 
 
-@internal
+@compiled
 def align_pose(state: State) -> None:
     """Take the angles of the body's attitude over into all stages of the pose filter."""
     body, pose = state.R_odom_body, state.pose_filter
@@ -103,7 +103,7 @@ def align_pose(state: State) -> None:
     pose[:, 4] += pitch - pose[3, 4]
 
 
-@internal
+@compiled
 def rotate_points(
     R: Float[np.ndarray, "3 3"], p: Float[np.ndarray, "3"], points: Float[np.ndarray, "count 3"]
 ) -> None:
@@ -114,7 +114,7 @@ def rotate_points(
             points[i, k] = p[k] + R[k, 0] * x + R[k, 1] * y + R[k, 2] * z
 
 
-@internal
+@compiled
 def rotated_slopes(
     R: Float[np.ndarray, "3 3"], slope_x: float, slope_y: float
 ) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 from phasmid.control.reach import STRETCH, to_hip_frame
 from phasmid.control.types import LegPhase, Model, Reference, State
@@ -47,7 +47,7 @@ ROUGH_DEPTH, MOST_DEPTH = 0.5, 0.05
 """Depth by which a foot goes down farther, as a share of the roughness, and the most of it [m]."""
 
 
-@internal
+@compiled
 def adapt_to_terrain(
     state: State,
     model: Model,
@@ -88,7 +88,7 @@ def adapt_to_terrain(
     correction[2] += rise
 
 
-@internal
+@compiled
 def update_roughness(
     state: State,
     reference: Reference,
@@ -113,7 +113,7 @@ def update_roughness(
     estimator.roughness = max(rough, kept)
 
 
-@internal
+@compiled
 def narrow_stance(
     state: State, model: Model, estimator: EstimatorState, parameters: EstimatorParameters
 ) -> None:
@@ -135,7 +135,7 @@ def narrow_stance(
             state.region_pose[leg] = math.inf
 
 
-@internal
+@compiled
 def shift_downhill(
     state: State, model: Model, reference: Reference, estimator: EstimatorState
 ) -> None:
@@ -155,7 +155,7 @@ def shift_downhill(
     correction[2] -= size * steep * steep
 
 
-@internal
+@compiled
 def room_to_rise(state: State, model: Model) -> float:
     """Return how much the body can rise until a leg reaches its foot or landing no more [m]."""
     room = math.inf
@@ -171,7 +171,7 @@ def room_to_rise(state: State, model: Model) -> float:
     return room
 
 
-@internal
+@compiled
 def height_left(state: State, model: Model, leg: int, foot: Float[np.ndarray, "3"]) -> float:
     """Return how much the body could rise along its z until a leg is stretched to a foot [m]."""
     R, p, lengths = state.R_odom_body, state.body_position, model.lengths[leg]

@@ -13,7 +13,7 @@ import math
 import daqp
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control.feed_forward.inverse_dynamics import solve_inverse_dynamics
 from phasmid.control.feed_forward.load_sharing import (
     NEGLIGIBLE,
@@ -40,7 +40,7 @@ UNBOUNDED = 1e30
 """The solver's infinity."""
 
 
-@internal
+@compiled
 def pyramid(normal: np.ndarray, friction: float) -> np.ndarray:
     """Return the outward normals of a friction pyramid's faces, shape (FACES, 3)."""
     axis, faces = np.zeros(3), np.empty((FACES, 3))

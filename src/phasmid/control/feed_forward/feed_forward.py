@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.control import types as engine
 from phasmid.control.feed_forward.contact_force_qp import (
     apply_solution,
@@ -39,7 +39,7 @@ SLOWER, FASTER = 2.0, 0.25
 """Rates at which the velocity is reduced while limits forbid it, and restored [1/s]."""
 
 
-@internal
+@compiled
 def update_load_shares(
     engine_state: engine.State, reference: engine.Reference, state: State, robot: Parameters
 ) -> None:
@@ -72,7 +72,7 @@ def update_load_shares(
         state.load_share[leg] = max(share, LEAST_SHARE)
 
 
-@internal
+@compiled
 def set_motion(engine_state: engine.State, motion: Motion) -> None:
     """Write the engine's motion, whose time may run slower than the clock."""
     rate = engine_state.clock.time_scale
@@ -98,7 +98,7 @@ def solve(state: State, robot: Parameters) -> None:
     state.motion_scale = 1.0
 
 
-@internal
+@compiled
 def release_pulling_feet(state: State) -> bool:
     """Set the share of feet to 0 that have the least share and would pull; True if any does."""
     pulls = False

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled
 from phasmid.control.feed_forward.state import InverseDynamics, Motion, Parameters
 from phasmid.dynamics.whole_body_kernels import add, inverse_dynamics, rotate, rotate_back, vector
 from phasmid.kinematics.leg_kernels import add_offset, foot_jacobian, forward_kinematics
 
 
-@internal
+@compiled
 def solve_inverse_dynamics(
     robot: Parameters,
     motion: Motion,
