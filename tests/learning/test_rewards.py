@@ -175,8 +175,7 @@ def test_full_fidelity_is_the_simulation_of_driven_robots():
             drive.command(p.episodes.target[0])
             mujoco.mj_step(model, data)
     np.testing.assert_array_equal(data.qpos, p.qpos[0])
-    for name in ("duty", "temperature", "torque"):
-        np.testing.assert_array_equal(drive.servos[name], p.servos[name][0])
+    np.testing.assert_array_equal(drive.servos["torque"], p.episodes.torque[0])
 
 
 def test_a_fast_motor_holds_and_stalls_as_its_servo():

@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import Any
 
 import gymnasium
-import mujoco
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
@@ -27,9 +26,6 @@ from phasmid.learning.task import TERMS, Task, load_task
 CHOSEN = "command", "level", "kind"
 """What an option of a reset chooses in place of a random draw."""
 
-RENDERED_SIZE = 480, 640
-"""Height and width of a rendered picture [pixels]."""
-
 
 class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """N robots that learn to walk as commanded.
@@ -42,7 +38,6 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         task: A task, the name of a task that comes with phasmid, or the path of a task file.
         threads: Number of threads of the physics.
         autoreset_mode: When an ended episode is followed by the next one.
-        render_mode: ``rgb_array`` or None.
         changes: Fields of the task to replace, such as ``fidelity="full"``.
 
     Attributes:
@@ -54,7 +49,7 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             ``privileged_observation``, shape (N, P).
     """
 
-    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}
+    metadata: dict[str, Any] = {"render_modes": []}
 
     @checked
     def __init__(
@@ -64,12 +59,11 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         task: str | Path | Task = "walk",
         threads: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-        render_mode: str | None = None,
         **changes: Any,
     ) -> None:
         task = task if isinstance(task, Task) else load_task(task)
         self.task = task = task.replace(**changes)
-        self.num_envs, self.render_mode = num_envs, render_mode
+        self.num_envs = num_envs
         modes = [mode.value for mode in AutoresetMode]
         if autoreset_mode not in [*AutoresetMode, *modes]:
             raise InvalidInput(
@@ -77,11 +71,7 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 f"{', '.join(modes)}."
             )
         self._mode = AutoresetMode(autoreset_mode)
-        self.metadata = {
-            **type(self).metadata,
-            "render_fps": round(task.rate),
-            "autoreset_mode": self._mode,
-        }
+        self.metadata = {**type(self).metadata, "autoreset_mode": self._mode}
         self.physics = physics = Physics(task, num_envs, threads)
         self._controllers: Controllers | None = None
         if task.action.kind == "command-corrections":
@@ -89,15 +79,16 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self._observer = Observer(task, physics.robot, physics.constants, num_envs)
         self.observation_names = self._observer.names
         self.privileged_names = self._observer.privileged_names
-        self.single_observation_space = _unbounded(len(self.observation_names))
-        self.privileged_observation_space = _unbounded(len(self.privileged_names))
+        self.single_observation_space, self.privileged_observation_space = (
+            gymnasium.spaces.Box(-np.inf, np.inf, (len(names),), np.float32)
+            for names in (self.observation_names, self.privileged_names)
+        )
         actions = physics.episodes.action.shape[1]
         self.single_action_space = gymnasium.spaces.Box(-1.0, 1.0, (actions,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = np.zeros(num_envs, bool)
         self._all = np.arange(num_envs)
-        self._renderer: mujoco.Renderer | None = None
         self._is_seeded = False
 
     def reset(
@@ -180,18 +171,6 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._information() | final,
         )
 
-    def render(self) -> tuple[np.ndarray, ...] | None:
-        """Return a picture of each robot, (height, width, 3), with the mode ``rgb_array``."""
-        if self.render_mode is None:
-            return None
-        return tuple(self._picture(n) for n in range(self.num_envs))
-
-    def close_extras(self, **_: Any) -> None:
-        """Release the renderer."""
-        if self._renderer is not None:
-            self._renderer.close()
-            self._renderer = None
-
     def _begin(self, ids: np.ndarray, chosen: Mapping[str, Any] = MappingProxyType({})) -> None:
         physics = self.physics
         draw_episodes(physics.constants, physics.episodes, ids)
@@ -216,29 +195,14 @@ class WalkVectorEnv(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             "reward_sums": {name: e.sums[:, i].copy() for i, name in enumerate(TERMS)},
         }
 
-    def _picture(self, n: int) -> np.ndarray:
-        batch = self.physics.batch
-        model, data = batch.get_model(n), batch.get_data(n)
-        mujoco.mj_forward(model, data)
-        if self._renderer is None:
-            self._renderer = mujoco.Renderer(model, *RENDERED_SIZE)
-        camera = mujoco.MjvCamera()
-        camera.lookat[:] = data.body("trunk").xpos
-        camera.distance, camera.azimuth, camera.elevation = 0.8, 135.0, -25.0
-        self._renderer.update_scene(data, camera)
-        return self._renderer.render()
-
 
 class WalkEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     """One robot that learns to walk as commanded; arguments as of `WalkVectorEnv`."""
 
     metadata = WalkVectorEnv.metadata
 
-    def __init__(self, render_mode: str | None = None, **arguments: Any) -> None:
-        self.batch = WalkVectorEnv(
-            1, autoreset_mode=AutoresetMode.DISABLED, render_mode=render_mode, **arguments
-        )
-        self.render_mode = render_mode
+    def __init__(self, **arguments: Any) -> None:
+        self.batch = WalkVectorEnv(1, autoreset_mode=AutoresetMode.DISABLED, **arguments)
         self.observation_space = self.batch.single_observation_space
         self.action_space = self.batch.single_action_space
 
@@ -263,19 +227,6 @@ class WalkEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             bool(over[0]),
             _first(information),
         )
-
-    def render(self) -> np.ndarray | None:
-        """Return a picture, (height, width, 3), with the mode ``rgb_array``."""
-        pictures = self.batch.render()
-        return None if pictures is None else pictures[0]
-
-    def close(self) -> None:
-        """Release the renderer."""
-        self.batch.close()
-
-
-def _unbounded(width: int) -> gymnasium.spaces.Box:
-    return gymnasium.spaces.Box(-np.inf, np.inf, (width,), np.float32)
 
 
 def _as_actions(

@@ -96,11 +96,6 @@ class Assessment:
             if not LIMITS[name].low <= value <= LIMITS[name].high
         ]
 
-    @property
-    def passed(self) -> bool:
-        """Whether all gates are passed."""
-        return not self.failures()
-
     def table(self) -> TextTable:
         """Return the quantities as a table for a terminal; those beyond a limit have a mark."""
         names = list(next(iter(self.walks.values())))

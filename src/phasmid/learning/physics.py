@@ -97,11 +97,6 @@ class Physics:
                 np.zeros((count, joints, round(servo.delay / dt))),
             )
 
-    @property
-    def servos(self) -> np.ndarray | None:
-        """Records of `SERVO_STATE`, shape (N, 3 L), or None where the fidelity is fast."""
-        return None if self._servos is None else self._servos.state
-
     def place(self, ids: Int[np.ndarray, " some"]) -> None:
         """Place robots at rest on their feet, with the properties that their episodes drew."""
         e, c, model, batch = self.episodes, self.constants, self.model, self.batch

@@ -9,7 +9,7 @@ import pytest
 from phasmid.learning import Policy, PolicyController, WalkVectorEnv
 from phasmid.learning.task import TERMS
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "examples/learning"))
+sys.path.insert(0, str(Path(__file__).parents[3] / "examples/learning"))
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 

@@ -1,0 +1,3 @@
+"""Training needs PyTorch: its tests run where their folder is named."""
+
+collect_ignore = ["training"]
