@@ -226,7 +226,10 @@ def _compare(
     begun, fitted = fit.begun.at(0.0), fit.fitted.at(fit.shift)
     # The body is compared at the same phase of the walk.
     in_phase = fit.begun.at(fit.shift)
-    error, rest = (_rms((log.position - each.position)[used]) for each in (begun, fitted))
+    error, rest = (
+        float(np.sqrt(np.nanmean((log.position - each.position)[used] ** 2)))
+        for each in (begun, fitted)
+    )
     differs = error >= LEAST_ERROR and fit.shares is not None
     quantities = [
         *_causes(fit, servo, scenario.servo.supply(servo), replayer.lag, differs),
@@ -250,12 +253,32 @@ def _compare(
     )
 
 
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.nanmean(values**2)))
+def _quantity(
+    name: str,
+    unit: str,
+    bootstrap: BlockBootstrap,
+    terms: np.ndarray,
+    values: Callable[[np.ndarray], np.ndarray],
+) -> Quantity:
+    """Return a quantity whose values of robot and simulation follow from sums of terms.
 
+    Args:
+        name: Its name.
+        unit: Its unit.
+        bootstrap: Gives the interval of the difference.
+        terms: Terms of each sample, shape (N, K).
+        values: Returns both values, shape (..., 2), of sums of shape (..., K).
+    """
 
-def _around(value: float, half: float) -> tuple[float, float]:
-    return (value - half, value + half)
+    def with_difference(sums: np.ndarray) -> np.ndarray:
+        both = values(sums)
+        return np.concatenate([both, both[..., :1] - both[..., 1:]], axis=-1)
+
+    found, half = bootstrap.estimate(terms, with_difference)
+    robot, simulation, difference = found.tolist()
+    width = float(half[2])
+    interval = difference - width, difference + width
+    return Quantity(name, unit, robot, simulation, difference, interval)
 
 
 def _causes(fit: Fit, servo: Servo, voltage: float, lag: float, differs: bool) -> list[Quantity]:
@@ -278,7 +301,8 @@ def _causes(fit: Fit, servo: Servo, voltage: float, lag: float, differs: bool) -
         difference = value - own
         late = lag if name == "latency" else 0.0
         share = float(fit.shares[k]) if differs and fit.shares is not None else None
-        interval = _around(difference, factor * float(fit.half_widths[k]))
+        half = factor * float(fit.half_widths[k])
+        interval = difference - half, difference + half
         found.append(
             Quantity(name, unit, value + late, own + late, difference, interval, share, field)
         )
@@ -318,21 +342,10 @@ def _loads(
             continue
 
         def slopes(sums: np.ndarray) -> np.ndarray:
-            robot, simulation = sums[..., 0] / sums[..., 1], sums[..., 2] / sums[..., 3]
-            return np.stack([robot, simulation, robot - simulation], axis=-1)
+            return np.asarray(sums[..., ::2] / sums[..., 1::2])
 
-        (robot, simulation, difference), half = bootstrap.estimate(np.stack(terms, axis=1), slopes)
-        interval = _around(float(difference), float(half[2]))
-        found.append(
-            Quantity(
-                f"compliance, {name}",
-                "rad/(N·m)",
-                float(robot),
-                float(simulation),
-                float(difference),
-                interval,
-            )
-        )
+        rows = np.stack(terms, axis=1)
+        found.append(_quantity(f"compliance, {name}", "rad/(N·m)", bootstrap, rows, slopes))
     return found
 
 
@@ -385,15 +398,10 @@ def _mean(
     columns = [np.where(known, values, 0.0) for values in (robot, simulated)]
     terms = np.stack([*columns, known.astype(float)], axis=1)
 
-    def means(sums: np.ndarray) -> np.ndarray:
-        mean = sums[..., :2] / np.maximum(sums[..., 2:], 1)
-        return np.concatenate([mean, mean[..., :1] - mean[..., 1:]], axis=-1)
-
-    (own, other, difference), half = bootstrap.estimate(terms, means)
-    interval = _around(float(difference), float(half[2]))
-    if simulation is None:
-        return Quantity(name, unit, float(own), interval=interval)
-    return Quantity(name, unit, float(own), float(other), float(difference), interval)
+    found = _quantity(
+        name, unit, bootstrap, terms, lambda sums: sums[..., :2] / np.maximum(sums[..., 2:], 1)
+    )
+    return replace(found, simulation=None, difference=None) if simulation is None else found
 
 
 def _spread(
@@ -412,12 +420,9 @@ def _spread(
     def spreads(sums: np.ndarray) -> np.ndarray:
         count = np.maximum(sums[..., 4:], 1)
         variance = sums[..., 2:4] / count - (sums[..., :2] / count) ** 2
-        spread = np.sqrt(np.maximum(variance, 0.0))
-        return np.concatenate([spread, spread[..., :1] - spread[..., 1:]], axis=-1)
+        return np.sqrt(np.maximum(variance, 0.0))
 
-    (own, other, difference), half = bootstrap.estimate(terms, spreads)
-    interval = _around(float(difference), float(half[2]))
-    return Quantity(name, unit, float(own), float(other), float(difference), interval)
+    return _quantity(name, unit, bootstrap, terms, spreads)
 
 
 def _body(
@@ -449,12 +454,7 @@ def _distance(robot: np.ndarray, simulation: np.ndarray, bootstrap: BlockBootstr
     gaps = np.interp(np.arange(len(robot)), known, robot[known])
     steps = np.stack([np.diff(each, prepend=each[0]) for each in (gaps, simulation)], axis=1)
 
-    def ways(sums: np.ndarray) -> np.ndarray:
-        return np.stack([sums[..., 0], sums[..., 1], sums[..., 0] - sums[..., 1]], axis=-1)
-
-    (own, other, difference), half = bootstrap.estimate(steps, ways)
-    interval = _around(float(difference), float(half[2]))
-    return Quantity("distance", "m", float(own), float(other), float(difference), interval)
+    return _quantity("distance", "m", bootstrap, steps, lambda sums: sums)
 
 
 def _clock(log: RobotLog, bootstrap: BlockBootstrap) -> list[Quantity]:
@@ -469,7 +469,7 @@ def _clock(log: RobotLog, bootstrap: BlockBootstrap) -> list[Quantity]:
 
     values, half = bootstrap.estimate(terms, numbers)
     return [
-        Quantity(name, unit, float(value), interval=_around(float(value), float(width)))
+        Quantity(name, unit, float(value), interval=(float(value - width), float(value + width)))
         for name, unit, value, width in zip(
             ("sample rate", "jitter"), ("Hz", "s"), values, half, strict=True
         )

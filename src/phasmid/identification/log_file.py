@@ -7,18 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.csv_table import check_size, check_times, read_csv_table
+from phasmid.csv_table import check_times, read_csv_table
 from phasmid.errors import InvalidInput, located, nearest
 from phasmid.identification.logs import BenchLog, Pendulum
+from phasmid.identification.robot_log import (
+    LONGEST,
+    POSITION_CHANNELS,
+    check_log_file,
+    first_channel,
+)
 from phasmid.recording import load_recording
-from phasmid.toml import is_file
 from phasmid.units import UNITS
 
 COLUMNS = {"time": "time", "target": "angle", "position": "angle", "powered": ""}
 """Columns of a log and their dimensions; the last one may be absent."""
-
-POSITIONS = ("joint_position_measured", "joint_position")
-"""Channels of a recording; the first that it holds is read."""
 
 
 def load_bench_log(
@@ -37,9 +39,7 @@ def load_bench_log(
         InvalidInput: The file is absent or not well formed, or its times do not increase.
     """
     path = Path(path)
-    if not is_file(path):
-        raise InvalidInput(f"log {path} does not exist or is not a file.")
-    check_size(path, "log")
+    check_log_file(path)
     with located(path.name):
         if path.suffix == ".csv":
             columns = _read_csv(path)
@@ -64,10 +64,6 @@ def load_bench_log(
     return BenchLog(
         path.stem, time, columns["target"], columns["position"], powered, pendulum, voltage
     )
-
-
-LONGEST = 3600.0
-"""Longest log [s]."""
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
@@ -110,10 +106,10 @@ def _per_si(name: str, unit: str) -> float:
 def _read_recording(path: Path, joint: str) -> dict[str, np.ndarray]:
     """Return the columns of one joint of a recording."""
     recording = load_recording(path)
-    positions = [name for name in POSITIONS if name in recording.data_vars]
-    if "joint_position_target" not in recording.data_vars or not positions:
+    target = recording.get("joint_position_target")
+    position = first_channel(recording, POSITION_CHANNELS)
+    if target is None or position is None:
         raise InvalidInput("the recording has no joint angles with their targets.")
-    target, position = recording["joint_position_target"], recording[positions[0]]
     leg, _, name = joint.partition(".")
     legs, joints = (list(map(str, target[axis].values)) for axis in ("leg_name", "joint"))
     if leg not in legs or name not in joints:

@@ -132,13 +132,27 @@ def read_csv_log(path: Path, robot: Robot) -> RobotLog:
     Raises:
         InvalidInput: The file is absent, too large, not well formed, or lacks a column.
     """
-    if not is_file(path):
-        raise InvalidInput(f"log {path} does not exist or is not a file.")
-    check_size(path, "log")
+    check_log_file(path)
     with located(path.name):
         frame = read_csv_table(path, "log")
         exported = "time [s]" in frame
         return (_exported if exported else _own)(path.stem, frame, robot)
+
+
+def check_log_file(path: Path) -> None:
+    """Refuse a log that is no file, or too large.
+
+    Raises:
+        InvalidInput: It is.
+    """
+    if not is_file(path):
+        raise InvalidInput(f"log {path} does not exist or is not a file.")
+    check_size(path, "log")
+
+
+def first_channel(channels: Mapping[str, Any], names: tuple[str, ...]) -> Any | None:
+    """Return the first channel that a recording holds; None where it holds none of them."""
+    return next((channels[each] for each in names if each in channels), None)
 
 
 def _numbers(frame: Any, column: str) -> Float[np.ndarray, " time"]:
@@ -226,11 +240,8 @@ def _from_channels(
     name: str, time: np.ndarray, channels: Mapping[str, np.ndarray], robot: Robot
 ) -> RobotLog:
     """Return the log of a recording's channels."""
-
-    def first(names: tuple[str, ...]) -> np.ndarray | None:
-        return next((channels[each] for each in names if each in channels), None)
-
-    target, position = channels.get("joint_position_target"), first(POSITION_CHANNELS)
+    target = channels.get("joint_position_target")
+    position = first_channel(channels, POSITION_CHANNELS)
     if target is None or position is None:
         lacking = "joint targets" if target is None else "measured joint angles"
         raise InvalidInput(
@@ -281,18 +292,15 @@ def body_measurements(channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
     The distance is that of the body from its first place, over ground.
     """
     found: dict[str, np.ndarray] = {}
-
-    def first(names: tuple[str, ...]) -> np.ndarray | None:
-        return next((channels[each] for each in names if each in channels), None)
-
-    orientation, rate = first(ORIENTATION_CHANNELS), first(RATE_CHANNELS)
+    orientation = first_channel(channels, ORIENTATION_CHANNELS)
+    rate = first_channel(channels, RATE_CHANNELS)
     if orientation is not None:
         w, x, y, z = orientation.T
         found["roll"] = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
         found["pitch"] = np.arcsin(np.clip(2 * (w * y - z * x), -1, 1))
     elif rate is not None:
         found["roll_rate"], found["pitch_rate"] = rate[:, 0], rate[:, 1]
-    temperature = first(TEMPERATURE_CHANNELS)
+    temperature = first_channel(channels, TEMPERATURE_CHANNELS)
     if temperature is not None:
         found["temperature"] = temperature.max(axis=(1, 2))
     if "servo_voltage_measured" in channels:
