@@ -10,8 +10,6 @@ from phasmid.errors import InvalidInput
 from phasmid.hardware import (
     Bus,
     BusError,
-    ServoReading,
-    StatusError,
     load_calibration,
     model,
     save_calibration,
@@ -143,15 +141,6 @@ def test_servos_that_are_missing_or_differ_are_named():
             Calibrator(bus, robot, ids)
 
 
-@posix
-def test_a_torque_that_stays_on_is_named(pair, monkeypatch):
-    bench, calibrator = pair
-    monkeypatch.setattr(calibrator.bus, "write_raw", lambda *_: None)
-    bench.emulator.servo(3)["torque_enable"] = 1
-    with pytest.raises(BusError, match=r"the torque of right_front.tibia \(id 3\) stays on"):
-        calibrator.release()
-
-
 def test_each_preset_has_a_pose_within_its_limits():
     poses = {name: first_pose(load_robot(name)) for name in preset_names()}
     for name, pose in poses.items():
@@ -160,14 +149,3 @@ def test_each_preset_has_a_pose_within_its_limits():
     assert poses["phantomx-mk4"] == "zero"
     with pytest.raises(InvalidInput, match=r"right_front.tibia is at 0°, outside its limits"):
         check_pose(load_robot("phantomx-ax"), "zero")
-
-
-@posix
-def test_readings_that_are_lost_or_refused_are_read_again(pair, monkeypatch):
-    bench, calibrator = pair
-    bench.turn(pose_angles(calibrator.robot, "neutral"))
-    whole = calibrator.positions()
-    one, other = None, ServoReading({}, StatusError.OVERLOAD)
-    broken = {id_: one if id_ % 2 else other for id_ in calibrator.ids}
-    monkeypatch.setattr(calibrator.bus, "read_all", lambda *_: broken)
-    assert list(calibrator.positions()) == list(whole)

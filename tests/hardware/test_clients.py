@@ -153,16 +153,8 @@ def test_the_bus_scans_reads_and_moves(pair):
         bus.read(9, "present_position")
     with pytest.raises(InvalidInput, match='no register "present_positon"'):
         bus.read(1, "present_positon")
-
-
-def test_a_port_has_one_owner(pair):
-    emulator, _ = pair
     with pytest.raises(InvalidInput, match="one owner"):
         Bus(emulator.port, BAUD)
-
-
-def test_servos_set_to_another_baud_rate_are_silent(pair):
-    emulator, bus = pair
     emulator.servo(2)["baud_rate"] = emulator.servo(2).model.baud_value(57_600)
     assert sorted(bus.scan(range(4))) == [1, 3]
 

@@ -1,5 +1,6 @@
 """Faults of the emulated bus, its protection, and what a client sees of them."""
 
+import re
 import sys
 import time
 
@@ -44,13 +45,6 @@ def test_a_dead_servo_is_silent_for_its_time(protocol):
 
 
 @pytest.mark.parametrize("protocol", [1, 2])
-def test_a_servo_answers_with_another_id(protocol):
-    line, _ = line_of(protocol, "2 answers as 9")
-    [(_, packet)] = ping(line, 2)
-    assert packet[2 if protocol == 1 else 4] == 9
-
-
-@pytest.mark.parametrize("protocol", [1, 2])
 def test_phantom_values_come_in_one_answer_of_five(protocol):
     line, _ = line_of(protocol, "1 phantom")
     packet = read_packet(protocol, line.servos[0].model.register("present_position"))
@@ -60,40 +54,44 @@ def test_phantom_values_come_in_one_answer_of_five(protocol):
     assert 1 - answers.count(true) / 1000 == pytest.approx(0.2, abs=0.063)
 
 
-def test_shares_of_packet_faults_and_seeds():
+def test_packets_are_lost_by_their_share_and_garbled_by_one_bit():
     def lost(seed):
-        source = FaultSource(["lost 0.1", "garbled 0.3"], seed)
+        source = FaultSource(["lost 0.1"], seed)
         return [bool(source.happens("lost")) for _ in range(2000)]
 
     # Five standard deviations: 5 sqrt(0.1 0.9 / 2000) = 0.034.
     assert np.mean(lost(1)) == pytest.approx(0.1, abs=0.034)
-    assert lost(1) == lost(1)
-    assert lost(1) != lost(2)
+    assert lost(1) == lost(1) != lost(2)
     packet = bytes(range(20))
     garbled = FaultSource(["garbled 1"]).garbled(packet)
     turned = [a ^ b for a, b in zip(packet, garbled, strict=True)]
     assert sum(bits.bit_count() for bits in turned) == 1
 
 
-def test_a_fault_is_read_and_refused_in_one_sentence():
+def test_a_fault_is_read():
     fault = parse_fault("late 0.25 by 30 ms at 2 s for 1 s")
     assert (fault.kind, fault.rate, fault.amount) == ("late", 0.25, 0.03)
     assert [fault.is_active(t) for t in (1.9, 2.0, 3.1)] == [False, True, False]
-    with pytest.raises(InvalidInput, match="no fault of a bus") as error:
-        parse_fault("5 daed")
-    assert error.value.hint == '"dead"'
-    with pytest.raises(InvalidInput, match="must be 0 to 1"):
-        parse_fault("lost 2")
-    with pytest.raises(InvalidInput, match="there is no servo 7"):
-        line_of(1, "7 dead")
 
 
-def test_two_servos_with_one_id_or_two_protocols_are_refused():
-    with pytest.raises(InvalidInput, match="two servos have the id 1"):
-        Line(make_servos("AX-12A", [1, 1], baud=BAUD), FaultSource())
-    mixed = make_servos("AX-12A", [1], baud=BAUD) + make_servos("XL430-W250", [2], baud=BAUD)
-    with pytest.raises(InvalidInput, match="a bus needs one of them"):
-        Line(mixed, FaultSource())
+AX = make_servos("AX-12A", [1, 2], baud=BAUD)
+
+
+@pytest.mark.parametrize(
+    ("servos", "faults", "words"),
+    [
+        (AX, ["5 daed"], r'no fault of a bus(.|\n)*"dead"'),
+        (AX, ["lost 2"], "must be 0 to 1"),
+        (AX, ["7 dead"], "there is no servo 7; there are 1, 2"),
+        (AX[:1] + AX[:1], [], "two servos have the id 1"),
+        (AX[:1] + make_servos("XL430-W250", [2], baud=BAUD), [], "a bus needs one of them"),
+        ([], [], "a bus has 1 to 253 servos; there are 0"),
+    ],
+)
+def test_what_is_no_bus_is_refused(servos, faults, words):
+    with pytest.raises(InvalidInput) as caught:
+        Line(servos, FaultSource(faults))
+    assert re.search(words, str(caught.value))
 
 
 # Protection ---------------------------------------------------------------------------------------

@@ -76,33 +76,25 @@ def is_off(servos):
 def test_torque_is_off_after_the_driver_was_killed(tmp_path, name):
     with held(tmp_path, name) as (servos, _, holder, second):
         holder.kill()
-        wait(lambda: is_off(servos))
-        wait(lambda: not runs(second))
+        wait(lambda: is_off(servos) and not runs(second))
 
 
-def test_it_goes_on_until_a_broken_line_is_repaired(tmp_path):
+@pytest.mark.parametrize("fault", ["broken line", "unplugged adapter"])
+def test_it_goes_on_until_the_bus_is_repaired(tmp_path, fault):
     with held(tmp_path) as (servos, cable, holder, second):
-        cable.is_cut = True
+        if fault == "broken line":
+            cable.is_cut = True
+        else:
+            cable.unplug()
         holder.kill()
         # 0.3 s of hold and the first attempts of 0.9 s.
         with pytest.raises(subprocess.TimeoutExpired):
             subprocess.run(["tail", f"--pid={second}", "-f", "/dev/null"], timeout=2.5, check=False)
         assert not is_off(servos)
         cable.is_cut = False
-        wait(lambda: is_off(servos))
-        wait(lambda: not runs(second))
-
-
-def test_it_opens_an_adapter_anew_that_was_unplugged(tmp_path):
-    with held(tmp_path) as (servos, cable, holder, second):
-        cable.unplug()
-        holder.kill()
-        with pytest.raises(subprocess.TimeoutExpired):
-            subprocess.run(["tail", f"--pid={second}", "-f", "/dev/null"], timeout=2.0, check=False)
-        assert not is_off(servos)
-        cable.plug()
-        wait(lambda: is_off(servos))
-        wait(lambda: not runs(second))
+        if fault == "unplugged adapter":
+            cable.plug()
+        wait(lambda: is_off(servos) and not runs(second))
 
 
 def test_it_goes_on_where_the_driver_gives_up(tmp_path):
@@ -113,8 +105,7 @@ def test_it_goes_on_where_the_driver_gives_up(tmp_path):
         assert runs(second)
         assert not is_off(servos)
         cable.is_cut = False
-        wait(lambda: is_off(servos))
-        wait(lambda: not runs(second))
+        wait(lambda: is_off(servos) and not runs(second))
 
 
 def test_it_waits_while_another_program_has_the_port_open(tmp_path):
@@ -131,8 +122,7 @@ def test_it_waits_while_another_program_has_the_port_open(tmp_path):
             time.sleep(2.0)
             assert not is_off(servos)
             assert runs(second)
-        wait(lambda: is_off(servos))
-        wait(lambda: not runs(second))
+        wait(lambda: is_off(servos) and not runs(second))
 
 
 def opens(path):

@@ -97,6 +97,11 @@ def folded(name="AX-12A"):
     return plant
 
 
+def goal_of(servo):
+    """Return the goal in a servo's register [rad]."""
+    return servo.model.register("goal_position").to_si(servo["goal_position"])
+
+
 class VirtualEmulator(Emulator):
     """The emulator, advanced by `VirtualTime`; keeps what the servos were set to."""
 
@@ -118,9 +123,7 @@ class VirtualEmulator(Emulator):
             self._happen()
         if now - self._simulated > self.plant.dt:
             self._advance(now)
-            state = [
-                (one.enabled, one._setting().goal, one.reading.position) for one in self.servos
-            ]
+            state = [(one.enabled, goal_of(one), one.reading.position) for one in self.servos]
             self.history.append((self._simulated, *np.array(state, dtype=float).T))
 
     def traces(self):
