@@ -12,6 +12,7 @@ import pytest
 import phasmid
 from phasmid import dynamics, kinematics
 from phasmid.arguments import check_kind
+from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command, JointTargets
 
@@ -23,19 +24,6 @@ CLASSES = ["Body", "Gait", "JointTrajectory", "Leg", "Link", "Robot", "Servo"]
 
 class Thing:
     """An object that no argument takes."""
-
-
-class Standing:
-    """A controller that keeps its first angles."""
-
-    def reset(self, observation):
-        """Keep the angles."""
-        self.q = observation.joint_position
-
-    def update(self, observation, command):
-        """Return the angles."""
-        del observation, command
-        return JointTargets(self.q, 0 * self.q)
 
 
 WRONG = {
@@ -99,7 +87,7 @@ def test_no_argument_ends_in_an_error_from_the_depth(name, arguments, wrong, tmp
         "folder": "folder",
     }
     function = getattr(phasmid, name)
-    required = {"controller": Standing()} if name == "drive" else {}
+    required = {"controller": Player(right["walk"])} if name == "drive" else {}
     required |= {
         one.name: right[one.name]
         for one in inspect.signature(function).parameters.values()
@@ -221,44 +209,26 @@ def test_tables_made_by_name_refuse_in_a_sentence():
 
 
 ROBOT = phasmid.load_robot("phantomx-ax")
-Q, BODY = np.zeros((6, 3)), dynamics.BodyMotion.at_rest()
+LEG, Q = ROBOT.legs[0], np.zeros((6, 3))
+INVERSE, AT_REST = dynamics.inverse_dynamics, dynamics.BodyMotion.at_rest
+BODY = AT_REST()
+LEGS_3, AXES = (f"it must have shape (..., {shape})." for shape in ("6, 3", "3"))
 
 
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
+        (lambda: INVERSE(WRONG["scenario"], BODY, Q, Q, Q), "robot is of"),
+        (lambda: INVERSE(ROBOT, None, Q, Q, Q), "body is None; it must be"),
+        (lambda: INVERSE(ROBOT, BODY, Q.ravel(), Q, Q), f"q has shape (18,); {LEGS_3}"),
         (
-            lambda: dynamics.inverse_dynamics(WRONG["scenario"], BODY, Q, Q, Q),
-            "robot is of",
+            lambda: INVERSE(ROBOT, BODY, Q, Q, Q, foot_force=Q[0]),
+            f"foot_force has shape (3,); {LEGS_3}",
         ),
-        (
-            lambda: dynamics.inverse_dynamics(ROBOT, None, Q, Q, Q),
-            "body is None; it must be",
-        ),
-        (
-            lambda: dynamics.inverse_dynamics(ROBOT, BODY, Q.ravel(), Q, Q),
-            "q has shape (18,); it must have shape (..., 6, 3).",
-        ),
-        (
-            lambda: dynamics.inverse_dynamics(ROBOT, BODY, Q, Q, Q, foot_force=Q[0]),
-            "foot_force has shape (3,); it must have shape (..., 6, 3).",
-        ),
-        (
-            lambda: dynamics.leg_torque(ROBOT.legs[0], None, Q[0], Q[0]),
-            "q is None; it must be an array of numbers.",
-        ),
-        (
-            lambda: kinematics.foot_position(ROBOT, Q),
-            "leg is of type Robot; it must be a Leg",
-        ),
-        (
-            lambda: kinematics.joint_angles(ROBOT.legs[0], [0.1, 0.2]),
-            "p_hip_foot has shape (2,); it must have shape (..., 3).",
-        ),
-        (
-            lambda: dynamics.BodyMotion.at_rest(position=[0, 0]),
-            "position has shape (2,); it must have shape (..., 3).",
-        ),
+        (lambda: dynamics.leg_torque(LEG, None, Q[0], Q[0]), "q is None; it must be an array of"),
+        (lambda: kinematics.foot_position(ROBOT, Q), "leg is of type Robot; it must be a Leg"),
+        (lambda: kinematics.joint_angles(LEG, [0.1, 0.2]), f"p_hip_foot has shape (2,); {AXES}"),
+        (lambda: AT_REST(position=[0, 0]), f"position has shape (2,); {AXES}"),
     ],
 )
 def test_arrays_of_another_shape_are_refused_with_the_right_one(call, sentence):

@@ -84,14 +84,7 @@ def test_a_held_signal_is_raised_when_the_body_has_ended(in_command, monkeypatch
         pytest.fail("the second one must end the body")
 
 
-def test_held_work_does_not_go_on_after_a_signal_that_was_swallowed():
-    with StopSignals() as signals:
-        signals.noticed.append(signal.SIGTERM)
-        with pytest.raises(KeyboardInterrupt), held_signals() as noticed:
-            assert noticed
-
-
-@pytest.mark.parametrize("status", [0, 1, 2, 3])
+@pytest.mark.parametrize("status", [0, 3])
 @pytest.mark.parametrize(("command", "ends"), [("walk", True), ("bus", False), ("studio", False)])
 def test_a_command_that_swallows_a_signal_ends_as_stopped(
     command, ends, status, monkeypatch, capsys

@@ -73,3 +73,15 @@ def read(logs, servo, model, values, rng):
         replace(log, position=np.round((one + rng.normal(0, NOISE, one.shape)) / step) * step)
         for log, one in zip(logs, angles, strict=True)
     ]
+
+
+def write_csv(path, robot, time, target, position, **columns):
+    """A log of a robot as CSV: targets in degrees, readings in radians, and further columns."""
+    table = {"time_ms": 1000 * time, **columns}
+    for leg, name in enumerate(robot.leg_names):
+        for joint, word in enumerate(("coxa", "femur", "tibia")):
+            table[f"{name}.{word}.target_deg"] = np.degrees(target[:, leg, joint])
+            table[f"{name}.{word}.measured_rad"] = position[:, leg, joint]
+    rows = zip(*table.values(), strict=True)
+    lines = [",".join(table), *(",".join(f"{cell:.9g}" for cell in row) for row in rows)]
+    path.write_text("\n".join(lines).replace("nan", "") + "\n")

@@ -146,7 +146,7 @@ def test_a_file_in_the_form_of_bam_is_read(tmp_path):
             load_bam(path)
 
 
-def test_the_bench_needs_a_load():
-    for mass, length in ((0.0, 0.1), (0.1, -1.0), (math.nan, 0.1)):
-        with pytest.raises(InvalidInput, match="must be positive"):
-            Pendulum(mass, length)
+@pytest.mark.parametrize(("mass", "length"), [(0.0, 0.1), (0.1, -1.0), (math.nan, 0.1)])
+def test_the_bench_needs_a_load(mass, length):
+    with pytest.raises(InvalidInput, match="must be positive"):
+        Pendulum(mass, length)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import phasmid
+from identification.synthetic_bench import write_csv
 from phasmid.cli import main
 from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
@@ -31,20 +32,10 @@ def log_of(**changes):
     return run
 
 
-def write_csv(path, run, **columns):
-    """The log as CSV: targets in degrees, readings in radians, and further columns."""
-    table = {"time_ms": 1000 * run["time"].values, **columns}
-    for kind, channel, unit, factor in (
-        ("target", "joint_position_target", "deg", 180 / np.pi),
-        ("measured", "joint_position", "rad", 1.0),
-    ):
-        for leg, name in enumerate(ROBOT.leg_names):
-            for joint, word in enumerate(("coxa", "femur", "tibia")):
-                values = factor * run[channel].values[:, leg, joint]
-                table[f"{name}.{word}.{kind}_{unit}"] = values
-    rows = np.column_stack(list(table.values()))
-    lines = [",".join(table), *(",".join(f"{cell:.9g}" for cell in row) for row in rows)]
-    path.write_text("\n".join(lines).replace("nan", "") + "\n")
+def write_walk(path, run, **columns):
+    """The log of a walk as CSV."""
+    target, position = run["joint_position_target"].values, run["joint_position"].values
+    write_csv(path, ROBOT, run["time"].values, target, position, **columns)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +70,7 @@ def test_delay_stiffness_and_backlash_are_found_together_from_a_csv_file(here):
     # One joint is read every other time, as on a bus without a common read.
     run["joint_position"].values[::2, 0, 1] = np.nan
     way = 1000 * run["body_position"].values[:, 0]
-    write_csv(here / "robot.csv", run, distance_mm=way, voltage_v=np.full(len(way), 12.0))
+    write_walk(here / "robot.csv", run, distance_mm=way, voltage_v=np.full(len(way), 12.0))
     found = phasmid.compare("robot.csv", SCENARIO)
     # The required 10 % of what was set.
     assert found["latency"].robot == pytest.approx(DELAY + 0.015, rel=0.1)
@@ -182,7 +173,7 @@ def test_the_command_prints_a_table_and_writes_its_figures(here, unchanged, caps
     ],
 )
 def test_a_bad_csv_file_gets_one_sentence(here, unchanged, capsys, change, words):
-    write_csv(here / "log.csv", unchanged)
+    write_walk(here / "log.csv", unchanged)
     text = (here / "log.csv").read_text()
     (here / "log.csv").write_text(change(text))
     assert main(["compare", "log.csv", "--robot", "phantomx-ax"]) == 2

@@ -9,8 +9,7 @@ import pytest
 from identification.synthetic_bench import held_out, synthetic_logs
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
-from phasmid.identification import Determined, Pendulum, identify
-from phasmid.identification.parameters import PARAMETERS
+from phasmid.identification import Determined, identify
 from phasmid.robot import load_servo
 
 AX, XL = load_servo("AX-12A"), load_servo("XL430-W250")
@@ -95,24 +94,25 @@ def test_the_command_prints_a_table_and_writes_its_files(tmp_path, capsys, monke
     assert "exists" in capsys.readouterr().err
 
 
+BENCH, LEG = ["--mass-g", "1", "--length-mm", "1"], ["--robot", "phantomx-ax"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ([], "--mass-g is missing"),
         (["--mass-g", "x", "--length-mm", "1"], "must be a positive number"),
         (["--mass-g", "1,2", "--length-mm", "1"], "2 numbers for 1 logs"),
-        (["--mass-g", "1", "--length-mm", "1", "--model", "m7"], 'no model "m7"'),
-        (["--mass-g", "1", "--length-mm", "1", "--bam", "a.json"], "BAM has no model"),
-        (["--mass-g", "1", "--length-mm", "1"], "does not exist"),
+        ([*BENCH, "--model", "m7"], 'no model "m7"'),
+        ([*BENCH, "--bam", "a.json"], "BAM has no model"),
+        (BENCH, "does not exist"),
+        ([*LEG, "--mass-g", "300"], "is for a pendulum"),
+        ([*LEG, "--leg", "right_frnt"], "right_front"),
+        (["--leg", "right_front"], "needs the robot"),
+        (["--robot", "phantomx-axe"], "phantomx-ax"),
+        (LEG, "does not exist"),
     ],
 )
 def test_bad_options_are_refused(capsys, arguments, message):
     assert main(["identify", "absent.csv", *arguments]) == 2
     assert message in capsys.readouterr().err
-
-
-def test_every_parameter_is_inside_its_bounds_and_has_a_size():
-    for one in PARAMETERS.values():
-        assert one.low < one.high
-        assert one.scale > 0
-    assert Pendulum(0.3, 0.15).inertia == pytest.approx(0.3 * 0.15**2)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import phasmid
-from identification.synthetic_bench import held_out, read, walks
+from identification.synthetic_bench import held_out, read, walks, write_csv
 from phasmid.cli import main
 from phasmid.dynamics import leg_torque
 from phasmid.dynamics.leg_kernels import leg_acceleration
@@ -104,24 +104,15 @@ def test_a_walk_in_the_air_shows_the_motor_and_not_viscous_friction():
     assert error[constant] <= 0.05 * values["motor_constant"]
 
 
-def csv_of(log, path, legs=ROBOT.legs):
-    """The log as CSV of `phasmid compare`, the same for all legs."""
-    table = {"time_ms": 1000 * log.time, "voltage": np.full(len(log.time), 11.1)}
-    for leg in legs:
-        for j, joint in enumerate(("coxa", "femur", "tibia")):
-            table[f"{leg.name}.{joint}.target"] = log.target[:, j]
-            table[f"{leg.name}.{joint}.measured_deg"] = np.degrees(log.position[:, j])
-    rows = np.column_stack(list(table.values()))
-    np.savetxt(path, rows, fmt="%.6f", delimiter=",", header=",".join(table), comments="")
-
-
 @pytest.mark.slow
 def test_the_command_reads_the_log_of_a_robot(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(1)
     values = held_out(SERVO, "own", rng)
     (log,) = read(list(walks(ROBOT, ("middle",))), SERVO, "own", values, rng)
-    csv_of(log, tmp_path / "log.csv")
+    targets, positions = (np.repeat(x[:, None], 6, axis=1) for x in (log.target, log.position))
+    supply = np.full(len(log.time), 11.1)
+    write_csv(tmp_path / "log.csv", ROBOT, log.time, targets, positions, voltage=supply)
     fixed = "compliance_margin,compliance_slope,punch,backlash,load_loss"
     arguments = ["identify", "log.csv", "--robot", "phantomx-ax", "--fix", fixed]
     assert main([*arguments, "--figure", "fit.svg", "--out", "servo.toml"]) == 0
@@ -130,21 +121,6 @@ def test_the_command_reads_the_log_of_a_robot(tmp_path, capsys, monkeypatch):
     assert "hanging" not in printed
     assert (tmp_path / "fit.svg").stat().st_size > 100
     assert (tmp_path / "servo.toml").stat().st_size > 100
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--robot", "phantomx-ax", "--mass-g", "300"], "is for a pendulum"),
-        (["--robot", "phantomx-ax", "--leg", "right_frnt"], "right_front"),
-        (["--leg", "right_front"], "needs the robot"),
-        (["--robot", "phantomx-axe"], "phantomx-ax"),
-        (["--robot", "phantomx-ax"], "does not exist"),
-    ],
-)
-def test_bad_options_for_a_leg_are_refused(capsys, arguments, message):
-    assert main(["identify", "absent.csv", *arguments]) == 2
-    assert message in capsys.readouterr().err
 
 
 @pytest.mark.slow

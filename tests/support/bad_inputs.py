@@ -66,10 +66,6 @@ def whole_files(folder: Path) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in names}
 
 
-def as_bytes(content: str | bytes) -> bytes:
-    return content.encode() if isinstance(content, str) else content
-
-
 def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     def toml(name: str, old: str, new: str) -> BadInput:
         assert old in ROBOT
@@ -80,21 +76,16 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     yield toml("date as number", "femur_mm = 82", "femur_mm = 2020-01-01")
     yield toml("digits", "femur_mm = 82", f"femur_mm = {DIGITS}")
     yield toml("hexadecimal beyond floats", "femur_mm = 82", f"femur_mm = 0x{'f' * 300}")
-    yield toml("dotted key", "femur_mm = 82", f"{DOTTED}x = 1")
     yield toml("dotted header", "[leg.links.coxa]", f"[{DOTTED}x]")
-    yield toml("nested lists", "femur_mm = 82", f"femur_mm = {NESTED}")
     yield toml("nested tables", "femur_mm = 82", f"femur_mm = {'{a=' * 3000}")
     yield toml("limits of many turns", "coxa_deg = [-75, 75]", "coxa = [-75, 75]")
-    yield toml("limits of nan", "coxa_deg = [-75, 75]", "coxa_deg = [nan, 75]")
     yield toml("mount of lists", "mount_mm = [0, -103.4, 0]", "mount_mm = [[0], [1], [2]]")
     yield toml("mass of an atom", "mass_g = 21.931", "mass_g = 1e-300")
     yield toml("length of a planet", "femur_mm = 82", "femur_mm = 1e11")
     yield toml("servo of a planet", 'servo = "AX-12A"', SERVO.format("1e300"))
     yield toml("servo of an atom", 'servo = "AX-12A"', SERVO.format("5e-324"))
     yield toml("a leg missing", "[legs.left_front]", "[legs.right_front.x]")
-    yield toml("inertia overflows", "yy = 127028.3", "yy = 1e308")
     yield toml("weight beyond floats", "total_weight_n = 26", "total_weight_n = 1e999")
-    yield toml("weight below the legs'", "total_weight_n = 26", "total_weight_n = 1")
     yield toml("foot out of reach", "[150, 0, -100]  # a", "[950, 0, -100]  # a")
     shared = "\n".join(f"k{i} = 1" for i in range(2000))
     legs = "\n".join(f"[legs.k{i}]" for i in range(1000))
@@ -103,29 +94,27 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     for name, content in {
         "empty": b"",
         "not utf-8": b"\xff\xfe\x00\x01",
-        "zeros": bytes(1000),
         "no robot": b"[legs]\n",
-        "legs a list": b"legs = [1]\n",
         "open text": b'name = """',
         "two megabytes": b"#" * 2_000_000,
     }.items():
         files = {"a.toml": content}
         yield BadInput(f"robot toml: {name}", ("walk", "--robot", "a.toml"), files)
 
-    def urdf(name: str, old: str, new: str) -> BadInput:
-        content = whole["robot.urdf"].replace(old.encode(), new.encode(), 1)
-        assert content != whole["robot.urdf"], name
-        return BadInput(f"urdf: {name}", ("check", "a.urdf"), {"a.urdf": content})
+    def changed(kind: str, name: str, old: str, new: str) -> BadInput:
+        file = {"urdf": "robot.urdf", "mjcf": "robot.xml"}[kind]
+        content = whole[file].replace(old.encode(), new.encode(), 1)
+        assert content != whole[file], name
+        return BadInput(f"{kind}: {name}", ("check", file), {file: content})
 
     limits = 'lower="-0.9599310885968813" upper="0.9599310885968813"'
-    yield urdf("limits the wrong way round", limits, 'lower="1" upper="-1"')
-    yield urdf("cut off", "</robot>", "")
-    yield urdf("entities", "<robot", '<!DOCTYPE r [<!ENTITY a "b">]>\n<robot')
-    yield urdf("a mass of text", '<mass value="', '<mass value="heavy')
-    yield urdf("a control letter", "<robot", "<robot a='\x01'")
+    yield changed("urdf", "limits the wrong way round", limits, 'lower="1" upper="-1"')
+    yield changed("urdf", "cut off", "</robot>", "")
+    yield changed("urdf", "entities", "<robot", '<!DOCTYPE r [<!ENTITY a "b">]>\n<robot')
+    yield changed("urdf", "a mass of text", '<mass value="', '<mass value="heavy')
+    yield changed("urdf", "a control letter", "<robot", "<robot a='\x01'")
     for name, content in {
         "deep": "<robot name='a'>" + "<link name='a'>" * 50_000,
-        "many attributes": "<robot " + " ".join(f"a{i}='1'" for i in range(200_000)) + "/>",
         "a loop": "<robot name='a'><link name='a'/><link name='b'/>"
         "<joint name='x' type='fixed'><parent link='a'/><child link='b'/></joint>"
         "<joint name='y' type='fixed'><parent link='b'/><child link='a'/></joint></robot>",
@@ -134,20 +123,17 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     }.items():
         yield BadInput(f"urdf: {name}", ("check", "a.urdf"), {"a.urdf": content.encode()})
 
-    def mjcf(name: str, old: str, new: str) -> BadInput:
-        content = whole["robot.xml"].replace(old.encode(), new.encode(), 1)
-        assert content != whole["robot.xml"], name
-        return BadInput(f"mjcf: {name}", ("check", "a.xml"), {"a.xml": content})
-
     around = 'range="-0.9599310885968813 0.9599310885968813"'
-    yield mjcf("limits the wrong way round", around, 'range="1 -1"')
-    yield mjcf("entities", "<mujoco", '<!DOCTYPE r [<!ENTITY a "b">]>\n<mujoco')
-    yield mjcf("includes itself", "</worldbody>", '<include file="a.xml"/></worldbody>')
-    yield mjcf("includes elsewhere", "</worldbody>", '<include file="/etc/passwd"/></worldbody>')
+    yield changed("mjcf", "limits the wrong way round", around, 'range="1 -1"')
+    yield changed("mjcf", "entities", "<mujoco", '<!DOCTYPE r [<!ENTITY a "b">]>\n<mujoco')
+    yield changed(
+        "mjcf", "includes itself", "</worldbody>", '<include file="robot.xml"/></worldbody>'
+    )
+    yield changed(
+        "mjcf", "includes elsewhere", "</worldbody>", '<include file="/etc/passwd"/></worldbody>'
+    )
     for name, content in {
-        "empty": "",
         "empty world": "<mujoco/>",
-        "SimMechanics": "<PhysicalModelingXMLFile/>",
         "deep": "<mujoco><worldbody>" + "<body>" * 20_000,
     }.items():
         yield BadInput(f"mjcf: {name}", ("check", "a.xml"), {"a.xml": content.encode()})
@@ -155,25 +141,17 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     step = b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
     for name, files in {
         "no sidecar": {"a.step": step},
-        "empty sidecar": {"a.step": step, "a.step.toml": b""},
         "sidecar not TOML": {"a.step": step, "a.step.toml": b"= ="},
         "sidecar of digits": {"a.step": step, "a.step.toml": f"a = {DIGITS}".encode()},
-        "sidecar of dots": {"a.step": step, "a.step.toml": f"{DOTTED}a = 1".encode()},
-        "sidecar of lists": {"a.step": step, "a.step.toml": f"a = {NESTED}".encode()},
         "sidecar without feet": {"a.step": step, "a.step.toml": b"[links.a]\nparts = []\n"},
     }.items():
         yield BadInput(f"step: {name}", ("check", "a.step"), files)
     for name, arguments in {
         "an unknown preset": ("check", "phantomx-papr"),
-        "a folder": ("check", "."),
         "a file that is absent": ("check", "absent.urdf"),
-        "no name": ("check", ""),
         "a name of 9999 letters": ("check", "a" * 9999),
-        "a name with a line's end": ("check", "a\nb"),
         "an unknown format": ("convert", "phantomx-paper", "a.stl"),
-        "into a folder that is absent": ("convert", "phantomx-papr", "no/a.urdf"),
         "an unknown servo": ("check", "phantomx-paper", "--servo-model", "AX-12B"),
-        "a mass of nothing": ("check", "phantomx-paper", "--total-mass-g", "0"),
         "an unknown unit": ("check", "phantomx-paper", "--mesh-unit", "inch"),
         "feet of no leg": ("check", "phantomx-paper", "--foot", "9=0,0,0"),
         "cad of no robot": ("cad", "absent.toml"),
@@ -184,18 +162,12 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
 def scenarios() -> Iterator[BadInput]:
     for name, text in {
         "duration of digits": f"duration = {DIGITS}",
-        "dots": f"{DOTTED}a = 1",
         "an inline table of dots": f"x = {{ {DOTTED}a = 1 }}",
-        "lists": f"gait = {NESTED}",
         "duty factor above 1": "[gait]\nname = 'a'\nduty_factor = 1.4\noffsets = [0,0,0,0,0,0]",
         "offsets of lists": "[gait]\nname = 'a'\nduty_factor = 0.5\noffsets = [[0],0,0,0,0,0]",
-        "a robot of a table": "[robot]\nname = 'a'",
         "a long time step": "[simulation]\ndt = 0.5",
-        "a tiny time step": "[simulation]\ndt = 1e-12",
         "patches of text": "[terrain]\npatches = [" + "['a']," * 100_000 + "]",
-        "patches of four numbers": "[terrain]\npatches = [[0, 1, 0, 1]]",
         "a map that claims much": "[terrain]\nkind='height-map'\nheight_map='map:999999x9:zz'",
-        "a voltage of nothing": "[servo]\nvoltage = 0",
         "20 000 tables": "".join(f"[a{i}]\n" for i in range(20_000)),
         "100 000 keys": "".join(f"a{i} = 1\n" for i in range(100_000)),
         "a coordinate beyond robots": "[terrain]\npatches = [[0, 1e300, 0, 1, 1]]",
@@ -206,7 +178,6 @@ def scenarios() -> Iterator[BadInput]:
     for name, text in {
         "200 000 offsets": "duty_factor = 0.5\noffsets = [" + "0," * 200_000 + "]",
         "never three feet": "duty_factor = 0.1\noffsets = [0, 0.5, 0, 0.5, 0, 0.5]",
-        "digits": f"duty_factor = {DIGITS}",
         "dots": f"{DOTTED}a = 1",
     }.items():
         yield BadInput(f"gait: {name}", ("gaits", "a.toml"), {"a.toml": text.encode()})
@@ -215,8 +186,6 @@ def scenarios() -> Iterator[BadInput]:
         "nan": "[[command]]\nahead = nan",
         "300 000 commands": "command = [" + "{}," * 300_000 + "]",
         "a leg without place": "[[command]]\nlegs = [{number = 1}]",
-        "leg of digits": f"[[command]]\nlost_legs = [{DIGITS}]",
-        "dots": f"[[command]]\n{DOTTED}a = 1",
     }.items():
         yield BadInput(
             f"commands: {name}", ("drive", "--commands", "a.toml"), {"a.toml": text.encode()}
@@ -245,8 +214,6 @@ def npy(array: np.ndarray) -> bytes:
 def grounds() -> Iterator[BadInput]:
     for name, content in {
         "a.csv: one column": b"1\n" * 2_000_000,
-        "a.csv: a line of 3 MB": b"0," * 1_500_000,
-        "a.csv: a cliff": b"0,0\n0,5\n",
         "a.csv: beyond single floats": b"0,0\n0,1e200\n",
         "a.npy: claims much": npy(np.zeros((2, 2))).replace(b"(2, 2), }    ", b"(90000, 90000)}"),
         "a.png: claims much": png(100_000, 100_000),
@@ -258,7 +225,6 @@ def grounds() -> Iterator[BadInput]:
     yield BadInput(
         "height map: absent", ("walk", "--terrain", "height-map", "--height-map", "b.png"), {}
     )
-    yield BadInput("height map: none", ("walk", "--terrain", "height-map"), {})
 
 
 def trajectories() -> Iterator[BadInput]:
@@ -271,19 +237,15 @@ def trajectories() -> Iterator[BadInput]:
 
     for name, content in {
         "a.csv: a heading alone": table(),
-        "a.csv: times beyond floats": table("0", "1e999"),
         "a.csv: milliseconds since 1970": table("1.7e12", "1.7001e12"),
-        "a.csv: times too near": table("0", "1e-300", "1"),
         "a.csv: not utf-8": b"\xff\xfe" + table("0", "1"),
         "a.csv: a line of a megabyte": heading.encode() + b"\n" + b"1" * 1_000_000,
         "a.npy: cut off": npy(np.zeros((500, 19)))[:900],
         "a.nc: text": b"not a recording",
-        "a.txt: another format": table("0", "1"),
     }.items():
         file = name.partition(":")[0]
         yield BadInput(f"trajectory {name}", ("walk", "--trajectory", file), {file: content})
     yield BadInput("trajectory: absent", ("walk", "--trajectory", "a.csv"), {})
-    yield BadInput("trajectory: a folder", ("walk", "--trajectory", "."), {})
 
 
 def logs() -> Iterator[BadInput]:
@@ -325,15 +287,11 @@ def recordings(whole: dict[str, bytes]) -> Iterator[BadInput]:
         yield BadInput(f"recording: {line} into 1500 folders", command, good)
     for name, arguments in {
         "absent": ("report", "b.nc"),
-        "a folder without one": ("report", "."),
         "an unknown figure": ("plot", "a.nc", "joint-torqe"),
         "an unknown kind of picture": ("plot", "a.nc", "all", "--format", "bmp"),
-        "leg 9": ("plot", "a.nc", "all", "--legs", "9"),
-        "legs of digits": ("plot", "a.nc", "all", "--legs", DIGITS),
         "dots per inch of digits": ("plot", "a.nc", "all", "--dpi", DIGITS),
         "an unknown format": ("export", "a.nc", "--out", "a.xlsx"),
         "an unknown channel": ("export", "a.nc", "--channels", "torque"),
-        "a rate of digits": ("export", "a.nc", "--rate", DIGITS),
         "a film of text": ("report", "a.nc", "--video", "a.txt"),
     }.items():
         yield BadInput(f"recording: {name}", arguments, good)
@@ -343,72 +301,45 @@ def options() -> Iterator[BadInput]:
     for line in (
         "walk --durration 1",
         "walk --gait tripode",
-        "walk --gait crawl",
         "walk --duration nan",
-        "walk --duration 1e9",
         f"walk --duration {'9' * 400}",
         "walk --dt 0.5",
         "walk --step-length-mm 400",
-        "walk --samples 1e9",
         f"walk --samples {DIGITS}",
         f"walk --legs {DIGITS}",
-        "walk --legs ,",
         "walk --offsets 0,1",
-        "walk --offsets [[0],[1]]",
-        "walk --offsets [0,",
         f"walk --offsets [{DIGITS}]",
         f"walk --offsets {NESTED}",
-        f"walk --patches [[{DIGITS}]]",
         "walk --patches 0,1,2",
-        "walk --sway nan",
         "walk --damping 1e300",
-        "walk --damping 1e-300",
         "walk --contact-law simscape --stiffness 1e-300",
         "walk --stiffness 1e9",
         "walk --period 1e300",
         "walk --friction-damping 5e-324",
-        "walk --step-length-mm -1e300",
         "walk --terrain rough --rough-length-mm 1e-300",
-        "drive --velocity 1e300,0,0",
         "drive --waypoints 1,0,1e300",
         f"walk --out {DEEP}/a",
-        f"walk --video {DEEP}/a.mp4",
-        f"convert phantomx-paper {DEEP}/a.urdf",
         f"explain --foot-at 1 0.1,0,0 --out {DEEP}/a.png",
-        f"export-firmware --out {DEEP}/a.h",
         "walk --drive servo --voltage 999",
         "walk --terrain-seed -1",
         "walk --record-interval 0.00015",
         "walk --name ../a",
         "walk --quiet=yes",
-        "drive --velocity 50,0,0",
-        f"drive --velocity {DIGITS},0,0",
         "drive --velocity 0.1,0,0 --waypoints 1,0",
         "drive --velocity 0.1,0,0 --fault x",
-        "drive --velocity 0.1,0,0 --fault",
-        "drive --velocity 0.1,0,0 --rate 0",
         "drive --velocity 0.1,0,0 --rate nan",
-        f"drive --velocity 0.1,0,0 --rate {'9' * 400}",
         "walk --contact-law simscape --terrain stairs",
-        "drive --waypoints nan,0",
         "drive --waypoints 20000,0",
-        f"drive --waypoints {DIGITS},0",
         "studio --port 99999",
-        f"studio --port {DIGITS}",
         "studio --robot absent --no-open",
+        "verify --rows 0",
+        "verify --json a --page a",
         "gaits --lost 1,2,3,4",
-        f"gaits --lost {DIGITS}",
-        f"gaits --step-length-mm {DIGITS}",
         "check phantomx-paper --gait tripode",
         "export-firmware papr",
         "export-firmware --out walk.txt",
-        "export-firmware --out .h",
-        "export-firmware --samples 2",
-        f"export-firmware --samples {DIGITS}",
         "export-firmware --step-length-mm 400",
         "export-firmware --terrain stairs",
-        "export-firmware --robot absent.urdf",
-        "export-firmware --offsets 0 0.5",
         "paper now",
     ):
         shown = line if len(line) < 60 else f"{line[:57]}..."

@@ -108,22 +108,6 @@ def _even(link: Link, length: float) -> Link:
     return Link(link.name, length, mass, com, np.diag([along, across, across]))
 
 
-def mirrored(robot: Robot) -> Robot:
-    """The robot's mirror image in its own plane of left and right, its legs in the same order."""
-    flip = np.array([1.0, -1.0, 1.0])
-
-    def image(leg: Leg) -> Leg:
-        return replace(
-            leg,
-            mount_position=leg.mount_position * flip,
-            mount_yaw=-leg.mount_yaw,
-            mount_roll=-leg.mount_roll,
-            neutral_foot=leg.neutral_foot * flip,
-        )
-
-    return replace(robot, legs=tuple(image(leg) for leg in robot.legs))
-
-
 def scaled_robot(robot: Robot, factor: float) -> Robot:
     """The robot with all lengths times a factor, of the same density."""
     mass, inertia = factor**3, factor**5
