@@ -142,21 +142,6 @@ def test_a_robot_stands_up_slowly_walks_and_lies_limp_at_the_end(monkeypatch, na
     assert not enabled[-1].any()
 
 
-def test_the_output_rises_and_falls_gradually(monkeypatch):
-    limits = []
-
-    def watch(driver, emulator, bus):
-        del driver, bus
-        limits.append(emulator.servos[0].torque_limit)
-
-    driver, *_ = driven(monkeypatch, at=[(0.4 + 0.1 * k, watch) for k in range(20)])
-    rising = [limit for limit in limits if 0 < limit < 1]
-    # The ramp takes 1 s: some ten of the looks fall on it.
-    assert len(rising) >= 8
-    assert rising == sorted(rising)
-    assert driver.settings.ramp_time == 1.0
-
-
 def test_goals_stay_within_the_limits_of_robot_and_calibration(monkeypatch):
     _, emulator, *_ = driven(monkeypatch, controller=Still(5.0), duration=1.0)
     _, _, goals, _ = emulator.traces()
@@ -280,14 +265,6 @@ def test_a_fault_ends_in_its_reaction(monkeypatch, fault, seed):
     assert not emulator.traces()[1][-1].any()
 
 
-def test_a_walk_on_five_legs_after_an_overload_ends_as_a_whole_one(monkeypatch):
-    _, emulator, report, _ = driven(monkeypatch, faults=[f"5 overload {W}"], duration=6.0)
-    assert report.ending is None
-    assert report.walked == pytest.approx(6.0, abs=1.5 / RATE)
-    time, enabled, _, _ = emulator.traces()
-    assert not enabled[time > WALKS_AT + 0.3][:, 4].any()
-
-
 def test_a_failing_controller_lowers_the_robot_and_raises_its_error(monkeypatch):
     with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, _):
 
@@ -400,15 +377,6 @@ def test_servos_hold_the_measured_angles_even_if_packets_are_lost(monkeypatch):
                 assert speed == pytest.approx(math.radians(30), abs=0.012)
                 assert servo["torque_limit"] == 0
                 assert servo["torque_enable"] == 1
-
-
-def test_heat_begins_with_the_measured_temperature(monkeypatch):
-    plant = folded()
-    plant.temperature[:] = 50.0
-    with virtual_bus(monkeypatch, plant=plant) as (*robot, bus, _, _):
-        report = new_driver(*robot, bus).drive(1.0)
-    assert report.hottest == 50.0
-    assert report.hottest_predicted >= 49.0
 
 
 def test_a_lost_link_of_a_steering_client_stops_the_robot(monkeypatch):

@@ -13,7 +13,7 @@ from phasmid.hardware.emulated_servo import Reading
 from phasmid.hardware.faults import FaultSource, parse_fault
 from phasmid.hardware.line import Line
 from phasmid.hardware.packets import Instruction, Packet
-from phasmid.hardware.status import error_byte, hardware_error, status_error
+from phasmid.hardware.status import status_error
 
 NAMES = {1: "AX-12A", 2: "XL430-W250"}
 BAUD = 1_000_000
@@ -169,34 +169,7 @@ def test_the_watchdog_of_an_x_servo_holds_it_and_locks_the_goal():
     assert write_goal(3000, 0.3) == StatusError(0)
 
 
-def test_status_bytes_and_flags():
-    assert status_error(1, 0x24) == StatusError.OVERLOAD | StatusError.OVERHEATING
-    assert status_error(1, 0x24).names == ("overheating", "overload")
-    assert status_error(2, 0x87) == StatusError.ACCESS | StatusError.ALERT
-    assert hardware_error(0x31) == StatusError.VOLTAGE | StatusError.SHOCK | StatusError.OVERLOAD
-    for byte in range(0x80):
-        assert error_byte(1, status_error(1, byte)) == byte
-    for number in range(8):
-        for alert in (0, 0x80):
-            assert error_byte(2, status_error(2, number | alert)) == number | alert
-
-
 # Behind a port ------------------------------------------------------------------------------------
-
-
-@posix
-def test_a_brown_out_silences_the_bus_and_switches_servos_off():
-    pytest.importorskip("dynamixel_sdk")
-    servos = make_servos("XL430-W250", [1], baud=BAUD)
-    with Emulator(servos) as emulator, Bus(emulator.port, BAUD, 2, latency=1e-3) as bus:
-        bus.models[1] = model("XL430-W250")
-        bus.write(1, "torque_enable", 1)
-        emulator.add_fault("brown-out to 5 V for 0.3 s")
-        time.sleep(0.1)
-        assert bus.scan([1]) == {}
-        time.sleep(0.4)
-        assert bus.read(1, "torque_enable") == 0
-        assert bus.read(1, "present_voltage") == 12.0
 
 
 @posix
@@ -212,18 +185,3 @@ def test_a_failing_servo_reports_it_and_goes_limp(protocol, fault, flag):
         time.sleep(0.1)
         assert bus.errors(1) == StatusError[flag]
         assert not emulator.servo(1).enabled
-
-
-@posix
-def test_lost_and_garbled_packets_are_counted():
-    """Of 100 reads, each packet is lost with 5 % in either direction, and likewise garbled."""
-    pytest.importorskip("dynamixel_sdk")
-    servos = make_servos("AX-12A", [1], baud=BAUD)
-    emulator = Emulator(servos, faults=["lost 0.05", "garbled 0.05"], seed=4)
-    with emulator, Bus(emulator.port, BAUD, 1, latency=1e-3) as bus:
-        bus.models[1] = model("AX-12A")
-        for _ in range(100):
-            bus.read_all([1], ["present_position"])
-        assert bus.traffic.lost >= 1
-        assert bus.traffic.answers > 60
-        assert bus.traffic.answers + bus.traffic.lost + bus.traffic.damaged == 100

@@ -1,5 +1,6 @@
 """The live view of a robot on a bus."""
 
+import json
 import time
 
 import numpy as np
@@ -14,10 +15,6 @@ from support.foxglove_client import FoxgloveClient
 from support.virtual_bus import FollowingPlant, new_driver, virtual_bus
 
 
-def is_subscribed(server):
-    return "/joint_states" in server._channels and server._channels["/joint_states"].has_sinks()
-
-
 def until(condition):
     end = time.monotonic() + 20
     while not condition():
@@ -28,25 +25,31 @@ def until(condition):
 def test_a_client_sees_the_measured_angles_and_its_velocity_is_followed(monkeypatch):
     with virtual_bus(monkeypatch, plant=FollowingPlant(18)) as (*robot, bus, _, clock):
         driver = new_driver(*robot, bus, velocity=(0.0, 0.0, 0.0))
-        commanded = []
+        commanded, last = [], []
+        twist = {"linear": {"x": 0.05, "y": 0.0}, "angular": {"z": 0.0}}
         with serve_driver(driver, port=0) as server:
-            show = driver.watch
+            show, client = driver.watch, FoxgloveClient(server.address, ["/joint_states"])
 
             def watch(times, channels):
                 show(times, channels)
-                commanded.append(channels["velocity_command"][0])
+                client.publish(json.dumps(twist))
+                last[:] = times, channels
+                commanded.append(tuple(channels["velocity_command"][0]))
+
+            def is_connected():
+                watch(*last)
+                return server.velocity() is not None and client.received["/joint_states"]
 
             driver.watch = watch
-            server._listener.command = np.inf, (0.05, 0.0, 0.0)
-            client = FoxgloveClient(server.address, ["/joint_states"])
             try:
-                # Virtual time stands still until the subscription is in force.
-                clock.at(3.0, lambda: until(lambda: is_subscribed(server)))
+                client.wait(lambda c: c.info is not None)
+                client.advertise("/cmd_vel")
+                # Virtual time stands still until both sides hear each other.
+                clock.at(3.0, lambda: until(is_connected))
                 driver.drive(1.0)
-                client.wait(lambda c: len(c.received["/joint_states"]) > 0)
                 _, message = client.received["/joint_states"][-1]
             finally:
                 client.close()
     assert list(message.name[:2]) == ["right_front.coxa", "right_front.femur"]
     assert np.isfinite(message.position).all()
-    assert (0.05, 0.0, 0.0) in [tuple(row) for row in commanded]
+    assert (0.05, 0.0, 0.0) in commanded
