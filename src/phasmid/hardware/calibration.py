@@ -146,22 +146,15 @@ class CalibrationFile(Table):
 
 
 def _json(path: Path, content: str, robot: Robot) -> InvalidInput:
-    """Return the error of a calibration in JSON, which is likely LeRobot's.
-
-    LeRobot writes its homing_offset into the servo's register of that name, so that the servo
-    reports half a turn in a pose of the user's choice. No number in its file is an angle of a
-    joint. Source: LeRobot, motors/feetech/feetech.py and motors/dynamixel/dynamixel.py,
-    `_get_half_turn_homings`.
-    """
+    """Return the error of a calibration in JSON; LeRobot's has no position at joint angle 0."""
     name = robot.name if robot.name in preset_names() else "FILE"
-    hint = f"phasmid bus calibrate /dev/ttyUSB0 --robot {name}"
-    if '"homing_offset"' not in content:
-        return InvalidInput(f"{path.name} is JSON; a calibration is a TOML file.", hint=hint)
-    return InvalidInput(
-        f"{path.name} is a calibration of LeRobot, whose homing_offset shifts what the servo "
-        "reports; phasmid needs the position at joint angle 0, which the file does not have.",
-        hint=hint,
-    )
+    what = f"{path.name} is JSON; a calibration is a TOML file."
+    if '"homing_offset"' in content:
+        what = (
+            f"{path.name} is a calibration of LeRobot, whose homing_offset shifts what the servo "
+            "reports; phasmid needs the position at joint angle 0, which the file does not have."
+        )
+    return InvalidInput(what, hint=f"phasmid bus calibrate /dev/ttyUSB0 --robot {name}")
 
 
 @checked

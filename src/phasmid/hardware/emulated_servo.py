@@ -285,15 +285,13 @@ class EmulatedServo:
             # Hardware errors stay until the servo is rebooted.
             self._latched |= error
             self["hardware_error_status"] = hardware_byte(error)
-        if self.enabled and error & self._shutdown_flags(mask):
+        fatal = StatusError(mask) & HARDWARE_ERRORS if self.protocol == 1 else hardware_error(mask)
+        if self.enabled and error & fatal:
             if self.protocol == 1:
                 self["torque_limit"] = 0
             else:
                 self["torque_enable"] = 0
             self.law_changed, self._kept = True, None
-
-    def _shutdown_flags(self, mask: int) -> StatusError:
-        return StatusError(mask) & HARDWARE_ERRORS if self.protocol == 1 else hardware_error(mask)
 
     def latch(self, error: StatusError) -> None:
         """Latch a hardware error, as a fault does."""
@@ -342,7 +340,10 @@ class EmulatedServo:
         try:
             match packet.instruction:
                 case Instruction.PING:
-                    level, data = 0, self._ping_data()
+                    level = 0
+                    if self.protocol == 2:
+                        model = self["model_number"].to_bytes(2, "little")
+                        data = model + bytes([self["firmware_version"]])
                 case Instruction.READ:
                     level = 1
                     data = self._read(packet.parameters)
@@ -384,11 +385,6 @@ class EmulatedServo:
         elif self["hardware_error_status"]:
             error |= StatusError.ALERT
         return Answer(error_byte(self.protocol, error), data)
-
-    def _ping_data(self) -> bytes:
-        if self.protocol == 1:
-            return b""
-        return self["model_number"].to_bytes(2, "little") + bytes([self["firmware_version"]])
 
     def _read(self, parameters: bytes) -> bytes:
         width = self.protocol

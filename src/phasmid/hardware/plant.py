@@ -33,6 +33,9 @@ STEP = 1e-3
 INERTIA, GRAVITY_TORQUE = 1e-3, 0.1
 """Pendulum of a bench: 100 g at 0.1 m [kg·m², N·m]."""
 
+SUPPLY = 12.0
+"""Supply of a bench [V]."""
+
 OFF = 4.0
 """Shutdown of a servo whose torque is off, after those of `phasmid.simulation.servo`."""
 
@@ -169,23 +172,12 @@ class Bench:
 
     Args:
         servos: The servos.
-        voltage: Supply [V].
-        inertia: Inertia of a pendulum [kg·m²].
-        gravity_torque: Torque of a horizontal pendulum [N·m].
     """
 
-    def __init__(
-        self,
-        servos: Sequence[Servo],
-        *,
-        voltage: float = 12.0,
-        inertia: float = INERTIA,
-        gravity_torque: float = GRAVITY_TORQUE,
-    ) -> None:
+    def __init__(self, servos: Sequence[Servo]) -> None:
         self.dt = STEP
-        self._inertia, self._gravity = inertia, gravity_torque
-        self.position, self.velocity = np.zeros(len(servos)), np.zeros(len(servos))
-        self._bank = ServoBank(servos, STEP, self.position, voltage)
+        self.position, self.velocity = np.zeros((2, len(servos)))
+        self._bank = ServoBank(servos, STEP, self.position, SUPPLY)
         self.set_law, self.heat = self._bank.set_law, self._bank.heat
 
     def advance(
@@ -194,8 +186,8 @@ class Bench:
         """Advance by time steps towards the goals [rad]."""
         for _ in range(steps):
             self._bank.step(goal, enabled, self.position, self.velocity)
-            torque = self._bank.torque - self._gravity * np.sin(self.position)
-            self.velocity += self.dt / self._inertia * torque
+            torque = self._bank.torque - GRAVITY_TORQUE * np.sin(self.position)
+            self.velocity += self.dt / INERTIA * torque
             self.position += self.dt * self.velocity
 
     def reading(self, index: int) -> Reading:

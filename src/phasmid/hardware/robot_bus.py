@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Observation
@@ -130,12 +130,8 @@ class RobotBus:
         self.position, self.read_at = np.full(shape, np.nan), np.full(shape, -np.inf)
         self.load = np.zeros(shape)
         self.voltage, self.temperature = np.full((2, *shape), np.nan)
-        self.misses: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
-        self.doubts: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
-        self.shutdowns: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
-        self.readings: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
-        self.health_readings = np.zeros(shape, dtype=int)
-        self.limp: Int[np.ndarray, "legs 3"] = np.zeros(shape, dtype=int)
+        self.misses, self.doubts, self.shutdowns, self.limp = np.zeros((4, *shape), dtype=int)
+        self.readings, self.health_readings = np.zeros((2, *shape), dtype=int)
         self.has_shut_down = np.zeros(shape, dtype=bool)
         self.output_limit = np.full(shape, np.nan)
         self.answered_at = self._health_at = time.monotonic()

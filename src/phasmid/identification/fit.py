@@ -161,14 +161,6 @@ def make_finer(parameters: np.ndarray) -> None:
 class _Problem:
     """Least-squares problem in parameters over their sizes at the start.
 
-    Args:
-        servo: The servo.
-        model: Its friction model.
-        logs: The logs.
-        names: Free parameters.
-        kept: Values of the others.
-        start: Values of the free ones at the start.
-
     Attributes:
         names: Free parameters.
         kept: Values of the others.

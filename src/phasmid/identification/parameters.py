@@ -134,26 +134,13 @@ def start_values(servo: Servo, model: Model, hanging: float) -> dict[str, float]
     """
     motor = servo.motor
     values: dict[str, float] = {
+        **{name: getattr(servo, name) for name in PARAMETERS if hasattr(servo, name)},
         "motor_constant": motor.constant,
         "resistance": motor.resistance,
-        "armature": servo.armature,
-        "friction": servo.friction,
-        "viscous_friction": servo.viscous_friction,
         "load_loss": motor.load_loss,
-        "external_loss": servo.external_loss,
-        "stribeck_friction": servo.stribeck_friction,
-        "stribeck_load_loss": servo.stribeck_load_loss,
-        "stribeck_external_loss": servo.stribeck_external_loss,
-        "quadratic_load_loss": servo.quadratic_load_loss,
-        "quadratic_external_loss": servo.quadratic_external_loss,
-        "stribeck_speed": servo.stribeck_speed,
-        "stribeck_exponent": servo.stribeck_exponent,
         "compliance_margin": sum(servo.compliance_margin) / 2,
         "compliance_slope": sum(servo.effective_slope) / 2,
-        "punch": servo.punch,
         "p_gain": servo.gain_scale * servo.p_gain,
-        "backlash": servo.backlash,
-        "delay": servo.delay,
         "hanging": hanging,
     }
     names = parameter_names(servo, model)

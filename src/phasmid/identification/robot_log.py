@@ -150,7 +150,7 @@ def check_log_file(path: Path) -> None:
     check_size(path, "log")
 
 
-def first_channel(channels: Mapping[str, Any], names: tuple[str, ...]) -> Any | None:
+def first_channel(channels: Mapping[Any, Any], names: tuple[str, ...]) -> Any | None:
     """Return the first channel that a recording holds; None where it holds none of them."""
     return next((channels[each] for each in names if each in channels), None)
 

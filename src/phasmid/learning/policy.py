@@ -88,8 +88,6 @@ class Policy:
 def policy_names() -> tuple[str, ...]:
     """Return the names of the policies that come with phasmid."""
     folder = resources.files("phasmid.learning") / "policies"
-    if not folder.is_dir():
-        return ()
     return tuple(sorted(p.name[:-5] for p in folder.iterdir() if p.name.endswith(".onnx")))
 
 
@@ -98,9 +96,9 @@ def _find(source: str | Path) -> Path:
         return Path(str(resources.files("phasmid.learning") / "policies" / f"{source}.onnx"))
     path = Path(source)
     if not path.is_file():
-        known = ", ".join(policy_names()) or "none comes with phasmid"
         raise InvalidInput(
-            f'there is no policy "{source}"; it must be an ONNX file or one of: {known}.'
+            f'there is no policy "{source}"; it must be an ONNX file or one of: '
+            f"{', '.join(policy_names())}."
         )
     return path
 

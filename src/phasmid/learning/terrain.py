@@ -77,12 +77,10 @@ def _shape(table: TerrainTable, kind: str, share: float, seed: int) -> Shape:
         return Blocks(BLOCK_SIZE, 0.0, size, GAP_DEPTH, 0.0, table.tile, table.tile, seed=seed + 1)
     if kind == "waves":
         return Waves(share * table.waves, WAVE_LENGTH, start)
-    if kind == "gaps":
-        width = share * table.gaps
-        begins = np.arange(start, end - width, GAP_SPACING + width)
-        edges = np.stack([begins, begins + width], axis=1).ravel()
-        return Steps(tuple(edges.tolist()), (-GAP_DEPTH, 0.0) * len(begins))
-    return Flat()
+    width = share * table.gaps
+    begins = np.arange(start, end - width, GAP_SPACING + width)
+    edges = np.stack([begins, begins + width], axis=1).ravel()
+    return Steps(tuple(edges.tolist()), (-GAP_DEPTH, 0.0) * len(begins))
 
 
 @compiled
