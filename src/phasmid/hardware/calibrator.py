@@ -204,6 +204,16 @@ class Calibrator:
         """Return the joints that were turned by less than `LEAST_TURN`."""
         return list(np.flatnonzero((sweep.high - sweep.low) * self._scale < LEAST_TURN))
 
+    def turns(self, sweep: Sweep) -> Float[np.ndarray, "joints 2"]:
+        """Return the lowest and highest turn of the servos since the start [rad]."""
+        return np.stack([sweep.low - sweep.start, sweep.high - sweep.start], axis=1) * self._scale
+
+    def angles(self, sweep: Sweep) -> Float[np.ndarray, "joints 2"]:
+        """Return the lowest and highest joint angle [rad]."""
+        ends = np.stack([sweep.low, sweep.high], axis=1) - self._at_pose[:, None]
+        turned = self._directions[:, None] * ends * self._scale
+        return np.sort(self._pose[:, None] + turned, axis=1)
+
     def calibration(self, sweep: Sweep) -> list[ServoCalibration]:
         """Return the calibration, with the measured ranges within the robot's joint limits.
 
@@ -229,13 +239,8 @@ class Calibrator:
                 range_max=min(int(sweep.high[k]), math.floor(ends[1]), bounds.high),
             )
             if row.range_min >= row.range_max:
-                turned = (
-                    self._directions[k]
-                    * self._scale
-                    * (np.array([sweep.low[k], sweep.high[k]]) - self._at_pose[k])
-                )
-                angles = [*np.sort(self._pose[k] + turned), *self._limits[k]]
-                texts = [f"{angle:.0f}°" for angle in np.degrees(angles)]
+                angles = np.degrees([*self.angles(sweep)[k], *self._limits[k]])
+                texts = [f"{angle:.0f}°" for angle in angles]
                 raise InvalidInput(
                     f"{joint} was turned from {texts[0]} to {texts[1]}; that is outside the "
                     f"robot's limits, {texts[2]} to {texts[3]}.",
