@@ -353,8 +353,8 @@ def _show(value: Any, ending: str) -> str:
     return "empty" if value is None else _cut(str(value))
 
 
-def _cut(text: str, most: int = 200) -> str:
-    return text if len(text) <= most else f"{text[:most]}…"
+def _cut(text: str) -> str:
+    return text if len(text) <= 200 else f"{text[:200]}…"
 
 
 _BOUNDS = {

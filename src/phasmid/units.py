@@ -80,14 +80,9 @@ def plain_number(value: float, digits: int = 4) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def rounded_down(value: float, digits: int = 3) -> str:
-    """Return an upper bound in few digits, not above it.
-
-    Args:
-        value: The bound, greater than 0.
-        digits: Significant digits.
-    """
-    place = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
+def rounded_down(value: float) -> str:
+    """Return an upper bound, greater than 0, in three digits and not above it."""
+    place = 10.0 ** (2 - math.floor(math.log10(value)))
     return f"{math.floor(value * place * (1 + 1e-9)) / place:.12g}"
 
 

@@ -5,7 +5,6 @@ pip installs other packages.
 """
 
 import os
-import time
 from contextlib import contextmanager
 
 import numpy as np
@@ -13,29 +12,20 @@ import numpy as np
 import phasmid
 from phasmid.experiment import Command, Observation
 
-LONGEST = 300.0
-"""Time after which a lock is taken for one that was left behind [s]."""
+try:
+    import fcntl
+except ModuleNotFoundError:
+    # Windows: each process compiles.
+    fcntl = None
 
 
 @contextmanager
 def one_at_a_time(path):
-    """Wait until no other process is inside: a file that exists is the lock."""
-    while True:
-        try:
-            os.close(os.open(path, os.O_CREAT | os.O_EXCL))
-            break
-        except FileExistsError:
-            try:
-                old = time.time() - path.stat().st_mtime > LONGEST
-            except FileNotFoundError:
-                continue
-            if old:
-                path.unlink(missing_ok=True)
-            time.sleep(0.1)
-    try:
+    """Wait until no other process is inside; the system unlocks a process that ends."""
+    with path.open("w") as file:
+        if fcntl is not None:
+            fcntl.flock(file, fcntl.LOCK_EX)
         yield
-    finally:
-        path.unlink(missing_ok=True)
 
 
 def walk_once():

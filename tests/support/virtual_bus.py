@@ -93,7 +93,7 @@ def folded(name="AX-12A"):
     robot = load_scenario("paper").replace(robot="phantomx-ax").load_robot()
     plant, rows = FollowingPlant(18), default_calibration(robot, model(name))
     angles = packing(robot).folded.ravel()
-    plant.position = np.array([r.servo_angle(q) for r, q in zip(rows, angles, strict=True)])
+    plant.position = np.array([r.zero + r.direction * q for r, q in zip(rows, angles, strict=True)])
     return plant
 
 

@@ -35,6 +35,9 @@ answer would be taken for that of the next request to the same servo, if it has 
 MOST_LATENCY = 8e-3
 """Latency above which the adapter's timer is not set for control [s]."""
 
+LATENCY_READS = 20
+"""Reads of which the median gives the adapter's latency."""
+
 MONITORED = "present_position", "present_load", "present_voltage", "present_temperature"
 """Registers that `Bus.read_all` reads by default."""
 
@@ -426,18 +429,18 @@ class Bus:
             self.traffic.lost += 1
             self.port.drain(silence)
 
-    def measure_latency(self, id_: int, count: int = 20) -> float:
+    def measure_latency(self, id_: int) -> float:
         """Return the USB adapter's latency [s]: the median time of a read less that on the wire."""
         table = self.model(id_)
         delay = self.read(id_, "return_delay_time")
         register, times = table.register("model_number"), []
         request, answer = (8, 8) if self.protocol == 1 else (14, 13)
-        for _ in range(count):
+        for _ in range(LATENCY_READS):
             begin = time.perf_counter()
             self.read_raw(id_, register)
             times.append(time.perf_counter() - begin)
         known = exchange_time(request, [answer], baud=self.baud, return_delay=delay, latency=0.0)
-        return max(sorted(times)[count // 2] - known, 0.0)
+        return max(sorted(times)[LATENCY_READS // 2] - known, 0.0)
 
 
 REFUSALS = (

@@ -64,10 +64,6 @@ class ServoCalibration:
         """Angle of the servo from its middle at joint angle 0 [rad]."""
         return self.homing_offset * model(self.model).register("goal_position").scale
 
-    def servo_angle(self, joint_angle: float) -> float:
-        """Return the servo's angle from its middle [rad]."""
-        return self.zero + self.direction * joint_angle
-
     def joint_angle(self, servo_angle: float) -> float:
         """Return the joint's angle [rad]."""
         return self.direction * (servo_angle - self.zero)
