@@ -18,7 +18,7 @@ import pytest
 
 from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
 from phasmid.robot import load_robot
-from support.cable import PATIENCE, Cable, runs, wait
+from support.cable import PATIENCE, Cable, is_off, runs, wait
 from support.virtual_bus import folded
 
 STAGES = {
@@ -57,10 +57,6 @@ def read_port(path):
         with suppress(OSError):
             os.read(file, 64)
     os.close(file)
-
-
-def is_off(servos):
-    return not any(servo["torque_enable"] for servo in servos)
 
 
 def second_of(pid):

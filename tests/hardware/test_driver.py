@@ -395,12 +395,12 @@ def test_a_lost_link_of_a_steering_client_stops_the_robot(monkeypatch):
     assert commanded[-1] == 0.0
 
 
-@pytest.mark.parametrize("value", [-1.0, math.nan, math.inf])
-def test_settings_are_checked(value):
-    with pytest.raises(InvalidInput, match="hold_time"):
-        DriverSettings(hold_time=value)
-    with pytest.raises(InvalidInput, match="after_exit"):
-        DriverSettings(after_exit="sleep")
+@pytest.mark.parametrize(
+    "setting", [{"hold_time": v} for v in (-1.0, math.nan, math.inf)] + [{"after_exit": "sleep"}]
+)
+def test_settings_are_checked(setting):
+    with pytest.raises(InvalidInput, match=next(iter(setting))):
+        DriverSettings(**setting)
 
 
 # Readings -----------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ import pytest
 from phasmid.errors import InvalidInput
 from phasmid.hardware import Bus, Emulator, make_servos, model
 from phasmid.hardware.torque_off import torque_off_after_exit
-from support.cable import Cable, runs, wait
+from support.cable import Cable, is_off, runs, wait
 from support.virtual_bus import FollowingPlant
 
 pytest.importorskip("dynamixel_sdk")
@@ -66,10 +66,6 @@ def held(tmp_path, name="AX-12A", *, gives_up=False):
                 holder.kill()
                 if second and runs(second):
                     os.kill(second, signal.SIGKILL)
-
-
-def is_off(servos):
-    return not any(servo["torque_enable"] for servo in servos)
 
 
 @pytest.mark.parametrize("name", ["AX-12A", "XL430-W250"])

@@ -105,3 +105,8 @@ def runs(pid):
     """Return whether a process runs."""
     status = Path(f"/proc/{pid}/status")
     return status.exists() and "State:\tZ" not in status.read_text()
+
+
+def is_off(servos):
+    """Return whether no servo's register has the torque on."""
+    return not any(servo["torque_enable"] for servo in servos)
