@@ -83,7 +83,7 @@ slow-mutations: $(DEVELOP)
 
 slow-learning: $(DEVELOP)
 	@sh tools/setup.sh learn "$(VENV)"
-	@$(RUN) -m pytest tests/learning/training.py $(ARGS)
+	@$(RUN) -m pytest tests/learning/training $(ARGS)
 
 slow-shapes: $(DEVELOP)
 	@$(PYTEST) --shapes $(ARGS)

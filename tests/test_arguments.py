@@ -14,7 +14,7 @@ from phasmid import dynamics, kinematics
 from phasmid.arguments import check_kind
 from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Command, JointTargets
+from phasmid.experiment import Command
 
 FUNCTIONS = """advise analyse compare drive export import_robot load_recording load_robot
 load_scenario load_study load_trajectory plan plot replay report save_mcap save_recording save_robot

@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from phasmid.simulation.drive import drive as drive
     from phasmid.studies import load_study as load_study
     from phasmid.studies import study as study
-    from phasmid.verification import verify as verify
 
     __version__: str
 
@@ -73,7 +72,6 @@ _NAMES = {
     "scenario": "Scenario load_scenario",
     "simulation": "drive replay sense simulate simulate_many",
     "studies": "load_study study",
-    "verification": "verify",
 }
 """Public names by the package that has them."""
 

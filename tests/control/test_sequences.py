@@ -19,6 +19,8 @@ from phasmid.control.sequences.ground import (
 from phasmid.control.sequences.joint_path import ACCELERATION, largest_speed
 from phasmid.control.sequences.posture import fold_legs, leg_gaps
 from phasmid.control.sequences.stance import neutral_stance
+from phasmid.experiment import Command, Observation, Posture
+from phasmid.experiment.command import LegCommand
 from support.sequence_runs import DT, Still, run
 
 ROBOTS = {name: load_robot(name) for name in ("phantomx-ax", "quadruped", "octopod")}

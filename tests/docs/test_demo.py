@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from build_demo import build
 from support.browsers import NEEDED, is_ours, pixels, started, until
 from support.exported_walks import walk
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import sympy as sp
-from phasmid.derivation.symbolic import ANGLES, GRAVITY, LENGTHS, LINKS
 
-from phasmid import derivation, dynamics
+from pages import derivation
+from pages.derivation import ANGLES, GRAVITY, LENGTHS, LINKS
+from phasmid import dynamics
 from phasmid.dynamics.matrices import in_plane
 from phasmid.dynamics.printed import printed_leg_matrices
 from phasmid.robot import Robot, load_robot, with_mass_model

@@ -7,11 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from phasmid.errors import InvalidRobot
-from phasmid.formats import import_robot, save_robot
-from phasmid.kinematics import body_height, neutral_feet
+from phasmid.formats import ImportOptions, import_robot, save_robot
+from phasmid.kinematics import body_height
 from phasmid.robot import Robot, load_robot
-from phasmid.scenario.tables import ImportOptions
 from support.ball_dog import BALL, ball_dog
 
 MK4 = load_robot("phantomx-mk4")

@@ -21,7 +21,6 @@ from formats.trees import (
     with_joints,
     with_link,
 )
-from phasmid.forces import servo_verdict
 from phasmid.formats import (
     Imported,
     ImportOptions,

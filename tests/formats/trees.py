@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from phasmid.formats import Inertial, Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats import Tree, TreeJoint, TreeLink, tree_of
 from phasmid.formats.meshes import primitive
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot import Part, Robot, load_robot, preset_names
+from phasmid.robot.inertial import Inertial
 from support.general_robot import general_robot
 
 ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}

@@ -16,7 +16,6 @@ from phasmid.reporting.run import read_run
 from phasmid.reporting.webpage import page_html
 from phasmid.reporting.webpage.packing import FORMS, LARGEST, json_block
 from phasmid.reporting.webpage.replay import MOST_BYTES, frames, replay
-from phasmid.robot import load_robot
 from support.hostile import HOSTILE, LEG_NAMES, NAME, UNSEEN, hostile_walk
 
 VOID = {"meta", "link", "img", "input", "br"}

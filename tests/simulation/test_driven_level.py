@@ -5,7 +5,8 @@ import pytest
 from phasmid import drive, load_scenario, plan
 from phasmid.control import Player
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Ending
+from phasmid.experiment import Command, Ending
+from simulation import level_walks as level
 from support.walks import with_servo
 
 PAPER = load_scenario("paper")

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from phasmid.verification.equations import agreement
-from phasmid.verification.laboratory import Laboratory
 
 from phasmid.kinematics import quaternion_yaw
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.simulation import simulate
+from physics.bench import Bench
+from physics.equations import agreement
 from support.walks import WALKS, tilted_robot, uneven_robot
 
 STRIDES = {

@@ -3,7 +3,7 @@
 import pytest
 
 from phasmid.errors import InvalidInput, OutputError
-from phasmid.simulation.channels import versions
+from phasmid.recording.provenance import versions
 from phasmid.studies import study
 
 pytest.importorskip("ray", reason="Ray is not installed")

@@ -26,7 +26,6 @@ from matplotlib.figure import Figure
 
 import ground
 from ground import BLIND, GROUNDS, MODES, SEEING, label
-from kinematic_world import drive, random_commands, worst
 from phasmid import drive as simulate
 from phasmid.control import LocomotionEngine
 from phasmid.errors import InvalidInput
@@ -34,6 +33,7 @@ from phasmid.experiment import Command, Ending
 from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
 from phasmid.robot import Robot, load_robot, load_servo
 from phasmid.scenario import Scenario
+from support.kinematic_world import drive, random_commands, worst
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Ending
 from phasmid.identification.robot_log import RobotLog, body_measurements
 from phasmid.motion import JointTrajectory
 from phasmid.recording import Recording
