@@ -34,9 +34,7 @@ PACKAGES = (
     "phasmid.advice",
     "phasmid.identification",
     "phasmid.hardware",
-    "phasmid.cad",
-    "phasmid.derivation",
-    "phasmid.verification",
+    "phasmid.formats.solids",
     "phasmid.errors",
 )
 """Packages with public names, in the order of the reference."""

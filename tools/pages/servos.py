@@ -1,10 +1,11 @@
-"""Print the tables of the servo catalogue that stand in docs/servos.md."""
+"""The servo catalogue: tables of docs/servos.md."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import fields
+from pathlib import Path
 
 from phasmid.robot import Servo, load_servo, servo_names
 
@@ -58,5 +59,11 @@ def sources() -> str:
     return "\n".join(rows)
 
 
-if __name__ == "__main__":
-    print(numbers(), sources(), sep="\n\n")
+def main() -> None:
+    """Write the tables."""
+    page = Path(__file__).parents[2] / "docs" / "servos.md"
+    text = page.read_text("utf-8")
+    for table in (numbers(), sources()):
+        start = text.index(table.partition("\n")[0])
+        text = text[:start] + table + text[text.index("\n\n", start) :]
+    page.write_text(text, "utf-8")
