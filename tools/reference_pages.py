@@ -24,6 +24,7 @@ PACKAGES = (
     "phasmid.control.estimation",
     "phasmid.control.sequences",
     "phasmid.control",
+    "phasmid.simulation.sensors",
     "phasmid.simulation",
     "phasmid.recording",
     "phasmid.formats",
