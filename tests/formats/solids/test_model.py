@@ -11,9 +11,8 @@ import pytest
 
 pytest.importorskip("build123d")
 
-from phasmid.cad.assembly import MM
-
-from phasmid.cad import Assembly, build, mass_properties, meshes
+from phasmid.formats.solids import Assembly, build, mass_properties, meshes
+from phasmid.formats.solids.assembly import MM
 from phasmid.robot import JOINTS, load_robot
 from support.general_robot import general_robot
 
