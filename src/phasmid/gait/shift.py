@@ -10,9 +10,6 @@ from jaxtyping import Bool, Float
 CLOSE = 1e-9
 """Tolerance of the best margin [m]."""
 
-SAME_PLACE = 1e-9
-"""Feet closer than this stand in one place [m]."""
-
 MOST_CUTS = 60
 """Most iterations; later ones are at round-off."""
 
@@ -38,7 +35,18 @@ def best_place(
     Returns:
         The smallest of the best shifts [m], shape (2,); zero where no sample has a polygon.
     """
-    normals, heights = _edges(feet, stance, centre_of_mass)
+    # Lazy import: numba takes 0.6 s.
+    from phasmid.gait.support_kernels import sample_edges
+
+    samples, legs = stance.shape
+    edges, counts = np.empty((samples, legs * legs, 5)), np.empty(samples, dtype=int)
+    feet = np.ascontiguousarray(feet, dtype=float)
+    sample_edges(feet, np.ascontiguousarray(stance), edges, counts)
+    is_edge = np.arange(legs * legs) < counts[:, None]
+    start, (dx, dy) = edges[is_edge, :2], edges[is_edge, 2:4].T
+    # Inward normals, and distances of the mass inside the edges.
+    normals = np.stack([-dy, dx], axis=-1)
+    heights = np.sum((centre_of_mass[np.nonzero(is_edge)[0]] - start) * normals, axis=-1)
     chosen = np.empty(0, dtype=int)
     shift = np.zeros(2)
     if not len(heights):
@@ -51,26 +59,6 @@ def best_place(
         chosen = np.append(chosen, lowest)
         shift = _top(normals[chosen], heights[chosen], farthest)
     return shift
-
-
-def _edges(
-    feet: Float[np.ndarray, "samples legs 2"],
-    stance: Bool[np.ndarray, "samples legs"],
-    com: Float[np.ndarray, "samples 2"],
-) -> tuple[Float[np.ndarray, "edges 2"], Float[np.ndarray, " edges"]]:
-    """Return each edge's inward normal and the distance of the mass inside it [m]."""
-    along = feet[:, None, :, :] - feet[:, :, None, :]
-    length = np.hypot(along[..., 0], along[..., 1])
-    along = along / np.where(length > SAME_PLACE, length, 1.0)[..., None]
-    inward = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    # Depth of foot k inside the line from foot i to foot j.
-    depth = np.einsum("nikc,nijc->nijk", feet[:, None, :, :] - feet[:, :, None, :], inward)
-    edge = stance[:, :, None] & stance[:, None, :] & (length > SAME_PLACE)
-    edge &= np.all(~stance[:, None, None, :] | (depth > -1e-3 * SAME_PLACE), axis=-1)
-    edge &= np.any(stance[:, None, None, :] & (depth > SAME_PLACE), axis=-1)
-    sample, i, _ = np.nonzero(edge)
-    normals = inward[edge]
-    return normals, np.einsum("ec,ec->e", com[sample] - feet[sample, i], normals)
 
 
 def _top(

@@ -81,6 +81,22 @@ def polygon_margin(edges: np.ndarray, count: int, x: float, y: float) -> float:
 
 
 @compiled
+def sample_edges(
+    feet: np.ndarray, standing: np.ndarray, edges: np.ndarray, counts: np.ndarray
+) -> None:
+    """Write `support_edges` and their number for each sample.
+
+    Args:
+        feet: Feet [m], shape (N, L, 2).
+        standing: Which of them stand, shape (N, L).
+        edges: Written, shape (N, L * L, 5).
+        counts: Written, shape (N,).
+    """
+    for n in range(len(feet)):
+        counts[n] = support_edges(feet[n], standing[n], edges[n])
+
+
+@compiled
 def support_margins(
     feet: np.ndarray, standing: np.ndarray, points: np.ndarray, margins: np.ndarray
 ) -> None:
