@@ -16,12 +16,10 @@ from phasmid.experiment.observation import Observation
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Robot
+from phasmid.robot.servo import AMBIENT
 
 GRAVITY = 9.81
 """Acceleration of free fall, for the time in which a robot tips over [m/s²]."""
-
-AMBIENT = 25.0
-"""Initial temperature of servos [°C]."""
 
 HEAT_STEP = 0.1
 """Time step of overload and temperature [s]."""

@@ -28,7 +28,7 @@ from phasmid.kinematics import (
 )
 from phasmid.motion import longest_stride
 from phasmid.robot import JOINTS, Robot, Servo
-from phasmid.robot.servo import HEAT_RANGE
+from phasmid.robot.servo import AMBIENT, HEAT_RANGE
 from phasmid.robot.servo_words import servo_label
 from phasmid.scenario import Scenario
 from phasmid.units import STANDARD_GRAVITY
@@ -48,9 +48,6 @@ TIE = 1e-6
 
 LEAST_MARGIN = 1e-9
 """Support margin above which a robot is stable [m]."""
-
-AMBIENT = 25.0
-"""Default temperature of the air [°C]."""
 
 
 class Holding(Enum):

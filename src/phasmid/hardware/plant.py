@@ -16,6 +16,7 @@ from phasmid.control.sequences import packing
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.emulated_servo import Reading
 from phasmid.robot import Servo
+from phasmid.robot.servo import AMBIENT
 from phasmid.scenario import Scenario
 from phasmid.simulation.run import Run
 from phasmid.simulation.servo import (
@@ -38,9 +39,6 @@ SUPPLY = 12.0
 
 OFF = 4.0
 """Shutdown of a servo whose torque is off, after those of `phasmid.simulation.servo`."""
-
-AMBIENT = 25.0
-"""Temperature of the air [°C]."""
 
 
 class Plant(Protocol):

@@ -46,6 +46,9 @@ Directions = Annotated[tuple[NotNegative, NotNegative], BeforeValidator(both_dir
 STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
 """Compliance slopes of the makers' servos, in ticks; between them the powers of two."""
 
+AMBIENT = 25.0
+"""Usual temperature of the air, and of servos at the start [°C]."""
+
 HEAT_RANGE = 0.5, 2.0
 """Factors on a computed warming between which the real one is expected. Free air takes 5 to
 20 W/(m² K) from a case, with radiation and a light draught; 10 is assumed. The specific heat lies

@@ -17,8 +17,7 @@ from phasmid.errors import InvalidInput
 from phasmid.experiment.contact_law import ContactKind, ContactLaw
 from phasmid.gait import Gait, is_gait_file, read_gait
 from phasmid.robot import Servo
-from phasmid.robot.servo import both_directions
-from phasmid.robot.similarity import Scale
+from phasmid.robot.servo import AMBIENT, both_directions
 from phasmid.robot.table import MOST_LEGS
 from phasmid.tables import (
     Angle,
@@ -387,7 +386,7 @@ class ServoTable(Table):
     """
 
     voltage: Annotated[Voltage, Gt(0), Le(100)] | None = None
-    ambient_temperature: Annotated[Temperature, Ge(-50), Le(100)] = 25.0
+    ambient_temperature: Annotated[Temperature, Ge(-50), Le(100)] = AMBIENT
     torque_limit: Annotated[Number, Gt(0), Le(1)] | None = None
     compliance_margin: Pair = None
     compliance_slope: Pair = None
