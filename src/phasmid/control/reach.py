@@ -13,7 +13,7 @@ import numpy as np
 from phasmid.compiled import compiled
 from phasmid.control.types import DIRECTIONS, Model, State
 from phasmid.control.vectors import rotate_back, rotation
-from phasmid.dynamics import whole_body_kernels as kernels
+from phasmid.kinematics import vector_kernels as kernels
 from phasmid.kinematics.leg_kernels import Triple, inverse_kinematics
 
 STRETCH, JOINT_MARGIN = 0.98, 0.02

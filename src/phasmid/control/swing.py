@@ -9,6 +9,7 @@ from phasmid.control.reach import joint_margin
 from phasmid.control.types import Manoeuvre, Model, State
 from phasmid.control.vectors import cross, rotate
 from phasmid.kinematics.leg_kernels import forward_kinematics
+from phasmid.kinematics.vector_kernels import quintic
 
 FREE = 0.15
 """Share of a swing at each end over which a foot returns to its curve completely."""
@@ -62,11 +63,8 @@ def lift(s: float, time: float, height: float) -> tuple[float, float, float]:
 @compiled
 def blend(s: float, time: float) -> tuple[float, float, float]:
     """Return a quintic from 0 to 1 between rest and rest, its velocity and acceleration."""
-    return (
-        s * s * s * (10 - 15 * s + 6 * s * s),
-        30 * s * s * (1 - s) ** 2 / time,
-        60 * s * (1 - s) * (1 - 2 * s) / time**2,
-    )
+    share, rate, acceleration = quintic(s)
+    return share, rate / time, acceleration / time**2
 
 
 @compiled

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled
-from phasmid.dynamics import whole_body_kernels as kernels
+from phasmid.compiled import compiled, internal
+from phasmid.kinematics import vector_kernels as kernels
 from phasmid.kinematics.leg_kernels import Triple
+from phasmid.kinematics.vector_kernels import turned
 
 Path = np.ndarray | Triple
 """Place and heading in odom [m, rad]."""
@@ -35,23 +36,7 @@ def rotate_back(R: np.ndarray, v: np.ndarray) -> np.ndarray:
 @compiled
 def rotation(roll: float, pitch: float, yaw: float) -> np.ndarray:
     """Return the rotation of roll about x, then pitch about y, then yaw about z, fixed axes."""
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(yaw), math.sin(yaw)
-    return np.array(
-        (
-            (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-            (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-            (-sp, cp * sr, cp * cr),
-        )
-    )
-
-
-@compiled
-def turned(angle: float, x: float, y: float) -> tuple[float, float]:
-    """Return a plane vector after a turn to the left [rad]."""
-    c, s = math.cos(angle), math.sin(angle)
-    return c * x - s * y, s * x + c * y
+    return np.array(kernels.rpy_rows(roll, pitch, yaw))
 
 
 @compiled

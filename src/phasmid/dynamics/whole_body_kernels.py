@@ -1,7 +1,6 @@
 """Compiled inverse dynamics of the whole robot at one instant, and a ufunc of it.
 
-`dynamics.whole_body` calls the ufunc, the controller the function of one instant. Vectors are
-tuples of three numbers, so that the compiler keeps them in registers.
+`dynamics.whole_body` calls the ufunc, the controller the function of one instant.
 """
 
 from __future__ import annotations
@@ -12,8 +11,7 @@ import numpy as np
 
 from phasmid.compiled import compiled, gufunc
 from phasmid.kinematics.leg_kernels import sincos
-
-Vector = tuple[float, float, float]
+from phasmid.kinematics.vector_kernels import Vector, add, cross, rotate, rotate_back, vector
 
 
 class RobotMoments(NamedTuple):
@@ -44,45 +42,7 @@ class RobotMoments(NamedTuple):
     trunk_second: np.ndarray
 
 
-@compiled
-def vector(a: np.ndarray) -> Vector:
-    """Return an array of three numbers as a vector."""
-    return a[0], a[1], a[2]
-
-
-@compiled
-def add(a: Vector, b: Vector) -> Vector:
-    """Return a + b."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-@compiled
-def cross(a: Vector, b: Vector) -> Vector:
-    """Return the vector product a x b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@compiled
-def rotate(R: np.ndarray, v: Vector) -> Vector:
-    """Return R v."""
-    return (
-        R[0, 0] * v[0] + R[0, 1] * v[1] + R[0, 2] * v[2],
-        R[1, 0] * v[0] + R[1, 1] * v[1] + R[1, 2] * v[2],
-        R[2, 0] * v[0] + R[2, 1] * v[1] + R[2, 2] * v[2],
-    )
-
-
-@compiled
-def rotate_back(R: np.ndarray, v: Vector) -> Vector:
-    """Return the transpose of R times v."""
-    return (
-        R[0, 0] * v[0] + R[1, 0] * v[1] + R[2, 0] * v[2],
-        R[0, 1] * v[0] + R[1, 1] * v[1] + R[2, 1] * v[2],
-        R[0, 2] * v[0] + R[1, 2] * v[1] + R[2, 2] * v[2],
-    )
-
-
-@compiled
+@internal
 def relative_acceleration(p: Vector, w: Vector, dw: Vector) -> Vector:
     """Return the acceleration of a point p of a turning body relative to the body's origin."""
     return add(cross(dw, p), cross(w, cross(w, p)))

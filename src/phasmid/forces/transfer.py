@@ -8,6 +8,7 @@ from jaxtyping import Float
 from phasmid.errors import InvalidInput
 from phasmid.gait import Gait
 from phasmid.gait.gait import PHASE_TOLERANCE
+from phasmid.kinematics.shared_kernels import quintic
 from phasmid.units import rounded_down
 
 
@@ -46,6 +47,6 @@ def load_share(
     for event, rises in ((gait.swing_fraction, True), (0.0, False)):
         # Time since the event over the window, with the event at 1/2; lift-off may cross the cycle.
         x = ((gait.leg_phase(phase) - event + 0.5) % 1.0 - 0.5) * period / window + 0.5
-        ramp = np.clip(x**3 * (10.0 - 15.0 * x + 6.0 * x**2), 0.0, 1.0)
+        ramp = quintic(np.clip(x, 0.0, 1.0))[0]
         share = np.where((x >= 0) & (x <= 1), ramp if rises else 1.0 - ramp, share)
     return share

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.arguments import explained
+from phasmid.kinematics.shared_kernels import quaternion_rows, rpy_rows
 from phasmid.robot import Leg, LegArrays, Robot
 
 Samples = np.ndarray | np.float64
@@ -99,6 +100,14 @@ def link_frames(robot: Robot, q: Float[np.ndarray, "*batch legs 3"]) -> LinkFram
     return LinkFrames(R @ X[..., :3, :3], p_body_link)
 
 
+def rotated(
+    R: Float[np.ndarray, "*#batch 3 3"], v: Float[np.ndarray, "*#batch 3"]
+) -> Float[np.ndarray, "*batch 3"]:
+    """Return R v, summed in one order for all shapes: single samples give the same bits."""
+    rows = [R[..., i, 0] * v[..., 0] + R[..., i, 1] * v[..., 1] for i in range(3)]
+    return np.stack([row + R[..., i, 2] * v[..., 2] for i, row in enumerate(rows)], axis=-1)
+
+
 @explained
 def rotation_rpy(
     roll: Float[np.ndarray, "*batch"],
@@ -117,13 +126,7 @@ def rotation_rpy(
 
     Source: T_B^G, corrected, with x forward (the paper's forward axis is y).
     """
-    cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
-    cy, sy = np.cos(yaw), np.sin(yaw)
-    return matrix(
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    )
+    return matrix(*rpy_rows(roll, pitch, yaw))
 
 
 @explained
@@ -131,12 +134,7 @@ def quaternion_rotation(
     quaternion: Float[np.ndarray, "*batch 4"],
 ) -> Float[np.ndarray, "*batch 3 3"]:
     """Rotation matrix of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = np.moveaxis(quaternion, -1, 0)
-    return matrix(
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    )
+    return matrix(*quaternion_rows(*np.moveaxis(quaternion, -1, 0)))
 
 
 @explained

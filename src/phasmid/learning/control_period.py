@@ -9,6 +9,7 @@ import numpy as np
 from phasmid.compiled import compiled
 from phasmid.control.swing import blend, lift
 from phasmid.kinematics.leg_kernels import inverse_kinematics
+from phasmid.kinematics.vector_kernels import rotate_by
 from phasmid.learning.episodes import Constants, Episodes, States, draw_command, uniform
 from phasmid.learning.terrain import ground_height
 
@@ -19,9 +20,7 @@ UPRIGHT = math.cos(1.0)
 @compiled
 def into_body(q: np.ndarray, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return a vector of world axes in the axes of a body with orientation q (w x y z)."""
-    a, b, c, d = q[0], -q[1], -q[2], -q[3]
-    tx, ty, tz = 2 * (c * z - d * y), 2 * (d * x - b * z), 2 * (b * y - c * x)
-    return x + a * tx + c * tz - d * ty, y + a * ty + d * tx - b * tz, z + a * tz + b * ty - c * tx
+    return rotate_by(q[0], -q[1], -q[2], -q[3], (x, y, z))
 
 
 @compiled
@@ -104,8 +103,7 @@ def clearance(c: Constants, p: np.ndarray) -> tuple[float, float]:
     least, mean = math.inf, 0.0
     w, x, y, z = p[3], p[4], p[5], p[6]
     for point in c.underside:
-        # The inverse of a rotation turns back.
-        dx, dy, dz = into_body(np.array([w, -x, -y, -z]), point[0], point[1], point[2])
+        dx, dy, dz = rotate_by(w, x, y, z, (point[0], point[1], point[2]))
         ground = ground_height(c.terrain, p[0] + dx, p[1] + dy)
         least, mean = min(least, p[2] + dz - ground), mean + ground / 5
     return least, p[2] - mean

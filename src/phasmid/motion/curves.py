@@ -8,6 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy.polynomial.polynomial import polyder, polyval
 
+from phasmid.kinematics.shared_kernels import quintic
+
 Curve = Literal["quintic", "cubic-spline"]
 
 
@@ -59,11 +61,7 @@ def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
     """
     u = np.asarray(u, dtype=float)
     if curve == "quintic":
-        return Path(
-            u**3 * (10 + u * (6 * u - 15)),
-            30 * u**2 * (1 - u) ** 2,
-            60 * u * (1 - u) * (1 - 2 * u),
-        )
+        return Path(*quintic(u))
     return Path(u**2 * (3 - 2 * u), 6 * u * (1 - u), 6 - 12 * u)
 
 

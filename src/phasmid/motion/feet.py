@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait
-from phasmid.kinematics import neutral_feet, step_pose
+from phasmid.kinematics import neutral_feet, rotated, step_pose
 from phasmid.motion.curves import Path, cos_and_sin, join, lift, vector
 from phasmid.motion.rolling import Rolling
 from phasmid.motion.swing import Swings
@@ -104,25 +104,10 @@ def in_body(world: Path, trunk: TrunkMotion) -> Path:
 
     w, dw = turn(trunk.angular_velocity[:, None]), turn(trunk.angular_acceleration[:, None])
     p = turn(world.position - trunk.position[:, None])
-    v = turn(world.velocity - trunk.velocity[:, None]) - _cross(w, p)
+    v = turn(world.velocity - trunk.velocity[:, None]) - np.cross(w, p)
     a = turn(world.acceleration - trunk.acceleration[:, None])
-    a = a - _cross(dw, p) - 2 * _cross(w, v) - _cross(w, _cross(w, p))
+    a = a - np.cross(dw, p) - 2 * np.cross(w, v) - np.cross(w, np.cross(w, p))
     return Path(p, v, a)
-
-
-def rotated(
-    R: Float[np.ndarray, "*#batch 3 3"], v: Float[np.ndarray, "*#batch 3"]
-) -> Float[np.ndarray, "*batch 3"]:
-    """Return R v, summed in one order for all shapes: single samples give the same bits."""
-    rows = [R[..., i, 0] * v[..., 0] + R[..., i, 1] * v[..., 1] for i in range(3)]
-    return np.stack([row + R[..., i, 2] * v[..., 2] for i, row in enumerate(rows)], axis=-1)
-
-
-def _cross(
-    w: Float[np.ndarray, "*#batch 3"], v: Float[np.ndarray, "*#batch 3"]
-) -> Float[np.ndarray, "*batch 3"]:
-    (a, b, c), (x, y, z) = np.moveaxis(w, -1, 0), np.moveaxis(v, -1, 0)
-    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)
 
 
 def coxa_only_feet(

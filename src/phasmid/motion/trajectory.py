@@ -16,8 +16,7 @@ from jaxtyping import Float
 from phasmid.arguments import check_fields, numbers
 from phasmid.csv_table import MOST_ROWS
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.kinematics import body_from_hip, foot_position
-from phasmid.motion.feet import rotated
+from phasmid.kinematics import body_from_hip, foot_position, rotated
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.motion.walk import Walk
 from phasmid.robot import JOINTS, Robot, robot_to_toml

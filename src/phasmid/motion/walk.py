@@ -18,6 +18,7 @@ from phasmid.kinematics import (
     hip_from_body,
     joint_angles,
     joint_motion,
+    rotated,
     rotation_rpy,
 )
 from phasmid.motion.course import Course, LevelCourse, plan_course
@@ -28,7 +29,6 @@ from phasmid.motion.feasibility import (
     checked_times,
     fastest,
 )
-from phasmid.motion.feet import rotated
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.robot import Robot, robot_to_toml
 from phasmid.scenario import Scenario

@@ -16,6 +16,7 @@ from phasmid import kinematics
 from phasmid.errors import InvalidInput
 from phasmid.experiment.contact_law import STANDING_SPEED
 from phasmid.gait import support_margin, sway
+from phasmid.kinematics.shared_kernels import turned
 from phasmid.recording.channels import walking_command
 from phasmid.reporting.run import Run, Source
 from phasmid.reporting.steps import (
@@ -73,7 +74,7 @@ def driven_way(run: Run) -> dict[str, float] | None:
         return None
     held, v = np.diff(run.time), velocity[:-1]
     yaw = np.cumsum(held * v[:, 2]) - held * v[:, 2] / 2
-    forward, sideways = _turned(v[:, 0], v[:, 1], yaw)
+    forward, sideways = turned(yaw, v[:, 0], v[:, 1])
     return {
         "steps": float(run.time[-1] - run.time[0]) / run.step_time,
         "forward": float(held @ forward),
@@ -81,12 +82,6 @@ def driven_way(run: Run) -> dict[str, float] | None:
         "turn": float(held @ v[:, 2]),
         "distance": float(held @ np.hypot(v[:, 0], v[:, 1])),
     }
-
-
-def _turned(x: Any, y: Any, yaw: Any) -> tuple[Any, Any]:
-    """Return vectors of a plane turned to the left by an angle [rad]."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    return c * x - s * y, s * x + c * y
 
 
 def velocity(run: Run) -> dict[str, Any]:
@@ -106,7 +101,7 @@ def velocity(run: Run) -> dict[str, Any]:
     v, orientation = run.channel("body_velocity"), run.channel("body_orientation")
     if found and v is not None and orientation is not None and len(time) > 1:
         yaw = np.unwrap(kinematics.quaternion_yaw(orientation))
-        vx, vy = _turned(v[:, 0], v[:, 1], -yaw)
+        vx, vy = turned(-yaw, v[:, 0], v[:, 1])
         wz = (yaw[-1] - yaw[0]) / (time[-1] - time[0])
         found["actual"] = [float(weights @ vx), float(weights @ vy), float(wz)]
     return found
@@ -137,7 +132,7 @@ def travel(run: Run) -> dict[str, Any]:
             neutral, period = kinematics.neutral_feet(run.robot), run.scenario.period
             path = sway(run.gait, neutral, period, time).removed_from(position, yaw)
         dx, dy = path[-1] - path[0]
-        forward, sideways = map(float, _turned(dx, dy, -yaw[0]))
+        forward, sideways = map(float, turned(-yaw[0], dx, dy))
         # Chords of one step each follow a curved path without the oscillation within a step.
         # No more chords than samples: times of a damaged file may lie far apart.
         step = max(run.step_time, duration / len(time))
@@ -209,7 +204,7 @@ def state_estimate(run: Run, distance: float | None) -> dict[str, Any]:
     channels = run.recording
     yaw = kinematics.quaternion_yaw(channels["body_orientation"].values[0])
     p, v = (
-        np.stack([*_turned(x, y, -yaw), z], axis=-1)
+        np.stack([*turned(-yaw, x, y), z], axis=-1)
         for x, y, z in (channels[name].values.T for name in ("body_position", "body_velocity"))
     )
     p_estimated, v_estimated = (

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.kinematics.shared_kernels import quintic
 
 Places: TypeAlias = Float[np.ndarray, " points"]
 """One coordinate of each point [m]."""
@@ -67,9 +68,8 @@ def ramp(u: Places, start: float, length: float) -> tuple[Places, Places]:
         start: Where it begins to rise [m].
         length: Over which it rises [m].
     """
-    s = np.minimum(np.maximum((u - start) / length, 0.0), 1.0)
-    rest = s * (1 - s)
-    return s * s * s * (10 + s * (6 * s - 15)), 30 / length * rest * rest
+    share, slope, _ = quintic(np.minimum(np.maximum((u - start) / length, 0.0), 1.0))
+    return share, slope / length
 
 
 @dataclass(frozen=True)

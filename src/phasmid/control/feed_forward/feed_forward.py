@@ -26,6 +26,7 @@ from phasmid.control.feed_forward.state import (
 from phasmid.control.memory import MEMORY
 from phasmid.control.records import fill, view_of
 from phasmid.control.types import LegPhase
+from phasmid.kinematics.vector_kernels import quintic
 from phasmid.robot import JOINTS, Robot
 
 MISSING = 1e-6
@@ -63,9 +64,7 @@ def update_load_shares(
             time = min(state.time_since_touchdown[leg], transfer)
             if clock.gait_running == 1 and reference.walks == 1:
                 time = min(time, (reference.lift_phase[leg] - clock.phase) % 1.0 * reference.period)
-            x = time / transfer
-            # Zero slope and curvature at both ends.
-            share = x * x * x * (10.0 + x * (6.0 * x - 15.0))
+            share, _, _ = quintic(time / transfer)
             # A lift may come earlier or later than the gait schedules it.
             most, before = 2.0 * dt / transfer, state.load_share[leg]
             share = min(max(share, before - most), before + most)

@@ -7,8 +7,9 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled
 from phasmid.control.feed_forward.state import InverseDynamics, Motion, Parameters
-from phasmid.dynamics.whole_body_kernels import add, inverse_dynamics, rotate, rotate_back, vector
+from phasmid.dynamics.whole_body_kernels import inverse_dynamics
 from phasmid.kinematics.leg_kernels import add_offset, foot_jacobian, forward_kinematics
+from phasmid.kinematics.vector_kernels import add, rotate, rotate_back, vector
 
 
 @compiled

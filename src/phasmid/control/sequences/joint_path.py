@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.experiment.targets import JointTargets
+from phasmid.kinematics.shared_kernels import quintic
 from phasmid.robot import Robot
 
 SPEED_SHARE, LOADED_SHARE = 0.5, 0.2
@@ -87,8 +88,8 @@ class JointPath:
     def at(self, time: float, rate: float = 1.0) -> JointTargets:
         """Return joint angles and speeds at a time [s] of the motion that runs at a rate."""
         u = time / self.duration
-        s, speed = u**3 * (10 - u * (15 - 6 * u)), 30 * (u * (1 - u)) ** 2 / self.duration
-        return JointTargets(self.spline(s), self.spline(s, 1) * (speed * rate))
+        s, speed, _ = quintic(u)
+        return JointTargets(self.spline(s), self.spline(s, 1) * (speed / self.duration * rate))
 
 
 class Route:
@@ -120,7 +121,7 @@ class Route:
         """Return how fast the rate may change in a direction at a time of the route [1/s]."""
         path, elapsed = self._at(time)
         u = min(max(elapsed / path.duration, 0.0), 1.0)
-        speed, acceleration = 30 * (u * (1 - u)) ** 2, 60 * u * (1 - u) * (1 - 2 * u)
+        _, speed, acceleration = quintic(u)
         rest = QUINTIC_ACCELERATION - max(direction * acceleration, 0.0)
         return REVERSAL_SHARE * rest / (max(speed, 1e-9) * path.duration)
 

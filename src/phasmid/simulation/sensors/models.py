@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from phasmid.compiled import gufunc
+from phasmid.kinematics.vector_kernels import rotate_by
 from phasmid.robot import Robot
 from phasmid.robot.similarity import Scale
 from phasmid.scenario import Scenario
@@ -199,10 +200,7 @@ def random_stream(seed: int, sensor: int) -> np.random.Generator:
 def rotated_vector(quaternion: np.ndarray, vector: np.ndarray, out: np.ndarray) -> None:
     """Rotate vectors by unit quaternions (w x y z)."""
     w, x, y, z = quaternion
-    a, b, c = vector
-    out[0] = (1 - 2 * (y * y + z * z)) * a + 2 * (x * y - w * z) * b + 2 * (x * z + w * y) * c
-    out[1] = 2 * (x * y + w * z) * a + (1 - 2 * (x * x + z * z)) * b + 2 * (y * z - w * x) * c
-    out[2] = 2 * (x * z - w * y) * a + 2 * (y * z + w * x) * b + (1 - 2 * (x * x + y * y)) * c
+    out[0], out[1], out[2] = rotate_by(w, x, y, z, (vector[0], vector[1], vector[2]))
 
 
 @gufunc("(q),(v)->(q)")

@@ -26,7 +26,17 @@ from typing import NamedTuple
 import numpy as np
 
 from phasmid.compiled import compiled
-from phasmid.dynamics.whole_body_kernels import Vector, add, cross, rotate, vector
+from phasmid.kinematics.vector_kernels import (
+    Vector,
+    add,
+    cross,
+    dot,
+    minus,
+    quaternion_rows,
+    rotate,
+    times,
+    vector,
+)
 from phasmid.simulation.contact import CONTACT_POINTS
 
 GAMMA = 1.0 - math.sqrt(0.5)
@@ -88,27 +98,6 @@ def friction_coefficient(speed: float, static: float, kinetic: float, threshold:
     return static - (static - kinetic) * (speed / threshold - 1.0) / (KINETIC_FROM - 1.0)
 
 
-# Vectors of contact points are tuples, which the compiler keeps in registers.
-
-
-@compiled
-def minus(a: Vector, b: Vector) -> Vector:
-    """Return a - b."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-@compiled
-def times(k: float, a: Vector) -> Vector:
-    """Return k a."""
-    return k * a[0], k * a[1], k * a[2]
-
-
-@compiled
-def dot(a: Vector, b: Vector) -> float:
-    """Return the scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 @compiled
 def cubics(c: np.ndarray, s: float) -> Vector:
     """Return the values of three cubics at a share s of the step."""
@@ -149,14 +138,7 @@ def inertia(trunk: np.record, s: float) -> np.ndarray:
 def rotation(quaternion: np.ndarray) -> np.ndarray:
     """Return the rotation of a quaternion of any length."""
     w, x, y, z = quaternion
-    n = 2.0 / (w * w + x * x + y * y + z * z)
-    return np.array(
-        (
-            (1 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)),
-            (n * (x * y + w * z), 1 - n * (x * x + z * z), n * (y * z - w * x)),
-            (n * (x * z - w * y), n * (y * z + w * x), 1 - n * (x * x + y * y)),
-        )
-    )
+    return np.array(quaternion_rows(w, x, y, z, 2.0 / (w * w + x * x + y * y + z * z)))
 
 
 @compiled
