@@ -1,8 +1,4 @@
-"""Explanation of a foot position: what keeps a leg from it, and the nearest one in reach.
-
-`phasmid.motion` explains postures and walks with it, the command ``phasmid explain`` prints it,
-and the studio's leg bench shows its sentence.
-"""
+"""Explanation of a foot position: what keeps a leg from it, and the nearest one in reach."""
 
 from __future__ import annotations
 
@@ -14,20 +10,18 @@ from jaxtyping import Float
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.kinematics.leg import angles_and_margin, foot_position, jacobian
+from phasmid.kinematics.leg import angles_and_margin, foot_position
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE, usable_limits
 from phasmid.robot import JOINTS, Leg
 
 GRID = 61
-"""Angles of femur and of tibia at which the search for the nearest foot position begins."""
+"""Angles of femur and of tibia that each round of the search for the nearest position looks at."""
 
-
-STARTS = 3
-"""Local minima of the grid from which the search goes on."""
+ROUNDS, NARROWING = 14, 0.2
+"""Rounds of the search, and width of the next grid over that of the last: to 1e-9 rad."""
 
 AT_LIMIT = 1e-6
-"""Distance from a limit up to which an angle of the nearest position is on it [rad]: the search
-ends nearer than this."""
+"""Distance from a limit up to which an angle of the nearest position is on it [rad]."""
 
 TIBIA = JOINTS.index("tibia")
 
@@ -68,15 +62,11 @@ class Violation:
     @property
     def reason(self) -> str:
         """The violation in words that follow the name of a leg."""
+        is_low = self.needed < self.lowest
+        side, limit = ("near", self.lowest) if is_low else ("far", self.highest)
         if self.is_angle:
-            needed, excess, low, high = (
-                math.degrees(value)
-                for value in (self.needed, self.excess, self.lowest, self.highest)
-            )
-            limit = low if self.needed < self.lowest else high
-            return f"its {self.what} would turn to {needed:.1f}°, {excess:.1f}° beyond {limit:.4g}°"
-        near = self.needed < self.lowest
-        side, limit = ("near", self.lowest) if near else ("far", self.highest)
+            needed, excess, end = map(math.degrees, (self.needed, self.excess, limit))
+            return f"its {self.what} would turn to {needed:.1f}°, {excess:.1f}° beyond {end:.4g}°"
         axis = "femur" if self.what == "reach" else "coxa"
         bound = f", {self.bound}" if self.bound else ""
         return (
@@ -122,8 +112,8 @@ class FootExplanation:
 
         A tibia in line with the femur counts as a limit: the leg is stretched.
         """
-        joint, _ = self._nearest_limit
-        return JOINTS[joint], float(self._room.flat[2 * joint : 2 * joint + 2].min())
+        joint, side = self._nearest_limit
+        return JOINTS[joint], float(self._room[joint, side])
 
     @property
     def _room(self) -> Float[np.ndarray, "3 2"]:
@@ -174,13 +164,7 @@ class FootExplanation:
 
 
 def limit_words(leg: Leg, joint: int, side: int) -> str:
-    """Return a limit of a joint in words.
-
-    Args:
-        leg: The leg.
-        joint: Index of the joint.
-        side: 0 for the lower limit, 1 for the upper one.
-    """
+    """Return the lower (side 0) or upper limit of a joint in words."""
     own, usable = leg.joint_limits[joint, side], usable_limits(leg)[joint, side]
     if own == usable:
         return f"its limit of {math.degrees(own):.4g}°"
@@ -216,12 +200,7 @@ def explain_foot(leg: Leg, p_hip_foot: object) -> FootExplanation:
 
 
 def foot_violations(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> tuple[Violation, ...]:
-    """Return the limits that a foot position violates; none where it is possible.
-
-    Args:
-        leg: The leg.
-        p_hip_foot: Foot in the leg's hip frame [m], shape (3,).
-    """
+    """Return the limits that a foot in the hip frame [m] violates; none where it is possible."""
     q, margin = angles_and_margin(leg, p_hip_foot)
     violations = []
     if not margin > 0:
@@ -248,18 +227,15 @@ def _distance_violations(leg: Leg, foot: np.ndarray) -> list[Violation]:
         for angle in (low, high)
     )
     far = math.hypot(out, foot[2])
-    side = 0 if far < bent else 1
-    bound = f"with the tibia at {limit_words(leg, TIBIA, side)}"
-    if bound.endswith("the stretched leg"):
-        bound = "with the leg stretched"
+    bound = f"with the tibia at {limit_words(leg, TIBIA, 0 if far < bent else 1)}"
     return [Violation("reach", far, bent, stretched, bound)]
 
 
 def nearest_angles(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
     """Return the joint angles of the possible foot position nearest to a wanted one.
 
-    The squared distance is minimised over the joint limits with the foot outwards of the coxa axis
-    (sequential quadratic programming), from the best points of a grid of angles.
+    The search looks at a grid of angles of femur and tibia within their limits, and again and again
+    at a finer grid around the best of them.
 
     Args:
         leg: The leg.
@@ -268,71 +244,38 @@ def nearest_angles(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> Float[np.nda
     Returns:
         Joint angles [rad], shape (3,); NaN where the joint limits permit no position.
     """
-    # Lazy import: scipy.optimize takes 0.2 s.
-    from scipy.optimize import minimize
-
-    low, high = usable_limits(leg).T
-    size = float(leg.lengths.sum())
-
-    def square(q: np.ndarray) -> float:
-        return float(np.sum((foot_position(leg, q) - p_hip_foot) ** 2)) / size**2
-
-    def slope(q: np.ndarray) -> np.ndarray:
-        error = foot_position(leg, q) - p_hip_foot
-        return np.asarray(2 * jacobian(leg, q).T @ error / size**2)
-
-    def outward(q: np.ndarray) -> float:
-        return float(foot_position(leg, q * STRAIGHT)[0]) / size - LEAST_OUT
-
-    def outward_slope(q: np.ndarray) -> np.ndarray:
-        return np.asarray(jacobian(leg, q * STRAIGHT)[0] * STRAIGHT / size)
-
-    best = np.full(3, np.nan)
-    for start in _starts(leg, p_hip_foot, low, high):
-        found = minimize(
-            square,
-            start,
-            jac=slope,
-            method="SLSQP",
-            bounds=np.stack([low, high], axis=1),
-            constraints={"type": "ineq", "fun": outward, "jac": outward_slope},
-            options={"ftol": 1e-15, "maxiter": 200},
-        ).x
-        for q in (start, np.clip(found, low, high)):
-            if outward(q) > -LEAST_OUT and not square(q) >= square(best):
-                best = q
+    limits = usable_limits(leg)
+    best, (low, high) = np.full(3, np.nan), limits[1:].T
+    if not (limits[:, 0] <= limits[:, 1]).all():
+        return best
+    for _ in range(ROUNDS):
+        femur, tibia = np.linspace(low, high, GRID, axis=1)
+        q, square = _turned(leg, p_hip_foot, *np.meshgrid(femur, tibia, indexing="ij"))
+        place = np.unravel_index(int(np.argmin(square)), square.shape)
+        if not np.isfinite(square[place]):
+            break
+        best = q[place]
+        around = NARROWING / 2 * (high - low)
+        low = np.maximum(best[1:] - around, limits[1:, 0])
+        high = np.minimum(best[1:] + around, limits[1:, 1])
     return best
 
 
-STRAIGHT = np.array([0.0, 1.0, 1.0])
-"""Factors that turn a leg to its neutral direction: its plane is x and z of the hip frame."""
+def _turned(
+    leg: Leg, wanted: np.ndarray, femur: np.ndarray, tibia: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return joint angles with the best angle of the coxa, and squares of the distance [m²].
 
-
-def _starts(leg: Leg, wanted: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the best local minima of the distance on a grid of angles [rad], shape (N, 3).
-
-    The coxa turns to the wanted foot or to a limit.
+    The best angle points to the wanted foot, or is a limit. Feet behind the coxa axis do not count.
     """
-    from scipy.ndimage import minimum_filter
-
-    if not (low <= high).all():
-        return np.empty((0, 3))
-    q2, q3 = np.meshgrid(
-        np.linspace(low[1], high[1], GRID), np.linspace(low[2], high[2], GRID), indexing="ij"
-    )
-    straight = foot_position(leg, np.stack([np.zeros_like(q2), q2, q3], axis=-1))
+    straight = foot_position(leg, np.stack([np.zeros_like(femur), femur, tibia], axis=-1))
+    low, high = usable_limits(leg)[0]
     turn = math.atan2(wanted[1], wanted[0]) - np.arctan2(straight[..., 1], straight[..., 0])
     turn = np.arctan2(np.sin(turn), np.cos(turn))
-    limits = (np.full_like(turn, limit) for limit in (low[0], high[0]))
-    q1 = np.stack([np.clip(turn, low[0], high[0]), *limits])
-    q = np.stack(np.broadcast_arrays(q1, q2, q3), axis=-1)
+    turns = np.stack([np.clip(turn, low, high), np.full_like(turn, low), np.full_like(turn, high)])
+    q = np.stack(np.broadcast_arrays(turns, femur, tibia), axis=-1)
     square = np.sum((foot_position(leg, q) - wanted) ** 2, axis=-1)
-    square[:, straight[..., 0] < 0] = np.inf
-    # One coxa angle for each pair of the others.
-    turned = np.argmin(square, axis=0)[None]
-    square = np.take_along_axis(square, turned, axis=0)[0]
-    q = np.take_along_axis(q, turned[..., None], axis=0)[0]
-    is_minimum = square == minimum_filter(square, 3, mode="nearest")
-    minima = np.argwhere(is_minimum & np.isfinite(square))
-    order = np.argsort(square[tuple(minima.T)], kind="stable")[:STARTS]
-    return np.asarray(q[tuple(minima[order].T)])
+    square[:, straight[..., 0] < LEAST_OUT * leg.lengths.sum()] = np.inf
+    best = np.argmin(square, axis=0)[None]
+    q = np.take_along_axis(q, best[..., None], axis=0)[0]
+    return q, np.take_along_axis(square, best, axis=0)[0]
