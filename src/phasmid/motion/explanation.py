@@ -1,12 +1,8 @@
-"""Explanation of postures and walks: the legs and joints that forbid them, and the largest share.
-
-The command ``phasmid explain`` prints it.
-"""
+"""Explanation of postures and walks: what forbids them, and the largest share."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -31,7 +27,7 @@ from phasmid.kinematics import (
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.kinematics.workspace import usable_limits, within_reach
 from phasmid.motion.course import Course, LevelCourse
-from phasmid.motion.feasibility import checked_times
+from phasmid.motion.feasibility import checked_times, largest_possible
 from phasmid.motion.remedies import plan
 from phasmid.motion.walk import Walk, course_of
 from phasmid.robot import Robot
@@ -43,10 +39,6 @@ POSTURE_SHARES = 200
 
 NEAR = 1e-3
 """Clearance or support margin that is named before the limits of the joints [m]."""
-
-BISECTIONS = 20
-"""Bisections of a share, which give it within a millionth."""
-
 
 @dataclass(frozen=True, eq=False)
 class PostureExplanation:
@@ -138,12 +130,7 @@ def explain_posture(robot: Robot, pose: object) -> PostureExplanation:
             return False
         return min(_clearance_and_margin(robot, share * wanted)) > 0
 
-    # Feet may leave their reach and enter it again: only the first gap counts.
-    tried = np.arange(POSTURE_SHARES + 1) / POSTURE_SHARES
-    gap = next((share for share in tried if not is_possible(share)), None)
-    share = 1.0 if gap is None else 0.0
-    if gap is not None and gap > 0:
-        share = _largest_share(is_possible, gap - tried[1], gap)
+    share = largest_possible(is_possible, np.linspace(0.0, 1.0, POSTURE_SHARES + 1))
     return PostureExplanation(robot, wanted, feet, clearance, margin, share)
 
 
@@ -157,14 +144,6 @@ def _clearance_and_margin(robot: Robot, pose: np.ndarray) -> tuple[float, float]
     com = rotation_rpy(*pose[3:, None])[0] @ com + pose[:3]
     stance = np.ones(len(feet), dtype=bool)
     return clearance, float(support_margin(feet[:, :2], stance, com[:2]))
-
-
-def _largest_share(is_possible: Callable[[float], bool], low: float, high: float) -> float:
-    """Return the largest possible share between a possible one and an impossible one."""
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        low, high = (middle, high) if is_possible(middle) else (low, middle)
-    return low
 
 
 def _margin_words(foot: FootExplanation) -> str:
@@ -209,9 +188,6 @@ class WalkExplanation:
 def explain_walk(scenario: Scenario) -> WalkExplanation:
     """Explain whether the walk of a scenario can be planned.
 
-    Args:
-        scenario: The scenario.
-
     Raises:
         InvalidInput: Robot, gait or terrain of the scenario is refused.
     """
@@ -254,10 +230,7 @@ def _feet(scenario: Scenario, course: LevelCourse | Course) -> tuple[FootExplana
 
 
 def _longest(scenario: Scenario) -> tuple[Stride | None, str]:
-    """Return the longest possible stride of a scenario's direction, and what forbids a longer one.
-
-    The stride is None where there is none.
-    """
+    """Return the longest possible stride of a direction, or None, and what forbids a longer one."""
     limit, stride = "", scenario.planned_stride
 
     def is_possible(share: float) -> bool:
@@ -270,5 +243,5 @@ def _longest(scenario: Scenario) -> tuple[Stride | None, str]:
             return False
         return True
 
-    share = _largest_share(is_possible, 0.0, 1.0)
+    share = largest_possible(is_possible, np.array([0.0, 1.0]))
     return (stride.scaled(share) if share > 0 else None), limit

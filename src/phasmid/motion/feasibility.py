@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +35,7 @@ USUAL_STRIDE = Stride(period=1.0)
 """The stride of a scenario that states none; only its period is another."""
 
 STRIDES, BISECTIONS = 17, 21
-"""Strides that are tried up to the legs' length, and bisections of the first that is too long."""
+"""Strides that are tried up to twice the legs' length, and bisections of what is possible."""
 
 
 def checked_times(
@@ -129,12 +129,29 @@ def longest_stride(
             not supported or is_supported(robot, gait, step)
         )
 
-    # Feet may leave their reach and enter it again: only the first gap counts.
-    tried = np.linspace(0.0, 2.0 * float(robot.arrays.lengths.sum(axis=1).max()), STRIDES)
-    first = next((n for n, length in enumerate(tried) if not is_possible(length)), STRIDES)
-    if first in (0, STRIDES):
-        return float(tried[first - 1]) if first else 0.0
-    low, high = float(tried[first - 1]), float(tried[first])
+    longest = 2.0 * float(robot.arrays.lengths.sum(axis=1).max())
+    return largest_possible(is_possible, np.linspace(0.0, longest, STRIDES))
+
+
+def largest_possible(
+    is_possible: Callable[[float], bool], tried: Float[np.ndarray, " values"]
+) -> float:
+    """Return the largest possible value, by bisection after the last possible one of those tried.
+
+    Feet may leave their reach and enter it again: only the first gap counts.
+
+    Args:
+        is_possible: Whether a value is possible.
+        tried: Values, increasing; the first where even that is impossible.
+    """
+    low = float(tried[0])
+    for high in tried.tolist():
+        if not is_possible(high):
+            break
+        low = high
+    if high == low:
+        # All of them are possible, or not even the first.
+        return low
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
         low, high = (middle, high) if is_possible(middle) else (low, middle)
