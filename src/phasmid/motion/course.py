@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait, sway
@@ -89,7 +89,6 @@ class Course:
         gait: The gait.
         end: End of the course [s].
         footholds: Footholds of each leg by cycle, from `EARLIEST`.
-        counted: Footholds that the walk reaches, shape as theirs.
         swings: Swings from each foothold to the next.
         postures: Postures by event of the gait.
     """
@@ -99,14 +98,8 @@ class Course:
     gait: Gait
     end: float
     footholds: Footholds
-    counted: Bool[np.ndarray, "cycles legs"]
     swings: Swings
     postures: Postures
-
-    @property
-    def moved(self) -> int:
-        """Number of footholds that differ from those of level ground."""
-        return int((self.footholds.moved & self.counted).sum())
 
     def motion(self, time: Float[np.ndarray, " time"]) -> tuple[TrunkMotion, Path]:
         """Return the motion of the trunk, and of the feet in the body frame.
@@ -199,16 +192,8 @@ def plan_course(
             f"{place(scenario, lift[n + 1, leg])} {robot.legs[leg].name} would strike the ground "
             "in its swing, or wait for too much of it."
         )
-    return Course(
-        scenario,
-        robot,
-        gait,
-        end,
-        footholds,
-        counted,
-        swings,
-        _postures(scenario, robot, gait, footholds, last),
-    )
+    postures = _postures(scenario, robot, gait, footholds, last)
+    return Course(scenario, robot, gait, end, footholds, swings, postures)
 
 
 def _check_grip(scenario: Scenario, terrain: Ground, places: Float[np.ndarray, "places 2"]) -> None:

@@ -32,12 +32,10 @@ class Footholds(NamedTuple):
 
     Attributes:
         place: Footholds in world axes [m], shape (C, L, 3).
-        moved: Footholds that are not the nominal ones, shape (C, L).
         found: Footholds that are good places; the others are nominal, shape (C, L).
     """
 
     place: Float[np.ndarray, "cycles legs 3"]
-    moved: Bool[np.ndarray, "cycles legs"]
     found: Bool[np.ndarray, "cycles legs"]
 
 
@@ -80,7 +78,6 @@ def choose_footholds(
     shape = nominal.shape[:2]
     return Footholds(
         np.concatenate([chosen, z[:, None]], axis=1).reshape(*shape, 3),
-        (chosen != flat).any(axis=1).reshape(shape),
         found.reshape(shape),
     )
 

@@ -128,12 +128,6 @@ class Walk:
             for times in checked_times(ours, self.course):
                 check_speed(theirs, self.course, times, self.sample(times).qd)
 
-    def __repr__(self) -> str:
-        return (
-            f"Walk({self.robot.name}, {self.gait.name} gait, {len(self.time)} samples, "
-            f"{self.time[-1] if len(self.time) else 0:g} s)"
-        )
-
     @property
     def support_margin(self) -> Float[np.ndarray, " time"]:
         """Distance of the centre of mass from the edge of the support polygon [m], shape (N,)."""

@@ -73,28 +73,14 @@ class Motor:
         kept = 1 - f.load_loss - still * f.stribeck_load_loss
         return (needed + still * f.stribeck) / (self.constant * kept)
 
-    def no_load_current(self, voltage: float) -> float:
-        """Current that turns the unloaded output [A].
-
-        Args:
-            voltage: At the winding [V].
-        """
-        return self._no_load(voltage)[0]
-
     def no_load_speed(self, voltage: float) -> float:
         """Return the no-load speed of the output [rad/s].
 
         Args:
             voltage: At the winding [V].
         """
-        return self._no_load(voltage)[1]
-
-    def _no_load(self, voltage: float) -> tuple[float, float]:
-        """Return current and speed without load.
-
-        The Stribeck effect falls with the speed: iterating from none of it, the speed falls to the
-        highest that is steady.
-        """
+        # The Stribeck effect falls with the speed: from none of it, the speed falls in iterations to
+        # the highest that is steady.
         f, drag = self.friction, self.friction.viscous / self.constant
         share, speed = 0.0, math.inf
         for _ in range(MOST_ITERATIONS):
@@ -106,7 +92,7 @@ class Motor:
             share = f.stribeck_share(speed)
             if abs(speed - before) <= 1e-15 * speed:
                 break
-        return current, speed
+        return speed
 
 
 MOST_ITERATIONS = 200
