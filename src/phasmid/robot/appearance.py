@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Integer
@@ -83,13 +82,6 @@ class Appearance:
         """Return the appearance of parts."""
         return cls(lambda: parts, name)
 
-    @classmethod
-    def from_file(cls, path: Path) -> Appearance:
-        """Return the appearance in a ``.glb`` file, which is read at the first access."""
-        from phasmid.robot.glb import read_glb
-
-        return cls(lambda: read_glb(path), path.name)
-
     @cached_property
     def parts(self) -> Mapping[str, tuple[Part, ...]]:
         """Parts of each named link.
@@ -100,12 +92,7 @@ class Appearance:
         return self.read()
 
     def link(self, leg: str, joint: str) -> tuple[Part, ...]:
-        """Return the parts of a leg's link, its own or the shared ones.
-
-        Args:
-            leg: Name of the leg.
-            joint: ``coxa``, ``femur`` or ``tibia``.
-        """
+        """Return the parts of a leg's link, its own or the shared ones."""
         return self.parts.get(f"{leg}.{joint}", self.parts.get(joint, ()))
 
     @property

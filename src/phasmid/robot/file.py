@@ -6,6 +6,7 @@ import copy
 import math
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from phasmid import toml
 from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, InvalidRobot, located, nearest
 from phasmid.robot.appearance import Appearance
+from phasmid.robot.glb import read_glb
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length, solid_box
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
@@ -79,13 +81,9 @@ def load_robot(source: str | Path) -> Robot:
 def robot_from_table(
     raw: dict[str, Any], path: Path, content: str, folder: Path | None = None
 ) -> Robot:
-    """Build a robot from the table of its file.
+    """Build a robot from the table of its file, whose name and text are for messages.
 
-    Args:
-        raw: The table.
-        path: Its file, for messages.
-        content: The file's text, for line numbers.
-        folder: Where its meshes may lie; those that come with phasmid are found without it.
+    Meshes may lie in the folder; those that come with phasmid are found without it.
 
     Raises:
         InvalidInput: The table is not well formed.
@@ -131,16 +129,7 @@ def with_values(robot: Robot, values: Mapping[str, Any]) -> Robot:
 
 
 def _set_value(table: dict[str, Any], path: list[str], value: Any) -> None:
-    """Replace a value in a robot's table, whatever unit the table gives it in.
-
-    Args:
-        table: The table, modified in place.
-        path: Keys to the value; ``*`` before the last stands for all keys of a level.
-        value: The value, in the unit that the last key names.
-
-    Raises:
-        InvalidInput: A table on the path is absent.
-    """
+    """Replace a value in a robot's table, whatever unit it has there; ``*`` is each key."""
     head, *rest = path
     if not rest:
         for key in [key for key in table if split_unit(key)[0] == split_unit(head)[0]]:
@@ -167,7 +156,7 @@ def _appearance(name: str | None, folder: Path | None) -> Appearance | None:
     presets = Path(str(resources.files("phasmid.robot") / "presets"))
     for place in (folder, presets):
         if place and (place / name).is_file() and not (place / name).is_symlink():
-            return Appearance.from_file(place / name)
+            return Appearance(partial(read_glb, place / name), name)
     return None
 
 
