@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from phasmid.errors import InfeasibleLoad
 from phasmid.forces.cones import Rows, directions, half_spaces
-from phasmid.forces.load import Load, grasp_matrix
+from phasmid.forces.load import Load, grasp_matrix, push_limits
 from phasmid.robot import JOINTS
 
 NOTHING = 1e-6
@@ -25,23 +25,20 @@ def explain(
     load: Load,
     names: list[str],
     missing: Float[np.ndarray, "6"],
-    least: float,
     index: tuple[int, ...],
     time: float | None,
 ) -> InfeasibleLoad:
-    """Return the error of an infeasible sample.
+    """Return the error of one infeasible sample.
 
     Args:
-        load: One sample.
+        load: The sample.
         names: Names of its legs.
-        missing: Part of the wrench that the feet cannot give, shape (6,).
-        least: Least normal force of a foot with full share [N].
-        index: Index of the sample over the caller's leading axes.
-        time: Time of the sample [s].
+        missing: Part of the wrench that the feet cannot give [N, N·m].
+        index: Of the sample over the caller's leading axes.
+        time: Of the sample [s].
     """
-    limit, sentence, hint = (
-        _too_few(load, names, missing) if missing.any() else _beyond_limits(load, names, least)
-    )
+    found = _too_few(load, names, missing) if missing.any() else _beyond_limits(load, names)
+    limit, sentence, hint = found
     words = [f"sample {', '.join(map(str, index))}"] if index else []
     if time is not None:
         words.append(f"at {time:.4g} s")
@@ -77,7 +74,7 @@ def _too_few(load: Load, names: list[str], missing: np.ndarray) -> tuple[str, st
     return "feet", f"{who}; {_listed(lacks)} of it would be missing.", hint
 
 
-def _beyond_limits(load: Load, names: list[str], least: float) -> tuple[str, str, str]:
+def _beyond_limits(load: Load, names: list[str]) -> tuple[str, str, str]:
     """Return limit, sentence and hint of the first limit that cannot be kept.
 
     A hierarchical programme gives the wrench first, and then keeps the limits of pull, friction and
@@ -89,7 +86,7 @@ def _beyond_limits(load: Load, names: list[str], least: float) -> tuple[str, str
     grasp = grasp_matrix(load.feet) @ (load.axes @ U).reshape(1, 3 * k, -1)
     levels = (
         Rows(grasp, load.wrench / scale, load.wrench / scale),
-        load.push_limits(none, U, least, scale),
+        push_limits(none, U),
         half_spaces(FACES, none, U, load.friction),
         load.torque_limits(none, load.axes @ U, scale),
     )
@@ -103,14 +100,11 @@ def _beyond_limits(load: Load, names: list[str], least: float) -> tuple[str, str
     limit = load.limit.ravel()
     joints = [f"{name}.{joint}" for name in names for joint in JOINTS]
 
-    pulls = least * load.share[0] - normal
     slips = (f[0, :, 1:] @ FACES.T).max(axis=1) - friction * normal
     overload = np.abs(torque) - limit
     standing, nothing = f"with {_listed(names)} standing", NOTHING * scale
-    if (bad := pulls > nothing).any():
-        what = f"would have to pull with {_numbers(pulls[bad])} N, and the ground only pushes"
-        if least > 0:
-            what = f"would carry {_numbers(pulls[bad])} N less than their least normal force"
+    if (bad := -normal > nothing).any():
+        what = f"would have to pull with {_numbers(-normal[bad])} N, and the ground only pushes"
         hint = "the centre of mass further inside the standing feet, or more of them"
         return "pull", f"{standing}, {_subject('foot', 'feet', names, bad)} {what}.", hint
     if (bad := slips > nothing).any():

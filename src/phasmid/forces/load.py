@@ -48,12 +48,6 @@ class Load(NamedTuple):
         """Return joint torques under ground reaction forces [N·m]."""
         return self.torque - np.einsum("nlij,nli->nlj", self.jacobian, force)
 
-    def push_limits(
-        self, f: np.ndarray, U: np.ndarray, least: float, scale: np.ndarray | float
-    ) -> Rows:
-        """Return the limits by which forces f + U x, in contact axes and units of scale, push."""
-        return Rows.below(-U[..., 0, :], f[..., 0] - least * self.share / scale)
-
     def torque_limits(self, force: np.ndarray, V: np.ndarray, scale: np.ndarray | float) -> Rows:
         """Return the limits of the joint torques under the forces force + scale V x."""
         n, k, _, free = V.shape
@@ -66,12 +60,13 @@ class Load(NamedTuple):
         return Rows(change.reshape(n, 3 * k, free), lower, upper)
 
 
-def grasp_matrix(feet: Float[np.ndarray, "*batch legs 3"]) -> Float[np.ndarray, "*batch 6 axes"]:
-    """Return the grasp matrix, from all foot forces to the wrench, shape (..., 6, 3 L).
+def push_limits(f: np.ndarray, U: np.ndarray) -> Rows:
+    """Return the limits by which forces f + U x, in contact axes, push."""
+    return Rows.below(-U[..., 0, :], f[..., 0])
 
-    Args:
-        feet: Feet from the point of the moment [m], shape (..., L, 3).
-    """
+
+def grasp_matrix(feet: Float[np.ndarray, "*batch legs 3"]) -> Float[np.ndarray, "*batch 6 axes"]:
+    """Return the matrix from forces on feet [m] to the wrench about the origin, (..., 6, 3 L)."""
     legs = feet.shape[-2]
     matrix = np.zeros((*feet.shape[:-2], 6, legs, 3))
     x, y, z = np.moveaxis(feet, -1, 0)

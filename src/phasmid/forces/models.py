@@ -62,12 +62,10 @@ class FrictionCone:
 
     Attributes:
         cost: A model without limits.
-        least_normal: Least normal force of a standing foot, times its share [N].
     """
 
     name: ClassVar[str] = "friction-cone"
     cost: MinimumNorm | WeightedMinimumNorm | MinimumTorque = MinimumNorm()
-    least_normal: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,13 +73,9 @@ class SmallestLargestLoad:
     """Smallest largest ratio of normal force to share, within the limits of `FrictionCone`.
 
     Among the forces with that ratio, those of least norm.
-
-    Attributes:
-        least_normal: Least normal force of a standing foot, times its share [N].
     """
 
     name: ClassVar[str] = "smallest-largest-load"
-    least_normal: float = 0.0
 
 
 Limited = FrictionCone | SmallestLargestLoad

@@ -9,7 +9,7 @@ from phasmid.errors import InvalidInput
 from phasmid.forces.cones import Rows, cheapest_points
 from phasmid.forces.contacts import Contacts, JointLoad
 from phasmid.forces.infeasibility import explain
-from phasmid.forces.load import Load, grasp_matrix
+from phasmid.forces.load import Load, grasp_matrix, push_limits
 from phasmid.forces.models import ForceModel, Limited, SmallestLargestLoad, cost, force_model
 
 NEGLIGIBLE = 1e-9
@@ -104,7 +104,6 @@ def share_load(
             loads.of(failed[:1], stance),
             names,
             missing[first],
-            model.least_normal if isinstance(model, Limited) else 0.0,
             index,
             None if time is None else float(np.broadcast_to(time, batch)[index]),
         )
@@ -165,20 +164,20 @@ def _forces(load: Load, model: ForceModel) -> tuple[np.ndarray, np.ndarray]:
         null = V * ~np.pad(independent, ((0, 0), (0, 3 * k - rank)))[:, None]
         todo = np.arange(n)
         if not isinstance(model, SmallestLargestLoad):
-            todo = np.flatnonzero(~_within(load, force, model.least_normal))
+            todo = np.flatnonzero(~_within(load, force))
         if len(todo):
             V = W[todo] @ null[todo, :, common:].reshape(len(todo), k, 3, -1)
             force[todo] = _limited(load.of(todo), force[todo], V, model)
     return force, left
 
 
-def _within(load: Load, force: np.ndarray, least: float) -> np.ndarray:
+def _within(load: Load, force: np.ndarray) -> np.ndarray:
     """Return the samples that keep all limits, shape (n,)."""
     f = np.einsum("nlij,nli->nlj", load.axes, force)
     slack = WITHIN * np.abs(force).max(axis=(-2, -1))[:, None]
     torque = load.torque_with(force)
     good = np.hypot(f[..., 1], f[..., 2]) <= load.friction * f[..., 0] + slack
-    good &= f[..., 0] >= least * load.share - slack
+    good &= f[..., 0] >= -slack
     good &= (np.abs(torque) <= load.limit).all(axis=-1)
     return np.asarray(good.all(axis=-1))
 
@@ -194,7 +193,7 @@ def _limited(load: Load, force: np.ndarray, V: np.ndarray, model: Limited) -> np
         # One more unknown t, at least each foot's normal force over its share.
         V, U = (np.pad(part, ((0, 0), (0, 0), (0, 0), (0, 1))) for part in (V, U))
         slope = np.append(slope, LARGEST_COST)
-    limits = load.push_limits(f, U, model.least_normal, scale)
+    limits = push_limits(f, U)
     if isinstance(model, SmallestLargestLoad):
         below_t = U[..., 0, :].copy()
         below_t[..., -1] = -load.share
