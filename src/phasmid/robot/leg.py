@@ -12,7 +12,7 @@ from jaxtyping import Float
 from phasmid import units
 from phasmid.arguments import check_fields
 from phasmid.errors import InvalidRobot
-from phasmid.robot.link import Link, frozen_array
+from phasmid.robot.link import LONGEST_LENGTH, Link, frozen_array
 
 JOINTS = ("coxa", "femur", "tibia")
 """The joints of a leg, hip first; each is named for the link that it moves."""
@@ -76,23 +76,22 @@ class Leg:
     def __post_init__(self) -> None:
         what = f"leg {self.name}"
         check_fields(self, f"{what}: ", InvalidRobot)
-        for place, shape in (("mount_position", (3,)), ("neutral_foot", (3,))):
-            array = frozen_array(getattr(self, place), shape, f"{what}: {place}")
-            key = place.removesuffix("_position")
-            if np.abs(array).max() > 2.0:
+        shapes = {"mount_position": (3,), "neutral_foot": (3,), "strength": (3,)}
+        for name, shape in (shapes | {"joint_limits": (3, 2)}).items():
+            array = frozen_array(getattr(self, name), shape, f"{what}: {name}")
+            object.__setattr__(self, name, array)
+        for place in ("mount_position", "neutral_foot"):
+            array, key = getattr(self, place), place.removesuffix("_position")
+            if np.abs(array).max() > LONGEST_LENGTH:
                 raise InvalidRobot(
                     f"{what}: {place} reaches {np.abs(array).max():.4g} m; "
-                    "lengths above 2 m are refused.",
+                    f"lengths above {LONGEST_LENGTH:g} m are refused.",
                     hint=f"{key}_mm = [{', '.join(f'{x:.6g}' for x in array)}]",
                 )
-            object.__setattr__(self, place, array)
-        strength = frozen_array(self.strength, (3,), f"{what}: strength")
-        if not (strength > 0).all():
-            raise InvalidRobot(f"{what}: strength is {strength.min():.4g}; it must be above 0.")
-        object.__setattr__(self, "strength", strength)
-        object.__setattr__(
-            self, "joint_limits", frozen_array(self.joint_limits, (3, 2), f"{what}: joint_limits")
-        )
+        if not (self.strength > 0).all():
+            raise InvalidRobot(
+                f"{what}: strength is {self.strength.min():.4g}; it must be above 0."
+            )
         for angle in ("mount_yaw", "femur_bend", "tibia_bend", "mount_pitch", "mount_roll"):
             value, key = getattr(self, angle), angle.removeprefix("mount_")
             if not math.isfinite(value) or abs(value) > 2 * math.pi:
