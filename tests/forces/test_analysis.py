@@ -1,7 +1,5 @@
 """Model torques and foot forces of planned walks, and of a robot at rest."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -100,22 +98,6 @@ def test_torque_limits_are_refused_with_a_model_without_limits():
         "or the force model one with limits."
     )
     assert (error.where, error.hint) == ("model.torque_limits", 'force_model = "friction-cone"')
-
-
-def test_smooth_ground_and_weak_servos_are_named():
-    with pytest.raises(InfeasibleLoad) as caught:
-        analysed(force_model="friction-cone", friction=0.001)
-    assert caught.value.limit == "friction"
-    assert caught.value.what.startswith(f"sample {caught.value.index[0]} at ")
-    assert "right_middle, left_rear and left_front standing" in caught.value.what
-
-    robot = PAPER.load_robot()
-    robot = dataclasses.replace(robot, servo=dataclasses.replace(robot.servo, stall_torque=0.3))
-    with pytest.raises(InfeasibleLoad) as caught:
-        analysed(robot=robot, force_model="friction-cone", torque_limits="counted")
-    assert caught.value.limit == "torque"
-    assert "standing, joints right_middle.femur, " in caught.value.what
-    assert "the limit is 0.3 N·m" in caught.value.what
 
 
 @pytest.mark.parametrize("name", ["waves", "stairs"])

@@ -2,7 +2,6 @@
 
 import mujoco
 import numpy as np
-import pytest
 
 from phasmid.control.feed_forward.feed_forward import FeedForward, solve
 from phasmid.dynamics import BodyMotion, inverse_dynamics
@@ -17,8 +16,7 @@ from phasmid.forces import (
 from phasmid.formats import import_robot
 from phasmid.kinematics import body_from_hip, foot_position, rotation_rpy
 from phasmid.scenario import load_scenario
-from phasmid.terrain import Flat, Ground, Slope
-from support.ball_dog import ball_dog
+from phasmid.terrain import Ground, Slope
 
 CROUCH = (0.1, 0.9, -1.8)
 """Angles of each leg in the file [rad]: shanks lean by 0.9 rad."""
@@ -116,20 +114,3 @@ def test_the_controller_shares_the_same_loads(tmp_path):
     solve(stage._states[0], stage._robots[0])
     np.testing.assert_allclose(state.foot_force, dog.forces, rtol=0, atol=1e-7)
     np.testing.assert_allclose(state.joint_torque, dog.torque, rtol=0, atol=1e-7)
-
-
-def test_figures_of_a_crouching_dog(tmp_path):
-    """28.2 and 32.1 N and 0.354 N·m; points at the far ends of the balls have 0.755 N·m."""
-    up = np.array([0.0, 0.0, 1.0])
-    dog = Dog(tmp_path, (0.0, 0.0, 0.0), up, vertical=True, pose=(0.0, 0.9, -1.8))
-    robot = dog.robot
-    ground, stands = Ground(Flat(), 0.8), np.ones(4, dtype=bool)
-    scenario = load_scenario("paper").replace(force_model="minimum-norm")
-    load = holding_forces(
-        scenario, robot, dog.position, dog.rotation, dog.q, dog.feet, stands, ground
-    )
-    assert load.normal_force[:2] == pytest.approx([28.21, 32.08], abs=0.005)
-    assert load.torque[0] == pytest.approx([-1.588, 0.354, 4.189], abs=0.0005)
-    assert robot.foot_radius == 0.02
-    height = dog.position[2] - dog.feet[0, 2] + robot.foot_radius
-    assert height == pytest.approx(0.2686, abs=0.00005)

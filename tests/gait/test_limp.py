@@ -140,11 +140,3 @@ def test_legs_that_cannot_be_lost_are_refused(gait, lost, message):
     line = np.array([[0.1 * x, 0.0] for x in range(6)])
     with pytest.raises(InvalidGait, match="they stand in a line"):
         without_legs(load_gait("wave"), [1], line)
-
-
-def test_a_gait_of_ten_legs_goes_on_around_the_body():
-    around = -2 * np.pi * (np.arange(10) + 0.5) / 10
-    feet = 0.3 * np.column_stack([np.cos(around), np.sin(around)])
-    gait = Gait("two by two", 1 / 2, tuple(0.5 * (leg % 2) for leg in range(10)))
-    limp = without_legs(gait, [1, 2], feet)
-    assert limp.margin > 0.03

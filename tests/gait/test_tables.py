@@ -9,14 +9,12 @@ from phasmid.errors import InvalidGait
 from phasmid.gait import (
     GAITS,
     HEXAPOD_GAITS,
-    Gait,
     alternating_gait,
     gaits_of,
     least_margin,
     load_gait,
     wave_gait,
 )
-from support.walks import HEXAPODS, neutral_and_mass
 
 # OpenSHC: stance, swing, offset, and multipliers in the same order of legs.
 MULTIPLIERS = {
@@ -32,13 +30,6 @@ STEPS = {
     "tripod": (8, 3, 4, (1, 5, 1, 5, 1, 5)),
     "wave": (24, 3, 20, (13, 17, 21, 1, 5, 9)),
 }
-
-
-def fractions(numbers, largest=24):
-    """Numbers as the fractions of which they are the nearest floats."""
-    found = [Fraction(number).limit_denominator(largest) for number in numbers]
-    assert [float(fraction) for fraction in found] == list(numbers)
-    return found
 
 
 @pytest.mark.parametrize("name", MULTIPLIERS)
@@ -87,26 +78,6 @@ def test_the_firmwares_gaits_lift_and_land_when_its_feet_do(name):
                 assert 0.5 - share == pytest.approx((before + after) / 2, abs=1e-14)
 
 
-def test_of_the_firmwares_gaits_only_the_ripple_is_another_than_ours():
-    for name in ("tripod", "wave"):
-        firmware, ours = load_gait(f"firmware-{name}"), load_gait(name)
-        assert (firmware.offsets, firmware.duty_factor) == (ours.offsets, ours.duty_factor)
-    # It goes from rear to front, ours from front to rear: each is the other read backwards.
-    firmware, ours = load_gait("firmware-ripple"), load_gait("ripple")
-    assert fractions(firmware.offsets) == [-phase % 1 for phase in fractions(ours.offsets)]
-    assert firmware.duty_factor == ours.duty_factor
-
-
-@pytest.mark.parametrize("preset", HEXAPODS)
-def test_offsets_read_as_an_order_hold_less(preset):
-    # The field's recurring mistake: a leg with a large multiplier lifts early, not late.
-    feet, com = neutral_and_mass(preset)
-    stance, swing, offset, multipliers = MULTIPLIERS["wave"]
-    wrong = tuple(m * offset / (stance + swing) for m in multipliers)
-    misread = Gait("misread", stance / (stance + swing), wrong)
-    assert least_margin(misread, feet, com) < least_margin(load_gait("wave"), feet, com) - 0.01
-
-
 def rows_and_ring(count):
     """Feet in two rows, and around a circle."""
     around = -2 * np.pi * (np.arange(count) + 0.5) / count
@@ -140,8 +111,3 @@ def test_a_gait_that_leaves_two_feet_is_not_made():
     )
     with pytest.raises(InvalidGait, match="leg_count is 7; every other leg is half of an even"):
         alternating_gait(7)
-
-
-def test_no_gaits_are_made_for_numbers_of_legs_that_no_robot_has():
-    assert not gaits_of(3)
-    assert not gaits_of(101)

@@ -1,7 +1,5 @@
 """Walks over uneven ground that the planner knows: where feet stand, and where they pass."""
 
-import tomllib
-
 import numpy as np
 import pytest
 
@@ -194,10 +192,3 @@ def test_the_friction_of_a_refusal_holds():
     plan(slippery.replace(friction=0.47))
     # One firm strip under the left feet: not every foot slides.
     plan(slippery.replace(patches=[(-1, 3, 0, 1, 0.7)]))
-
-
-def test_the_period_that_is_told_can_be_walked():
-    with pytest.raises(InfeasibleWalk) as caught:
-        walk_over("stairs", period=0.8)
-    changes = tomllib.loads(caught.value.hint)
-    assert np.abs(walk_over("stairs", **changes)[1].qd).max() <= 6.18

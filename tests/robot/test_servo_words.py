@@ -2,12 +2,10 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import phasmid
 from phasmid.cli import main
 from phasmid.errors import PhasmidError
 from phasmid.forces import scenario_verdict
@@ -18,8 +16,6 @@ from phasmid.scenario import load_scenario
 from phasmid.scenario.relevance import idle_fields
 from phasmid.studio.bench import bench
 from phasmid.studio.messages import Bench
-
-SOURCE = Path(phasmid.__file__).parent
 
 
 @pytest.fixture(scope="module")
@@ -75,16 +71,3 @@ def test_a_walk_beyond_an_unnamed_servo_is_told_in_sentences(unnamed, capsys, mo
         assert "in the file" in told
         assert UNNAMED not in told
     assert re.search(r"torque is \d+ % of the stall torque in the file: these servos", told)
-
-
-def test_sentences_have_one_source_of_a_servos_words():
-    """No text writes a name after "servo" or "the", or a genitive, by itself."""
-    name = r"\{([\w.]+\.servo|servo\.name|[\w.]+\.servo\.name)\}"
-    by_hand = re.compile(rf"(the|servo) {name}|{name}'s")
-    found = [
-        f"{path.name}: {line.strip()}"
-        for path in SOURCE.rglob("*.py")
-        for line in path.read_text(encoding="utf-8").splitlines()
-        if by_hand.search(line)
-    ]
-    assert found == []
