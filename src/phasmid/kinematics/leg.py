@@ -6,7 +6,6 @@ The equations are in `leg_kernels`, which is imported when first needed: numba t
 from __future__ import annotations
 
 import math
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -20,20 +19,7 @@ STRETCH_TOLERANCE = 1e-12
 full stretch."""
 
 
-@runtime_checkable
-class LegGeometry(Protocol):
-    """A leg, or the arrays of several legs."""
-
-    @property
-    def lengths(self) -> np.ndarray:
-        """Lengths of coxa, femur and tibia [m], shape (..., 3)."""
-
-    @property
-    def lateral_offsets(self) -> np.ndarray:
-        """Lateral offsets of coxa, femur and tibia [m], shape (..., 3)."""
-
-
-def geometry(leg: LegGeometry) -> tuple[np.ndarray, np.ndarray]:
+def geometry(leg: Leg | LegArrays) -> tuple[np.ndarray, np.ndarray]:
     """Return a leg's lengths, shape (..., 3), and its foot's offset from its plane, shape (...)."""
     return leg.lengths, np.asarray(leg.lateral_offsets.sum(axis=-1))
 
@@ -85,7 +71,7 @@ def joint_angles(
 
 
 def angles_and_margin(
-    leg: LegGeometry, p_hip_foot: Float[np.ndarray, "*batch 3"]
+    leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"]
 ) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch"]]:
     """Joint angles [rad] as `joint_angles`, and a margin [m²]: negative or NaN out of reach."""
     from phasmid.kinematics.leg_kernels import inverse_kinematics_ufunc
