@@ -5,9 +5,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from forces.loads import cost_matrices, equations, random_load, reference, wrench_of
-from phasmid.errors import InfeasibleLoad
 from phasmid.forces import (
-    Contacts,
     FrictionCone,
     JointLoad,
     MinimumNorm,
@@ -71,32 +69,6 @@ def test_the_largest_load_is_the_smallest_possible(standing):
     for i in range(25):
         least = reference(contacts, wrench, i, largest=True)
         assert least * (1 - 1e-6) < ours[i] < least * (1 + 1e-6)
-
-
-def test_five_feet_differ_between_least_norm_and_smallest_largest_load():
-    # Feet at the corners of a square and amid one side, loaded at (1/2, 1/2). Moments about x:
-    # N1 + N2 = W/4. Moments about y: N1 - N2 + N3 - N4 = W/2. The largest is least where feet 3
-    # and 5 are level: all of W/4 on foot 1 and none on 2, N3 - N4 = W/4 and N3 + N4 + N5 = 3W/4,
-    # so that N3 = N5 = W/3 and N4 = W/12. Cost of the largest load 1e4: 1e-4 in the others.
-    feet = np.array([[1.0, -1, 0], [-1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 1, 0]])
-    wrench = np.array([0, 0, 24.0, 12.0, -12.0, 0])
-    norm = share_load(Contacts(feet, np.ones(5)), wrench, "friction-cone")[:, 2]
-    least = share_load(Contacts(feet, np.ones(5)), wrench, "smallest-largest-load")[:, 2]
-    assert least == pytest.approx([6, 0, 8, 2, 8], abs=1e-8)
-    assert least.max() < norm.max() - 0.1
-
-
-def test_the_cone_is_round():
-    # A push at any angle to the axes: with friction just enough there are forces, just too little
-    # there are none; a pyramid would know better along some directions. One N in a thousand.
-    feet = np.array([[0.2, -0.2, 0], [-0.2, -0.2, 0], [-0.2, 0.2, 0], [0.2, 0.2, 0.0]])
-    for angle in np.radians([0, 10, 22.5, 33, 45]):
-        push = 10 * np.array([np.cos(angle), np.sin(angle)])
-        wrench = np.array([*push, 20, 0, 0, 0])
-        force = share_load(Contacts(feet, np.ones(4), friction=0.501), wrench, "friction-cone")
-        assert np.hypot(force[:, 0], force[:, 1]) == pytest.approx(0.5 * force[:, 2], rel=2e-3)
-        with pytest.raises(InfeasibleLoad):
-            share_load(Contacts(feet, np.ones(4), friction=0.499), wrench, "friction-cone")
 
 
 @pytest.mark.parametrize(

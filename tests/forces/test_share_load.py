@@ -46,18 +46,6 @@ def test_the_cost_rises_only_out_of_the_equations(name):
         assert np.abs(A.T @ multipliers - slope.ravel()).max() < 1e-9
 
 
-def test_a_stretched_leg_gets_a_finite_force():
-    # J has no row along x: force along x is free of torque, but for the lever.
-    J = np.zeros((4, 3, 3))
-    J[:, 1, 0], J[:, 2, 1], J[:, 2, 2] = 0.2, 0.2, 0.1
-    contacts = Contacts(FEET, np.ones(4))
-    joints = JointLoad(J, np.zeros((4, 3)))
-    wrench = np.array([3.0, 0, 26, 0, 0, 0])
-    force = share_load(contacts, wrench, "minimum-torque", joints=joints)
-    # Only the x forces can give 3 N; they do so evenly, since only the lever prices them.
-    assert force[:, 0] == pytest.approx(np.full(4, 0.75), abs=1e-9)
-
-
 def test_three_feet_on_an_incline_share_a_weight_by_the_lever_rule():
     # Slope of 20 deg about x, feet at (0.3, -0.2), (-0.3, -0.2), (0, 0.2) along it, the centre of
     # mass 0.1 above amid them: in the slope's axes the weight is W (0, -sin, -cos). Moments about
