@@ -8,7 +8,8 @@ import numpy as np
 
 from phasmid.compiled import compiled
 from phasmid.control.types import LegPhase, Model, Reference, State
-from phasmid.control.vectors import Path, in_odom, rotate, rotation, turned
+from phasmid.control.vectors import Path, in_odom, rotate, rotation
+from phasmid.kinematics.vector_kernels import turned
 
 VELOCITY_BANDWIDTH, POSE_BANDWIDTH, SWAY_BANDWIDTH = 20.0, 15.0, 15.0
 """Bandwidths of the filters of velocity, pose and ground, and sway [1/s]."""

@@ -17,9 +17,10 @@ from phasmid.control.leg_phases import FROZEN
 from phasmid.control.swing import blend, lift
 from phasmid.control.terrain_map import TerrainMap, map_height, map_variance
 from phasmid.control.types import LegPhase, Model, Reference, State
-from phasmid.control.vectors import in_odom, turned
+from phasmid.control.vectors import in_odom
 from phasmid.control.velocity_limits import time_to_lift
 from phasmid.kinematics.leg_kernels import Triple
+from phasmid.kinematics.vector_kernels import turned
 
 WINDOW, SPACING = 8, 0.0125
 """Candidates to each side of the neutral landing, and their distance [m]."""

@@ -18,9 +18,10 @@ from phasmid.control.footholds import is_searching
 from phasmid.control.leg_phases import height_above_ground, lift_off, reaches_height
 from phasmid.control.reach import is_reachable
 from phasmid.control.types import SUPPORT_MARGIN, LegPhase, Model, Reference, SearchStage, State
-from phasmid.control.vectors import in_odom, is_zero, point_velocity, turned
+from phasmid.control.vectors import in_odom, is_zero, point_velocity
 from phasmid.control.velocity_limits import region_speed_share, time_to_lift
 from phasmid.gait.support_kernels import edge_margin, support_edges
+from phasmid.kinematics.vector_kernels import turned
 
 DEEP = 0.01
 """Depth below the estimated ground from which a foot is in a hole [m]."""

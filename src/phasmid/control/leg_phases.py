@@ -24,7 +24,7 @@ from phasmid.control.types import (
     SearchStage,
     State,
 )
-from phasmid.control.vectors import turned
+from phasmid.kinematics.vector_kernels import turned
 
 LOWEST_LIFT = 0.5
 """Part of the swing before which a contact does not count as a landing."""

@@ -41,10 +41,11 @@ from phasmid.control.types import (
     Reference,
     State,
 )
-from phasmid.control.vectors import cross, integrate_twist, rotate_back, turned
+from phasmid.control.vectors import cross, integrate_twist, rotate_back
 from phasmid.control.velocity_limits import region_speed_share, support_speed_share
 from phasmid.gait.support_kernels import line_margin
 from phasmid.kinematics.leg_kernels import joint_motion
+from phasmid.kinematics.vector_kernels import turned
 
 POSE_SPEED, POSE_TURN_SPEED = 0.08, 0.5
 """Largest speeds at which the body approaches its commanded pose [m/s, rad/s]."""

@@ -29,11 +29,11 @@ from phasmid.control.vectors import (
     rotate,
     rotate_back,
     rotation,
-    turned,
 )
 from phasmid.gait.support_kernels import line_margin, support_edges
 from phasmid.kinematics.frames import trunk_clearance
 from phasmid.kinematics.leg_kernels import joint_motion
+from phasmid.kinematics.vector_kernels import turned
 from phasmid.robot import Robot
 
 PLANNED_SPEED_SHARE, PLANNED_MARGIN = 0.9, 0.004
