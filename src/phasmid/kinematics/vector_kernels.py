@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.compiled import internal
+from phasmid.compiled import compiled, internal
 from phasmid.kinematics import shared_kernels
 
 Vector = tuple[float, float, float]
 
-quintic = internal(shared_kernels.quintic)
-turned = internal(shared_kernels.turned)
-rpy_rows = internal(shared_kernels.rpy_rows)
-quaternion_rows = internal(shared_kernels.quaternion_rows)
+# Not `internal`: numba has one cache of a function, whose wrappers for Python others may need.
+quintic = compiled(shared_kernels.quintic)
+turned = compiled(shared_kernels.turned)
+rpy_rows = compiled(shared_kernels.rpy_rows)
+quaternion_rows = compiled(shared_kernels.quaternion_rows)
 
 
 @internal
