@@ -80,7 +80,8 @@ def test_a_stance_is_as_wide_and_high_as_told_in_the_bodys_axes():
         ),
         (
             {"robot": TILTED, "step_length_mm": 400},
-            "step of 400 mm puts right_rear at 0.341 m from its coxa axis; it reaches 0.273 m.",
+            "step of 400 mm is too much for right_rear: the foot would be 289.4 mm from the femur "
+            "axis, 71.6 mm too far: the limit is 217.9 mm, with the tibia at its limit of -23°.",
         ),
         (
             {"robot": "quadruped", "gait": {"name": "crawl", "sway": 0.0}, "step_length_mm": -40},

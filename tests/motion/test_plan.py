@@ -158,18 +158,18 @@ def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, ga
     [
         (
             {"step_length_mm": 400},
-            "step of 400 mm puts right_front at 0.324 m; it reaches 0.25 m.",
+            "step of 400 mm is too much for right_front: the foot would be 289.7 mm from the femur",
             "step_length_mm = 230",
         ),
         # The reach allows 60.5°, the servos 43.5° in this period.
         (
             {"step_turn_deg": 150, "step_length": 0},
-            "step of 150° puts right_front at 0.387 m; it reaches 0.263 m.",
+            "step of 150° is too much for right_front: the foot would be 342.0 mm from the femur",
             "step_turn_deg = 43.5",
         ),
         (
             {"step_length": 0, "step_sideways_mm": 192},
-            "step of 192 mm turns right_middle.tibia to -21.84°; its limits are -180° to -23°.",
+            "step of 192 mm is too much for right_middle: its tibia would turn to -21.8°, 1.2° ",
             "step_sideways_mm = 191",
         ),
         (
@@ -180,17 +180,17 @@ def test_every_gait_of_every_preset_can_be_planned_in_every_direction(preset, ga
         # The robot's own stance.
         (
             {"body_height_mm": 300},
-            "neutral stance puts right_front 0.300 m below its hip; it reaches less deep.",
+            "neutral stance is too much for right_front: the foot would be 320.5 mm from the femur",
             "stance_radius_mm = 150, body_height_mm = 100",
         ),
         (
             {"step_height_mm": 150},
-            "step height of 150 mm turns right_front.femur to 101.9°; its limits are -100° to 100°",
+            "step height of 150 mm is too much for right_front: its femur would turn to 101.9°, 1",
             "step_height_mm = 94",
         ),
         (
             {"robot": "quadruped", "gait": {"name": "crawl", "sway": 0.4}},
-            "sway of 0.4 puts right_front at 0.317 m; it reaches 0.212 m.",
+            "sway of 0.4 is too much for right_front: the foot would be 286.3 mm from the femur",
             "sway = 0.1",
         ),
         (

@@ -13,9 +13,9 @@ from phasmid.errors import InfeasibleWalk
 from phasmid.gait import Gait, shortfall, support_margin
 from phasmid.kinematics import (
     centre_of_mass,
+    foot_violations,
     hip_from_body,
     joint_angles,
-    reach,
     within_reach,
 )
 from phasmid.motion.course import Course, LevelCourse, place
@@ -154,12 +154,17 @@ def check_reach(
     """Refuse feet out of reach and joints beyond their limits by InfeasibleWalk."""
     if is_in_reach(course, times):
         return
-    wanted = hip_from_body(course.robot, course.motion(times)[1].position)
-    t, reason = _out_of_reach(course, wanted)
+    feet = hip_from_body(course.robot, course.motion(times)[1].position)
+    far = np.where(
+        within_reach(course.robot, feet) == 0, np.hypot(feet[..., 0], feet[..., 1]), -1.0
+    )
+    t, leg = _first_largest(far, axis=1)
+    which = course.robot.legs[leg]
+    what = f"is too much for {which.name}: {foot_violations(which, feet[t, leg])[0].reason}"
     if isinstance(course, Course):
         step = f"step of {stride_words(scenario.stride.step)}"
-        raise InfeasibleWalk(f"{place(scenario, times[t])} the {step} {reason}.")
-    raise InfeasibleWalk(f"{_too_far(course, times)} {reason}.")
+        raise InfeasibleWalk(f"{place(scenario, times[t])} the {step} {what}.")
+    raise InfeasibleWalk(f"{_too_far(course, times)} {what}.")
 
 
 def _too_far(course: LevelCourse, times: Float[np.ndarray, " time"]) -> str:
@@ -180,34 +185,6 @@ def _too_far(course: LevelCourse, times: Float[np.ndarray, " time"]) -> str:
 
 def _mm(length: float) -> str:
     return f"{1000 * length:.4g} mm"
-
-
-def _out_of_reach(
-    course: LevelCourse | Course, p: Float[np.ndarray, "time legs 3"]
-) -> tuple[int, str]:
-    """Return the instant of the foot farthest out of reach, and the reason."""
-    far = np.hypot(p[..., 0], p[..., 1])
-    bad = within_reach(course.robot, p) == 0
-    t, leg = _first_largest(np.where(bad, far, -1.0), axis=1)
-    which, target = course.robot.legs[leg], p[t, leg]
-    nearest, farthest = reach(which, float(target[2]))
-    if nearest <= far[t, leg] <= farthest:
-        q = np.degrees(joint_angles(which, target))
-        low, high = np.degrees(which.joint_limits).T
-        joint = int(np.argmax((q < low) | (q > high)))
-        limit = low[joint] if q[joint] < low[joint] else high[joint]
-        angle, _ = beyond(q[joint], limit, 4)
-        return t, (
-            f"turns {which.name}.{JOINTS[joint]} to {angle}°; its limits are "
-            f"{low[joint]:.4g}° to {high[joint]:.4g}°"
-        )
-    if math.isnan(farthest):
-        along = ", along its coxa axis" if which.is_tilted else ""
-        return t, f"puts {which.name} {-target[2]:.3f} m below its hip{along}; it reaches less deep"
-    bound = farthest if far[t, leg] > farthest else nearest
-    axis = " from its coxa axis" if which.is_tilted else ""
-    needed, reached = beyond(far[t, leg], bound, 3)
-    return t, f"puts {which.name} at {needed} m{axis}; it reaches {reached} m"
 
 
 def _first_largest(values: Float[np.ndarray, "*shape"], axis: int) -> tuple[int, ...]:
