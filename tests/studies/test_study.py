@@ -267,7 +267,7 @@ def test_failed_runs_are_rows_and_can_be_made_again(tmp_path, capsys, monkeypatc
     assert main(["study", "s.toml", "--workers", "1"]) == 0
     printed = capsys.readouterr()
     assert "3 runs, 2 failed" in printed.out
-    assert "phasmid: failed: 2, such as run 1: step of 5000 mm puts " in printed.err
+    assert "phasmid: failed: 2, such as run 1: step of 5000 mm is too much " in printed.err
     table = load_study("results/study").table
     assert list(table["status"]) == ["done", "failed", "failed"]
     assert main(["study", "s.toml", "--workers", "1", "--retry", "failed", "--quiet"]) == 0
