@@ -17,6 +17,7 @@ from phasmid.formats import import_robot
 from phasmid.kinematics import body_from_hip, foot_position, rotation_rpy
 from phasmid.scenario import load_scenario
 from phasmid.terrain import Ground, Slope
+from support.ball_dog import ball_dog
 
 CROUCH = (0.1, 0.9, -1.8)
 """Angles of each leg in the file [rad]: shanks lean by 0.9 rad."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.kinematics import vector_kernels as kernels
 from phasmid.kinematics.leg_kernels import Triple
 from phasmid.kinematics.vector_kernels import turned

@@ -42,7 +42,7 @@ class RobotMoments(NamedTuple):
     trunk_second: np.ndarray
 
 
-@internal
+@compiled
 def relative_acceleration(p: Vector, w: Vector, dw: Vector) -> Vector:
     """Return the acceleration of a point p of a turning body relative to the body's origin."""
     return add(cross(dw, p), cross(w, cross(w, p)))

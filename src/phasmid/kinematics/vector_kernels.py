@@ -7,55 +7,54 @@ from __future__ import annotations
 
 import numpy as np
 
-from phasmid.compiled import compiled, internal
+from phasmid.compiled import compiled
 from phasmid.kinematics import shared_kernels
 
 Vector = tuple[float, float, float]
 
-# Not `internal`: numba has one cache of a function, whose wrappers for Python others may need.
 quintic = compiled(shared_kernels.quintic)
 turned = compiled(shared_kernels.turned)
 rpy_rows = compiled(shared_kernels.rpy_rows)
 quaternion_rows = compiled(shared_kernels.quaternion_rows)
 
 
-@internal
+@compiled
 def vector(a: np.ndarray) -> Vector:
     """Return an array of three numbers as a vector."""
     return a[0], a[1], a[2]
 
 
-@internal
+@compiled
 def add(a: Vector, b: Vector) -> Vector:
     """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@internal
+@compiled
 def minus(a: Vector, b: Vector) -> Vector:
     """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@internal
+@compiled
 def times(k: float, a: Vector) -> Vector:
     """Return k a."""
     return k * a[0], k * a[1], k * a[2]
 
 
-@internal
+@compiled
 def dot(a: Vector, b: Vector) -> float:
     """Return the scalar product of a and b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@internal
+@compiled
 def cross(a: Vector, b: Vector) -> Vector:
     """Return the vector product of a and b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@internal
+@compiled
 def rotate(R: np.ndarray, v: Vector) -> Vector:
     """Return R v."""
     return (
@@ -65,7 +64,7 @@ def rotate(R: np.ndarray, v: Vector) -> Vector:
     )
 
 
-@internal
+@compiled
 def rotate_back(R: np.ndarray, v: Vector) -> Vector:
     """Return the transpose of R times v."""
     return (
@@ -75,7 +74,7 @@ def rotate_back(R: np.ndarray, v: Vector) -> Vector:
     )
 
 
-@internal
+@compiled
 def rotate_by(w: float, x: float, y: float, z: float, v: Vector) -> Vector:
     """Return a vector rotated by a unit quaternion."""
     first, second, third = quaternion_rows(w, x, y, z, 2.0)

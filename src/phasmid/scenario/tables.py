@@ -18,6 +18,7 @@ from phasmid.experiment.contact_law import ContactKind, ContactLaw
 from phasmid.gait import Gait, is_gait_file, read_gait
 from phasmid.robot import Servo
 from phasmid.robot.servo import AMBIENT, both_directions
+from phasmid.robot.similarity import Scale
 from phasmid.robot.table import MOST_LEGS
 from phasmid.tables import (
     Angle,
