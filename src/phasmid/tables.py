@@ -434,7 +434,7 @@ def field_help(table: type[Table], name: str) -> str:
     start = next((i for i, line in enumerate(lines) if line.startswith(f"{name}: ")), len(lines))
     words = [line.partition(": ")[2] for line in lines[start : start + 1]]
     for line in lines[start + 1 :]:
-        if not line or line.split(":")[0].isidentifier():
+        if not line or line.split(":")[0] in table.model_fields:
             break
         words.append(line)
     return " ".join(words).replace("``", "")

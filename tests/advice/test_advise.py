@@ -110,14 +110,14 @@ def test_without_a_stall_current_heat_is_unknown(capsys, tmp_path):
     assert found.temperature(5.0) is None
     assert found.load.peak_torque.max() > 0.3
     (tmp_path / "own.toml").write_text(robot_to_toml(robot), encoding="utf-8")
-    assert main(["advise", str(tmp_path / "own.toml")]) == 0
+    assert main(["advise", "--robot", str(tmp_path / "own.toml")]) == 0
     assert "heat, current and battery time are unknown" in capsys.readouterr().out
 
 
 def test_the_command_prints_all_joints_and_servos(capsys, tmp_path):
     figure = tmp_path / "advice.svg"
-    arguments = ["advise", "phantomx-ax", "--payload-g", "500", "--speed-mm-s", "60"]
-    assert main([*arguments, "--figure", str(figure)]) == 0
+    arguments = ["advise", "--robot", "phantomx-ax", "--payload-g", "500", "--speed-mm-s", "60"]
+    assert main([*arguments, "--out", str(figure)]) == 0
     printed = capsys.readouterr().out
     assert "60 mm/s, payload 500 g, air 25 °C" in printed
     for word in ("left_rear.tibia", "STS3215", "battery of 2200 mAh", "HOLDS"):
@@ -126,7 +126,7 @@ def test_the_command_prints_all_joints_and_servos(capsys, tmp_path):
 
 
 def test_servos_that_do_not_hold_give_status_2(capsys):
-    assert main(["advise", "phantomx-ax", "--payload-g", "6000"]) == 2
+    assert main(["advise", "--robot", "phantomx-ax", "--payload-g", "6000"]) == 2
     captured = capsys.readouterr()
     assert "DOES NOT HOLD" in captured.out
     assert "the AX-12A does not hold it in the tripod gait." in captured.err
@@ -135,19 +135,24 @@ def test_servos_that_do_not_hold_give_status_2(capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["nobody"], 'no robot called "nobody".'),
-        (["phantomx-ax", "--gait", "gallop"], 'no gait called "gallop".'),
-        (["phantomx-ax", "--payload-g", "much"], '--payload-g is "much"'),
-        (["phantomx-ax", "--speed-mm-s", "0"], '--speed-mm-s is "0"'),
-        (["phantomx-ax", "--speed-mm-s", "900"], "--speed-mm-s 133"),
-        (["phantomx-ax", "--servo", "mg996r"], 'try  "MG996R"'),
-        (["phantomx-ax", "--battery-mah", "nan"], '--battery-mah is "nan"'),
-        (["phantomx-ax", "--figure", "advice.txt"], '--figure is "advice.txt"'),
-        (["phantomx-ax", "--step-length-mm", "0", "--speed-mm-s", "20"], "step_length is 0"),
+        (["--robot", "nobody"], 'no robot called "nobody".'),
+        (["--servo", "AX-12"], 'no servo called "AX-12".'),
+        (["--gait", "gallop"], 'no gait called "gallop".'),
+        (["--payload-g", "much"], '--payload-g is "much"'),
+        (["--payload-g", "-5"], "--payload-g is -5"),
+        (["--speed-mm-s", "0"], '--speed-mm-s is "0"'),
+        (["--speed-mm-s", "900"], "--speed-mm-s 133"),
+        (["--servo", "mg996r"], 'try  "MG996R"'),
+        (["--battery-mah", "nan"], '--battery-mah is "nan"'),
+        (["--out", "advice.txt"], '--out is "advice.txt"'),
+        (
+            ["--robot", "phantomx-ax", "--step-length-mm", "0", "--speed-mm-s", "20"],
+            "step_length is 0",
+        ),
     ],
 )
 def test_bad_input_gets_one_sentence(arguments, message, capsys):
-    assert main(["advise", *arguments]) == 2
+    assert main(["advise", "--robot", "phantomx-ax", *arguments]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert message in captured.err

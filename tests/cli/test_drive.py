@@ -69,10 +69,7 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (
-            [],
-            "one of the arguments --velocity --commands --waypoints is required.",
-        ),
+        ([], "one of the arguments --velocity --commands --waypoints is required."),
         (
             ["--velocity", "0,0,0", "--waypoints", "1,0"],
             "argument --waypoints: not allowed with argument --velocity.",
@@ -99,10 +96,7 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
         ),
         (["--waypoints", ";"], "the script has no command and no waypoint"),
         (["--velocity", "0,0,0", "--rate", "x"], '--rate is "x"; it must be a number from'),
-        (
-            ["--velocity", "0,0,0", "--rate", "300", "--dt", "0.001"],
-            "rate is 300 updates a second",
-        ),
+        (["--velocity", "0,0,0", "--rate", "300", "--dt", "0.001"], "rate is 300 updates a second"),
         (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must be what fails'),
         (["--commands", "absent.toml"], "absent.toml does not exist."),
     ],

@@ -38,10 +38,7 @@ PATIENCE = 120.0
         (["--velocity", "0.05,0,0", "--policy", "walk"], "has no inertial sensor"),
         (["--velocity", "0.05,0,0"], "needs --calibration"),
         (["--velocity", "0.05,0,0", "--fault", "imu dead at 1 s"], "has no --fault"),
-        (
-            ["--velocity", "0.05,0,0", "--bus", "emulated", "--robot", "freenove-big"],
-            "has no bus",
-        ),
+        (["--velocity", "0.05,0,0", "--bus", "emulated", "--robot", "freenove-big"], "has no bus"),
         (["--velocity", "0.05,0,0", "--bus", "emulated", "--rate", "1000"], "1000 are wanted"),
         (["--velocity", "0.05,0,0", "--bus", "emulated", "--calibration", "no.toml"], "no.toml"),
     ],

@@ -42,7 +42,7 @@ def test_no_command_of_the_readme_refuses_another(tmp_path, monkeypatch, capsys)
     monkeypatch.setattr(result_folder, "_fields", unnamed)
     # What "make walk" writes, and the files that the reader brings.
     assert main(["walk", "--out", "results/paper", "--force", "--duration", "0.3"]) == 0
-    assert main(["convert", "phantomx-paper", "robot.urdf"]) == 0
+    assert main(["export", "--robot", "phantomx-paper", "--out", "robot.urdf"]) == 0
     assert main(["export", "results/paper", "--out", "my-angles.csv"]) == 0
     Path("my-study.toml").write_text(
         'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\n'
@@ -50,7 +50,7 @@ def test_no_command_of_the_readme_refuses_another(tmp_path, monkeypatch, capsys)
     )
     for heading in ("Try another walk", "Bring your own robot", "Look at a walk"):
         for arguments in commands(heading):
-            if arguments[0] == "cad" and importlib.util.find_spec("build123d") is None:
+            if arguments[-1] == "cad" and importlib.util.find_spec("build123d") is None:
                 continue
             capsys.readouterr()
             try:

@@ -17,10 +17,10 @@ LINES = """
 walk --robot quadruped --gait trot
 walk --robot quadruped --gait tripod
 drive --robot octopod --gait crawl --velocity 0,0,0
-check quadruped --gait trot
-gaits trot --robot quadruped
-advise quadruped --gait trot
-export-firmware --robot quadruped --gait tripod
+check --robot quadruped --gait trot
+gaits --gait trot --robot quadruped
+advise --robot quadruped --gait trot
+export --out walk.h --robot quadruped --gait tripod
 walk --step-length-mm 400
 walk --step-length-mm 300 --step-turn-deg 40
 walk --step-turn-deg 150 --step-length-mm 0
@@ -61,8 +61,8 @@ check long.toml
 walk misplaced.toml
 walk trot.toml
 walk --robot blind.urdf
-check blind.urdf
-cad blind.urdf
+check --robot blind.urdf
+export --out cad --robot blind.urdf
 drive --velocity 0.05,0
 drive --velocity 0.05,0,0 --contact-law simscape
 drive --velocity 0.05,0,0 --rate 0
@@ -72,24 +72,30 @@ bus emulate x
 bus emulate --ids 1-x
 bus emulate --model AX-12
 bus emulate --robot lynxmotion-ch3r
-advise phantomx-ax --speed-mm-s 400
-advise phantomx-ax --step-length-mm -400
-advise phantomx-ax --step-length-mm 400
-advise phantomx-ax --step-length-mm 400 --speed-mm-s 50
-check phantomx-papre
-check swapped.toml
-check radians.toml
-check metres.toml
-check far.toml
-check turned.toml
+advise --robot phantomx-ax --speed-mm-s 400
+advise --robot phantomx-ax --step-length-mm -400
+advise --robot phantomx-ax --step-length-mm 400
+advise --robot phantomx-ax --step-length-mm 400 --speed-mm-s 50
+check --robot phantomx-papre
+check --robot swapped.toml
+check --robot radians.toml
+check --robot metres.toml
+check --robot far.toml
+check --robot turned.toml
 walk --step-length-mm 5000
 walk --terrain blocks --block-size-mm 1
-convert phantomx-ax out.txt
-check phantomx-ax --servo-model AX-12A
-export-firmware --terrain stairs
-export-firmware --out walk.txt
-export-firmware --step-length-mm 400
+export --robot phantomx-ax --out out.txt
+check --robot phantomx-ax --servo-model AX-12A
+export --out walk.h --terrain stairs
+export --out walk.txt
+export --out walk.h --step-length-mm 400
 studio --robot quadruped --gait trot --no-open
+check phantomx-ax
+export phantomx-ax --out a.urdf
+gaits tripod
+report --list
+advise --figure a.svg
+export --out walk.h --channels stance
 wlak
 """
 

@@ -29,27 +29,9 @@ def answered(capsys, *arguments):
     return status, *capsys.readouterr()
 
 
-@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-mk4", "octopod"])
-def test_check_lists_a_preset_in_80_columns(capsys, preset):
-    status, out, _ = answered(capsys, "check", preset)
-    robot = phasmid.load_robot(preset)
-    assert status == 0
-    assert f"{len(robot.legs)} legs, {robot.mass:.3f} kg" in out
-    assert out.endswith("possible.\n")
-    rows = [line for line in out.splitlines() if line[0].isdigit() or line.startswith("leg ")]
-    assert len(rows) == 2 * (1 + len(robot.legs))
-    assert max(map(len, rows)) <= 80
-    for number, leg in enumerate(robot.legs, 1):
-        frame, pose = (row for row in rows if row.startswith(f"{number} {leg.name} "))
-        lengths = [float(length) for length in re.split(" {2,}", frame)[1].split("/")]
-        assert lengths == pytest.approx(1000 * leg.lengths, rel=5e-4)
-        masses = [float(mass) for mass in pose.split("  ")[-1].split("/")]
-        assert masses == pytest.approx([1000 * link.mass for link in leg.links], abs=0.05)
-
-
 @needs_data
 def test_a_sound_urdf_is_possible_and_walks(here, capsys):
-    status, out, err = answered(capsys, "check", MARK_4)
+    status, out, err = answered(capsys, "check", "--robot", MARK_4)
     assert (status, err) == (0, "")
     assert "6 legs" in out
     assert "impossible" not in out
@@ -69,7 +51,7 @@ def test_a_sound_urdf_is_possible_and_walks(here, capsys):
 
 @needs_data
 def test_an_impossible_urdf_is_judged_and_walks_with_other_masses(here, capsys):
-    status, out, err = answered(capsys, "check", HUMA)
+    status, out, err = answered(capsys, "check", "--robot", HUMA)
     assert status == 2
     assert "impossible" in out
     assert err.startswith("phasmid: ")
@@ -84,89 +66,36 @@ def test_an_impossible_urdf_is_judged_and_walks_with_other_masses(here, capsys):
     assert status == 0, err
 
 
-@pytest.mark.parametrize("suffix", [".urdf", ".xml", ".toml"])
-def test_convert_there_and_back_keeps_geometry_and_masses(here, capsys, suffix):
-    for preset in ("phantomx-paper", "phantomx-mk4"):
-        there, back = f"{preset}{suffix}", f"back-{preset}.toml"
-        status, out, _ = answered(capsys, "convert", preset, there)
-        assert status == 0
-        assert (" are lost." in out) == (suffix != ".toml")
-        assert answered(capsys, "convert", there, back)[0] == 0
-        first, last = phasmid.load_robot(preset), phasmid.load_robot(back)
-        assert last.leg_names == first.leg_names
-        same = ("lengths", "mass", "com", "inertia", "p_body_hip", "joint_limits", "neutral_foot")
-        for name in same:
-            own = getattr(first.arrays, name)
-            np.testing.assert_allclose(getattr(last.arrays, name), own, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(last.body.inertia, first.body.inertia, rtol=0, atol=1e-9)
-        if suffix == ".toml":
-            assert last.servo == first.servo
-
-
-def test_convert_replaces_nothing_unasked(here, capsys):
-    (here / "mine.urdf").write_text("mine", encoding="utf-8")
-    status, _, err = answered(capsys, "convert", "phantomx-paper", "mine.urdf")
-    assert (status, err) == (
-        2,
-        "phasmid: mine.urdf exists; nothing was written.\n  try  --force, or another file\n",
-    )
-    assert (here / "mine.urdf").read_text(encoding="utf-8") == "mine"
-    assert answered(capsys, "convert", "phantomx-paper", "mine.urdf", "--force")[0] == 0
-
-
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--total-mass-g", "0"], "--total-mass-g is 0 g; it must be greater than 0"),
-        (["--mesh-unit", "inch"], '--mesh-unit is "inch"; it must be'),
-        (["--package", "mine"], 'package is "mine"; it must be a name and its folder.'),
-    ],
-)
-def test_an_option_of_reading_is_checked(here, capsys, options, said):
-    status, _, err = answered(capsys, "check", "phantomx-paper", *options)
-    assert status == 2
-    assert said in err
-
-
-def test_options_of_reading_are_refused_where_nothing_is_read_so(capsys):
-    status, _, err = answered(capsys, "check", "phantomx-paper", "--total-mass-g", "5000")
-    assert status == 2
-    assert err == (
-        "phasmid: phantomx-paper describes its robot in full; options of reading are for URDF, "
-        "MJCF and STEP files.\n  try  phasmid convert phantomx-paper robot.toml, and change it "
-        "there\n"
-    )
-    assert answered(capsys, "check", "phantomx-paper", "--strict")[0] == 0
-
-
 READERS = [
     ["check"],
-    ["walk", "--robot"],
-    ["drive", "--velocity", "0,0,0", "--robot"],
-    ["gaits", "--robot"],
-    ["convert"],
+    ["walk"],
+    ["drive", "--velocity", "0,0,0"],
+    ["gaits"],
+    ["export", "--out", "out.toml"],
 ]
 """Commands that read a robot file."""
 
 
 def refused(capsys, command, name):
-    """Return the error of a command that reads a file, less its head."""
-    target = ["out.toml"] if command == ["convert"] else []
-    status, out, err = answered(capsys, *command, name, *target)
+    """Return the error of a command that reads a robot file, less its head."""
+    status, out, err = answered(capsys, *command, "--robot", name)
     assert (status, out) == (2, "")
     return err.removeprefix("phasmid: ")
 
 
 @pytest.mark.parametrize("command", READERS)
 def test_files_that_another_program_must_turn_into_a_robot_are_told(here, capsys, command):
-    for name, hint in (
-        ("mine.xacro", "xacro mine.xacro > mine.urdf"),
-        ("mine.urdf.xacro", "xacro mine.urdf.xacro > mine.urdf"),
-        ("mine.USDZ", "export the robot as URDF or MJCF"),
-        ("mine.stl", "a URDF or MJCF file that names"),
-        ("mine.f3d", "export it as STEP"),
-        ("mine.yaml", "phasmid convert phantomx-ax robot.toml"),
-        ("mine.zip", "unpack it"),
+    for name, kind, hint in (
+        ("mine.xacro", "a xacro template", "xacro mine.xacro > mine.urdf"),
+        ("mine.urdf.xacro", "a xacro template", "xacro mine.urdf.xacro > mine.urdf"),
+        ("mine.sdf", "an SDF file", "convert it to URDF or MJCF"),
+        ("mine.USDZ", "a USD file", "export it as URDF with Isaac Sim's"),
+        ("mine.wbt", "a file of Webots", "save the text that robot.getUrdf() returns"),
+        ("mine.ttm", "a file of CoppeliaSim", "export the robot there with simURDF.export"),
+        ("mine.stl", "a mesh, which has no joints", "a URDF or MJCF file that names"),
+        ("mine.f3d", "a file of a CAD program", "export it as STEP"),
+        ("mine.yaml", "a YAML file", "phasmid export --robot phantomx-ax --out robot.toml"),
+        ("mine.zip", "an archive", "unpack it"),
     ):
         # The ending is enough: most of these files are no text.
         Path(name).write_bytes(b"# \x00")
@@ -193,8 +122,7 @@ def test_a_file_without_a_robot_is_none(here, capsys, command, name):
         Path(name).write_text(content, encoding="utf-8")
         assert refused(capsys, command, name).startswith(sentence)
     Path(name).write_text("[robot]\nlegs = 6\n", encoding="utf-8")
-    said = "robot is a table; it must be text." if command == ["check"] else 'unknown key "robot".'
-    assert refused(capsys, command, name).startswith(said)
+    assert refused(capsys, command, name).startswith('unknown key "robot".')
     Path(name).unlink()
     Path(name).mkdir()
     assert refused(capsys, command, name).startswith(f"{name} is a folder.\n  try  a file in it")
@@ -203,11 +131,10 @@ def test_a_file_without_a_robot_is_none(here, capsys, command, name):
 def test_a_robot_file_is_no_scenario(here, capsys):
     for name in ("mine.urdf", "mine.XML", "mine.step"):
         Path(name).write_text("<robot/>", encoding="utf-8")
-        assert refused(capsys, ["walk"], name) == (
-            f"{name} is a robot file, no scenario.\n  try  --robot {name}\n"
-        )
+        error = f"phasmid: {name} is a robot file, no scenario.\n  try  --robot {name}\n"
+        assert answered(capsys, "walk", name) == (2, "", error)
     Path("mine.usd").write_text("#usda 1.0", encoding="utf-8")
-    assert refused(capsys, ["walk"], "mine.usd").startswith("mine.usd ends in .usd;")
+    assert answered(capsys, "walk", "mine.usd")[2].startswith("phasmid: mine.usd is a USD file;")
 
 
 def test_a_kits_lengths_and_masses_make_a_robot(here):
@@ -231,11 +158,11 @@ def test_check_gaits_and_walk_tell_one_longest_stride(here, capsys, monkeypatch,
     if robot.endswith(".urdf"):
         quarter = '<limit lower="-1.5708" upper="1.5708" effort="2.2" velocity="6"/>'
         saved(here, hexapod(quarter, (0.04, 0.1, 0.1)))
-    monkeypatch.setattr("phasmid.cli.gaits._fastest", lambda robot, gait: 0.05)
-    _, out, _ = answered(capsys, "check", robot)
-    stride = int(re.search(r"longest step: (\d+) mm ahead", out)[1])
+    monkeypatch.setattr("phasmid.cli.gaits._fastest", lambda scenario, gait: 0.05)
+    _, out, _ = answered(capsys, "check", "--robot", robot)
+    stride = int(re.search(r"longest step: (\d+) mm forward", out)[1])
     assert out.endswith("possible.\n")
-    _, out, _ = answered(capsys, "gaits", "tripod", "--robot", robot)
+    _, out, _ = answered(capsys, "gaits", "--gait", "tripod", "--robot", robot)
     assert int(re.search(r"^tripod .* (\d+) +50$", out, re.MULTILINE)[1]) == stride
     walk = ["walk", "--robot", robot, "--period", "9", "--duration", "1", "--no-figures"]
     # The table rounds to the nearest millimetre, the refusal down.

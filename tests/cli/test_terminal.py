@@ -26,7 +26,7 @@ COMMANDS = {
     "video": ["walk", *WALK, "--video", "out.gif"],
     "studio": ["studio", "--port", "0", "--no-open"],
     "paper": ["paper"],
-    "plot": ["plot", "run", "joint-torque"],
+    "figures": ["report", "run", "--figures", "joint-torque"],
 }
 
 SHOWN = {
@@ -35,7 +35,7 @@ SHOWN = {
     "video": ("walking", "filming", "COMPLETED"),
     "studio": ("The robot is at", "the studio is closed"),
     "paper": ("simulating", "the paper says", "statements"),
-    "plot": ("joint-torque.svg",),
+    "figures": ("joint-torque.svg",),
 }
 """Words of each command's output on a terminal."""
 
@@ -117,10 +117,9 @@ def streams(monkeypatch, write, read):
     [
         *[(command, {}) for command in COMMANDS],
         ("walk", {"NO_COLOR": "1"}),
-        ("plot", {"NO_COLOR": "1"}),
         ("paper", {"TERM": None}),
         ("walk", {"COLUMNS": "0"}),
-        ("plot", {"COLUMNS": "²"}),
+        ("figures", {"COLUMNS": "²"}),
     ],
 )
 def test_every_command_ends_well_on_a_terminal(command, change, here, monkeypatch):

@@ -37,7 +37,7 @@ def test_the_robot_of_the_page_walks_on_either_servo(tmp_path, monkeypatch, caps
 def test_the_robot_with_lateral_offsets_walks(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "offset-legs.toml").write_text(OFFSETS, encoding="utf-8")
-    assert main(["check", "offset-legs.toml"]) == 0
+    assert main(["check", "--robot", "offset-legs.toml"]) == 0
     # The column of lateral offsets: to the left of two legs, to the right of the others.
     offsets = re.findall(r"^\d \w+ +(-?\d+)  ", capsys.readouterr().out, re.MULTILINE)
     assert offsets == ["40", "40", "-40", "-40"]

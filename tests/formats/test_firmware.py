@@ -1,4 +1,4 @@
-"""The C header of `phasmid export-firmware`, compiled on this machine, against the package."""
+"""The C header of `phasmid export --out walk.h`, compiled on this machine, against the package."""
 
 import re
 import shutil

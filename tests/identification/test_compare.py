@@ -148,7 +148,7 @@ def test_intervals_of_correlated_errors_hold_in_most_repetitions():
 
 def test_the_command_prints_a_table_and_writes_its_figures(here, unchanged, capsys):
     phasmid.save_recording(unchanged.isel(time=slice(160)), "walk.nc")
-    assert main(["compare", "walk.nc", "--robot", "phantomx-ax", "--out", "out"]) == 0
+    assert main(["identify", "--compare", "walk.nc", "--robot", "phantomx-ax", "--out", "out"]) == 0
     out = capsys.readouterr().out
     table = out.split("\n\n")[1]
     assert max(map(len, table.splitlines())) <= 80
@@ -156,7 +156,7 @@ def test_the_command_prints_a_table_and_writes_its_figures(here, unchanged, caps
         assert words in out
     files = {"angles.svg", "comparison.json", "errors.svg", "spectrum.svg"}
     assert {file.name for file in (here / "out").iterdir()} == files
-    assert main(["compare", "walk.nc", "--robot", "phantomx-ax", "--out", "out"]) == 2
+    assert main(["identify", "--compare", "walk.nc", "--robot", "phantomx-ax", "--out", "out"]) == 2
     assert "exists; nothing was written" in capsys.readouterr().err
 
 
@@ -176,7 +176,7 @@ def test_a_bad_csv_file_gets_one_sentence(here, unchanged, capsys, change, words
     write_walk(here / "log.csv", unchanged)
     text = (here / "log.csv").read_text()
     (here / "log.csv").write_text(change(text))
-    assert main(["compare", "log.csv", "--robot", "phantomx-ax"]) == 2
+    assert main(["identify", "--compare", "log.csv", "--robot", "phantomx-ax"]) == 2
     message = capsys.readouterr().err
     assert words in message
     assert "in   log.csv" in message
@@ -189,5 +189,5 @@ def test_a_log_without_motion_or_of_another_robot_gets_one_sentence(here, unchan
         phasmid.compare(still, SCENARIO)
     with pytest.raises(InvalidInput, match="6 legs; quadruped has 4"):
         phasmid.compare(unchanged, SCENARIO.replace(robot="quadruped", gait="crawl"))
-    assert main(["compare", "absent.csv"]) == 2
+    assert main(["identify", "--compare", "absent.csv"]) == 2
     assert "log absent.csv does not exist" in capsys.readouterr().err

@@ -65,8 +65,8 @@ def test_no_sentence_has_the_name_of_a_servo_without_one(unnamed):
 def test_a_walk_beyond_an_unnamed_servo_is_told_in_sentences(unnamed, capsys, monkeypatch):
     monkeypatch.chdir(unnamed.parent)
     walk = ["--payload-g", "6000", "--no-figures", "--duration", "2", "--out", "walk"]
-    for command in (["check"], ["advise"], ["walk", *walk, "--robot"]):
-        main([*command, unnamed.name])
+    for command in (["check"], ["advise"], ["walk", *walk]):
+        main([*command, "--robot", unnamed.name])
         told = " ".join("".join(capsys.readouterr()).replace("! ", "").split())
         assert "in the file" in told
         assert UNNAMED not in told

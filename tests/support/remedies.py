@@ -94,6 +94,8 @@ def _with_options(arguments: list[str], refused: Refusal) -> list[str]:
             arguments += [flag] + [value] * (value is not None)
         if ends:
             break
+    if place := re.match(r"(\S+) is a (?:robot|gait)\b.*, no scenario", refused.what):
+        arguments.remove(place[1])
     if apart := re.search(r'"([^"]*)" stands apart', refused.what):
         arguments.remove(apart[1])
     if instead := re.search(r"in place of (--[a-z-]+)", refused.remedy):

@@ -26,14 +26,13 @@ COLOURS = 128
 PAGE = """# Solids
 
 ```
-phasmid cad phantomx-paper --out results/cad
+phasmid export --robot phantomx-paper --out results/cad
 ```
 
 ![The paper's robot as solids](images/cad-paper.png)
 
-`phasmid cad` draws a robot from the numbers of its file, with any number of legs. It needs the
-extra `cad` (`pip install ".[cad]"`); walking does not. `make pages PAGE=cad` writes this
-page.
+A robot is drawn from the numbers of its file, with any number of legs. It needs the
+extra `cad` (`pip install "phasmid[cad]"`); walking does not. `make cad` writes this page.
 
 | file | content |
 |---|---|
@@ -55,7 +54,7 @@ approximate.
 ## From a STEP file
 
 A STEP assembly `robot.step` becomes a robot with the file `robot.step.toml` beside it. Start from
-the one that `phasmid cad` writes, or from this example:
+the one that this command writes, or from this example:
 
 ```toml
 name = "mine"

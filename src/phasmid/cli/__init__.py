@@ -18,15 +18,18 @@ from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from pathlib import Path
 
+from phasmid.cli import scenario_options
 from phasmid.cli.output import say
-from phasmid.cli.parser import COMMANDS, build_parser, flags
+from phasmid.cli.parser import COMMANDS, REMOVED, build_parser, flags
 from phasmid.cli.remedies import typed
-from phasmid.cli.scenario_options import check_lists
 from phasmid.errors import AlreadyExists, InvalidInput, PhasmidError, nearest
 from phasmid.interrupts import StopSignals
 
 UNTIL_STOPPED = "bus", "studio"
 """Commands that go on until a signal ends them, with a status of their own."""
+
+UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
+"""Errors of a stream that cannot be written; errors of files have a file name."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -62,10 +65,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     return status
 
 
-UNHEARD = {errno.EPIPE, errno.ENOSPC, errno.EIO, errno.EBADF, errno.EFBIG}
-"""Errors of a stream that cannot be written; errors of files have a file name."""
-
-
 def _stopped(text: str = "") -> int:
     """Report that a signal ended the command, with what is kept, and return its status."""
     with suppress(OSError, ValueError):
@@ -75,20 +74,58 @@ def _stopped(text: str = "") -> int:
 
 
 def _status(arguments: list[str], signals: StopSignals) -> int:
-    """Run the command and return its exit status, also where the output cannot be written."""
-    for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            # A closed stream is replaced by one that discards.
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+    """Run the command, print errors in one sentence, and return the exit status."""
+    _prepare_streams()
     try:
         try:
-            return _answered(arguments, signals)
+            return _run(arguments)
+        except SystemExit as stopped:
+            # Rich exits with 1 where the reader of a pipe has gone.
+            if stopped.code == 1:
+                raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
+            raise
+        except (Exception, KeyboardInterrupt) as error:
+            return _report(error, arguments, signals)
         finally:
             # Report a failing stream now, and not at the interpreter's exit.
             sys.stdout.flush()
     except OSError as error:
         # The status of a signal is set by the caller.
         return 1 if signals.noticed else _unheard(error)
+
+
+def _prepare_streams() -> None:
+    """Replace closed streams, and let a terminal without Unicode or of no width not fail."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+        stream = getattr(sys, name)
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    if not re.fullmatch("[1-9][0-9]{0,5}", os.environ.get("COLUMNS", "80")):
+        # Rich fails on a width of 0 and on digits that int() does not read.
+        del os.environ["COLUMNS"]
+
+
+def _report(error: BaseException, arguments: list[str], signals: StopSignals) -> int:
+    """Print an error of a command, and return its status; errors of streams are raised."""
+    is_interrupt = isinstance(error, KeyboardInterrupt)
+    if signals.noticed or is_interrupt:
+        # An interrupted import may end as an ImportError.
+        signals.error = error
+        return _stopped(str(error) if is_interrupt else "")
+    if isinstance(error, PhasmidError):
+        if isinstance(error, AlreadyExists):
+            error.hint = f"--force, or another {error.option}"
+        else:
+            error.hint = typed(error.hint, arguments, error.where)
+        say(f"phasmid: {error}", file=sys.stderr)
+        return error.exit_status
+    if isinstance(error, OSError) and error.errno in UNHEARD and error.filename is None:
+        raise error
+    traceback.print_exception(error)
+    say("phasmid: internal error; please report it.", file=sys.stderr)
+    return 70
 
 
 def _unheard(error: OSError) -> int:
@@ -104,56 +141,24 @@ def _unheard(error: OSError) -> int:
     return 1
 
 
-def _answered(arguments: list[str], signals: StopSignals) -> int:
-    """Run the command, print errors in one sentence, and return the exit status."""
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            # A degree sign must not fail in a terminal without Unicode.
-            stream.reconfigure(errors="replace")
-    if not re.fullmatch("[1-9][0-9]{0,5}", os.environ.get("COLUMNS", "80")):
-        # Rich fails on a width of 0 and on digits that int() does not read.
-        del os.environ["COLUMNS"]
-    try:
-        return _run(arguments)
-    except SystemExit as stopped:
-        # Rich exits with 1 where the reader of a pipe has gone.
-        if stopped.code == 1:
-            raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE)) from None
-        raise
-    except (Exception, KeyboardInterrupt) as error:
-        is_interrupt = isinstance(error, KeyboardInterrupt)
-        if signals.noticed or is_interrupt:
-            # An interrupted import may end as an ImportError.
-            signals.error = error
-            return _stopped(str(error) if is_interrupt else "")
-        if isinstance(error, PhasmidError):
-            if isinstance(error, AlreadyExists):
-                error.hint = f"--force, or another {error.option}"
-            else:
-                error.hint = typed(error.hint, arguments, error.where)
-            say(f"phasmid: {error}", file=sys.stderr)
-            return error.exit_status
-        if isinstance(error, OSError) and error.errno in UNHEARD and error.filename is None:
-            raise
-        traceback.print_exc()
-        say("phasmid: internal error; please report it.", file=sys.stderr)
-        return 70
+REMOVED_OPTIONS = {"report --list": "--list-figures", "advise --figure": "--out"}
+"""Options of earlier versions, and those in their place."""
 
 
 def _run(arguments: list[str]) -> int:
     command = next((a for a in arguments if not a.startswith("-")), None)
     if command is not None and arguments[0] == command and command not in COMMANDS:
-        guess = nearest(command, COMMANDS)
-        hint = f"phasmid {guess}" if guess else "phasmid --help"
-        raise InvalidInput(f'no command "{command}".', hint=hint)
+        guess = REMOVED.get(command) or nearest(command, COMMANDS)
+        raise InvalidInput(f'no command "{command}".', hint=f"phasmid {guess or '--help'}")
     parser = build_parser(command)
-    if command in ("walk", "drive", "studio", "explain", "export-firmware"):
-        check_lists(arguments)
+    if command in scenario_options.COMMANDS:
+        scenario_options.check_lists(arguments)
     options, unknown = parser.parse_known_args(arguments)
     if unknown:
+        name = unknown[0].split("=")[0]
         known = [flag for flag in flags(parser) if flag.startswith("--")]
-        guess = nearest(unknown[0].split("=")[0], known)
-        kind = "option" if unknown[0].startswith("-") else "argument"
+        guess = REMOVED_OPTIONS.get(f"{command} {name}") or nearest(name, known)
+        kind = "option" if name.startswith("-") else "argument"
         raise InvalidInput(
             f'no {kind} "{unknown[0]}".',
             hint=guess if guess and guess != unknown[0] else f"phasmid {command or ''} --help",

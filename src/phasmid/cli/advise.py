@@ -7,50 +7,42 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
-from phasmid.cli.plot import check_figure_path, write_figure
-from phasmid.cli.scenario_options import (
-    add_field_options,
-    add_import_options,
-    import_options,
-    with_fields,
-)
+from phasmid.cli.scenario_options import SCENARIO, scenario_of, scenario_options
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
+from phasmid.robot.servo_words import servo_label
 
 if TYPE_CHECKING:
     from phasmid.advice import Advice
-    from phasmid.scenario import Scenario
-
-FIELDS = ("gait", "payload_g", "step_length_mm", "voltage", "ambient_temperature")
-"""Fields of the scenario that are options."""
 
 OPTIONS = {
-    "ROBOT": "a preset or a robot file",
-    "--speed-mm-s MM/S": Number("forward speed; default: by a cycle of 2 s", 0.1, 10_000),
-    "--servo NAME": "another servo; default: the robot's",
-    "--battery-mah MAH": Number("the battery; default: 2200", 1, 1_000_000, 2200),
-    "--figure FILE": "draw torque and heat: svg, png or pdf",
+    "--speed-mm-s MM/S": Number("forward speed; default: by the period", 0.1, 10_000),
+    "--battery-mah MAH": Number("capacity of the battery; default: 2200", 1, 1_000_000, 2200),
+    "--out FILE": "draw torque and heat: svg, png or pdf",
     "--force": "replace an older figure",
 }
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_field_options(parser, "the walk", FIELDS)
-    add_import_options(parser)
+    parser.set_defaults(quiet=False)
+    scenario_options(parser, SCENARIO.format("phantomx-paper"))
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the advice, and return the exit status: 2 where the servos do not hold."""
     from phasmid.advice import advise
 
-    figure = None if options.figure is None else Path(options.figure)
+    figure = None if options.out is None else Path(options.out)
     if figure is not None:
-        check_figure_path("--figure", figure, force=options.force)
+        check_figure_path("--out", figure, force=options.force)
     speed = None if options.speed_mm_s is None else options.speed_mm_s / 1000
     try:
-        advice = advise(_scenario(options), speed=speed, capacity=options.battery_mah / 1000)
+        advice = advise(
+            scenario_of(options, default=None), speed=speed, capacity=options.battery_mah / 1000
+        )
     except InfeasibleWalk as error:
         error.hint = error.hint or "another --speed-mm-s, --step-length-mm or --gait"
         raise
@@ -61,8 +53,6 @@ def run(options: argparse.Namespace) -> int:
         write_figure(advice_figure(advice), [figure])
         say(f"Written to {plain(str(figure))}")
     if not advice.verdict.is_possible:
-        from phasmid.robot.servo_words import servo_label
-
         servo = servo_label(advice.servo.name)
         what = f"the {servo} does not hold it in the {advice.verdict.gait} gait."
         say(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)
@@ -70,21 +60,8 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _scenario(options: argparse.Namespace) -> Scenario:
-    """Return the scenario of the options."""
-    from phasmid.formats import load_robot
-    from phasmid.robot import load_servo, with_servo
-    from phasmid.scenario import Scenario
-
-    robot = load_robot(options.robot, import_options(options))
-    if options.servo is not None:
-        robot = with_servo(robot, load_servo(options.servo))
-    return with_fields(Scenario(robot=robot), options)
-
-
 def _print(advice: Advice) -> None:
     from phasmid.advice.advice import MEASURED, MINUTES, WARM_UP
-    from phasmid.robot.servo_words import servo_label
 
     scenario, verdict, load = advice.scenario, advice.verdict, advice.load
     air = scenario.servo.ambient_temperature

@@ -9,16 +9,24 @@ import sys
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.bus_calibrate import POSES, calibrate
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
+from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput, nearest, plain
+from phasmid.formats import load_robot
+from phasmid.recording.file import check_new_file
+from phasmid.robot import Robot
+from phasmid.robot.file import servo_names
+from phasmid.robot.servo_words import servo_words
+from phasmid.scenario import load_scenario
 
 if TYPE_CHECKING:
     from phasmid.hardware import Bus, Emulator, Model, ServoCalibration
-    from phasmid.robot import Robot
 
 ACTIONS = ("scan", "monitor", "calibrate", "emulate")
 
@@ -125,15 +133,18 @@ def _scan(options: argparse.Namespace) -> int:
     protocols = (options.protocol,) if options.protocol else (1, 2)
     rows, ids = [["id", "model", "baud", "protocol", "return delay"]], _ids(options.ids)
     advice = ""
-    for baud in bauds:
-        for protocol in protocols:
+    attempts = list(product(bauds, protocols))
+    with progress_bar("scanning", len(attempts), quiet=False) as progress:
+        for number, (baud, protocol) in enumerate(attempts):
+            if len(rows) > 1 and baud != attempts[number - 1][0]:
+                break
+            if progress is not None:
+                progress(number, note=f" at {baud} baud, protocol {protocol}")
             with _opened(options, baud, protocol) as bus:
                 for id_, found in bus.scan(ids).items():
                     rows.append([str(id_), *_described(bus, id_, found, baud, protocol)])
                 if not advice and bus.models:
                     advice = _advice(bus, next(iter(bus.models)))
-        if len(rows) > 1:
-            break
     if len(rows) == 1:
         tried = ", ".join(map(str, bauds))
         say(f"No servo answers on {plain(options.port)} (tried {tried} baud).")
@@ -246,11 +257,7 @@ def _states(bus: Bus) -> list[list[str]]:
 
 def _calibrate(options: argparse.Namespace) -> int:
     """Guide the user through a calibration, and write it."""
-    from phasmid.cli.bus_calibrate import POSES, calibrate
-    from phasmid.formats import load_robot
     from phasmid.hardware import models, save_calibration
-    from phasmid.recording.file import check_new_file
-    from phasmid.robot.file import servo_names
 
     if not options.robot:
         raise InvalidInput("phasmid bus calibrate needs a robot.", hint="--robot phantomx-ax")
@@ -311,9 +318,7 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
 
     baud, rows, plant = options.baud or 1_000_000, [], None
     if options.robot:
-        from phasmid.formats import load_robot
         from phasmid.hardware.plant import SimulatedRobot
-        from phasmid.scenario import load_scenario
 
         scenario = load_scenario("paper").for_robot(load_robot(options.robot))
         scenario = scenario.replace(start_posture="packed")
@@ -356,13 +361,12 @@ def bus_servo(robot: Robot, source: str) -> Model:
         InvalidInput: They have no bus, or one that phasmid does not know.
     """
     from phasmid.hardware import models
-    from phasmid.robot.servo_words import servo_words
 
     if robot.servo.name not in models():
         raise InvalidInput(
             f"the {servo_words(robot.servo.name)} of {robot.name} has no bus that phasmid knows; "
             "hobby servos follow pulses of a microcontroller.",
-            hint=f"phasmid export-firmware --robot {shlex.quote(plain(source))}",
+            hint=f"phasmid export --robot {shlex.quote(plain(source))} --out walk.h",
         )
     return models()[robot.servo.name]
 

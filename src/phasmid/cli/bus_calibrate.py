@@ -123,9 +123,7 @@ def _turn(robot: Robot, joint: str) -> str:
 
 
 def _follow(
-    calibrator: Calibrator,
-    sweep: Sweep,
-    measure: Callable[[Sweep], Float[np.ndarray, "joints 2"]],
+    calibrator: Calibrator, sweep: Sweep, measure: Callable[[Sweep], Float[np.ndarray, "joints 2"]]
 ) -> None:
     """Extend a sweep until Enter, and show it in a terminal.
 

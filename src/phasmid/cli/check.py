@@ -1,4 +1,4 @@
-"""``phasmid check``: check whether a robot or scenario is physically possible."""
+"""``phasmid check``: is a robot, walk, posture or foot position possible, and why not?"""
 
 from __future__ import annotations
 
@@ -8,90 +8,126 @@ import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from phasmid.cli.explain import draw_walk, explain_foot_position, explain_pose, explain_refusal
+from phasmid.cli.figures import check_figure_path
 from phasmid.cli.output import print_table, say
 from phasmid.cli.remedies import typed
-from phasmid.cli.scenario_options import add_import_options, field_arguments, import_options
-from phasmid.errors import InvalidInput, plain
+from phasmid.cli.scenario_options import (
+    field_arguments,
+    given_fields,
+    scenario_as_named,
+    scenario_of,
+    scenario_options,
+    with_own_servo,
+)
+from phasmid.errors import InvalidInput, PhasmidError, Unreachable, plain
+from phasmid.forces import Holding, ServoVerdict, scenario_verdict
+from phasmid.formats import Finding, FoundLeg, Severity, import_robot
+from phasmid.gait import Gait, gaits_of
+from phasmid.kinematics import joint_angles
+from phasmid.motion import explain_walk, fastest, longest_stride, plan
+from phasmid.robot import JOINTS, Robot, Servo
+from phasmid.robot.servo_words import servo_label, servo_words
+from phasmid.scenario import Scenario, idle_fields, option_keys
+from phasmid.scenario.tables import StrideTable
 from phasmid.units import STANDARD_GRAVITY, plain_number
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from phasmid.forces import ServoVerdict
-    from phasmid.formats import Finding, FoundLeg, Imported
-    from phasmid.gait import Gait
-    from phasmid.robot import Robot, Servo
-    from phasmid.scenario import Scenario
-
 OPTIONS = {
-    "FILE": "a robot (TOML, URDF, MJCF, STEP) or a scenario file, or a preset",
-    "--gait GAIT": "gait of the servo verdict; default: the first of its number of legs, or the "
-    "scenario's",
+    "--frame FRAME": ("axes of --foot-at: body or hip; default: body", "body"),
+    "--pose X,Y,Z": "a posture: the body moved forward, left, up [m], the feet in their places",
+    "--rpy-deg R,P,Y": "roll, pitch and yaw of the posture [°]",
+    "--out FILE": "draw the feet that are nearest to a limit, or beyond it: svg, png or pdf",
+    "--force": "replace an older picture",
+    "--quiet": "print only the findings and the answer",
 }
 
+READING = {"robot", "gait"}
+"""Fields that ask for a robot alone, with those of reading it."""
 
 WALK = "phasmid walk"
-"""Subject of findings on the walk with the settings of the command alone."""
+"""Subject of findings on the walk where a robot alone is checked."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    add_import_options(parser)
+    parser.add_argument(
+        "--foot-at",
+        nargs=2,
+        metavar=("LEG", "X,Y,Z"),
+        help="a leg by name or number, and a foot position [m], such as right_front "
+        "0.30,-0.12,-0.10",
+    )
+    scenario_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Check a file, and return the exit status."""
-    from phasmid.formats import import_robot, is_foreign
-    from phasmid.robot import preset_names
-    from phasmid.scenario import load_scenario
-    from phasmid.toml import is_file, read_toml
+    """Check a robot, walk, posture or foot position; return the exit status: 2 if impossible."""
+    is_posture = options.pose is not None or options.rpy_deg is not None
+    if is_posture and options.foot_at is not None:
+        raise InvalidInput(
+            "--foot-at and a posture are two questions; one of them must go.",
+            hint="phasmid check --pose 0,0,0.05",
+        )
+    if options.frame not in ("body", "hip"):
+        raise InvalidInput(f'--frame is "{plain(options.frame)}"; it must be body or hip.')
+    if options.out is not None:
+        check_figure_path("--out", Path(options.out), force=options.force)
+    if is_posture:
+        return 0 if explain_pose(scenario_of(options), options) else 2
+    if options.foot_at is not None:
+        return 0 if explain_foot_position(scenario_of(options), options) else 2
+    if given_fields(options).get("robot") is not None:
+        return _check_robot(options)
+    return _check_walk(scenario_of(options), options)
 
-    source = options.file
-    suffix = Path(source).suffix.lower()
-    is_robot = source in preset_names() or is_foreign(source)
-    if not is_robot and (suffix == ".toml" or is_file(Path(source))):
-        raw, _ = read_toml(Path(source))
-        is_robot = bool({"legs", "leg", "body"} & set(raw))
-    if is_robot:
-        imported = import_robot(source, import_options(options), strict=options.strict)
-        return _check_robot(imported, options)
-    scenario = load_scenario(source)
-    return _check_scenario(scenario.replace(gait=options.gait) if options.gait else scenario)
 
-
-def _check_robot(imported: Imported, options: argparse.Namespace) -> int:
-    from phasmid.formats import Severity
-    from phasmid.gait import gaits_of
-    from phasmid.scenario import load_scenario
-
-    findings, robot = [*imported.findings], imported.robot
-    if robot is not None:
-        gait, verdict = None, None
+def _check_robot(options: argparse.Namespace) -> int:
+    """Check the robot of the options, and its walk."""
+    scenario = scenario_as_named(options)
+    source = str(scenario.robot)
+    imported = import_robot(source, scenario.robot_import, strict=options.strict)
+    findings, verdict, gait = [*imported.findings], None, None
+    is_walk = options.scenario is not None or bool(_fields_of_walk(options))
+    if imported.robot is not None:
+        scenario = with_own_servo(scenario.replace(robot=imported.robot), options)
+        robot = scenario.load_robot()
         if gaits_of(len(robot.legs)):
-            scenario = load_scenario("paper").for_robot(robot)
-            scenario = scenario.replace(gait=options.gait) if options.gait else scenario
             gait = scenario.load_gait(len(robot.legs), robot.leg_names)
-            if not imported.impossible:
+            if not imported.impossible and not is_walk:
                 findings += _plain_walk(scenario, options)
             verdict = _verdict(scenario)
             findings += _too_weak(verdict, scenario)
-        _print_robot(robot, imported.legs, verdict, gait)
-    _print_findings(findings, options.file)
+        if not options.quiet:
+            _print_robot(robot, imported.legs, verdict, gait)
+    _print_findings(findings, source)
     count = sum(finding.severity is Severity.IMPOSSIBLE for finding in findings)
-    if robot is not None and not count:
+    if imported.robot is not None and not count:
+        if is_walk:
+            return _check_walk(scenario, options, has_robot=True)
         other = any(finding.subject == WALK for finding in findings)
         say("possible, but not with the settings of phasmid walk." if other else "possible.")
         return 0
     counted = "1 finding is" if count == 1 else f"{count} findings are"
     what = f"the robot as described cannot walk: {counted} impossible."
-    if robot is None:
+    if imported.robot is None:
         what = imported.impossible[0].sentence
     hint = imported.impossible[0].hint if imported.impossible else ""
-    hint = typed(hint, ["check", options.file], Path(options.file).name)
+    hint = typed(hint, ["check", "--robot", source], Path(source).name)
     say(f"phasmid: {InvalidInput(what, hint=hint)}", file=sys.stderr)
     return 2
+
+
+def _fields_of_walk(options: argparse.Namespace) -> set[str]:
+    """Return the fields of the options that concern a walk, and not its robot alone."""
+    keys = option_keys()
+    return {
+        key
+        for key in given_fields(options)
+        if keys[key][0] not in ("robot_import", "servo") and key not in READING
+    }
 
 
 def _verdict(scenario: Scenario) -> ServoVerdict | None:
@@ -100,9 +136,6 @@ def _verdict(scenario: Scenario) -> ServoVerdict | None:
     Raises:
         InvalidGait: The robot has no such gait.
     """
-    from phasmid.errors import Unreachable
-    from phasmid.forces import scenario_verdict
-
     try:
         return scenario_verdict(scenario)
     except Unreachable:
@@ -111,11 +144,6 @@ def _verdict(scenario: Scenario) -> ServoVerdict | None:
 
 def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]:
     """Return a finding where the servos do not hold, with a gait in which they do."""
-    from phasmid.forces import Holding
-    from phasmid.formats import Finding, Severity
-    from phasmid.gait import gaits_of
-    from phasmid.robot.servo_words import servo_label
-
     if verdict is None or verdict.is_possible:
         return []
     hint = "a stronger servo, a lighter robot, or feet nearer to the hips"
@@ -130,16 +158,12 @@ def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]
 
 def _plain_walk(scenario: Scenario, options: argparse.Namespace) -> list[Finding]:
     """Return a finding where ``phasmid walk --robot`` needs other settings."""
-    from phasmid.errors import PhasmidError
-    from phasmid.formats import Finding, Severity
-    from phasmid.motion import plan
     from phasmid.simulation import with_time_step
 
     try:
         with_time_step(scenario, plan(scenario))
     except PhasmidError as error:
-        walk = ["walk", "--robot", options.file, *field_arguments(options)]
-        walk += ["--gait", options.gait] if options.gait else []
+        walk = ["walk", *field_arguments(options)]
         hint = typed(error.hint, walk)
         # Only an option can follow the command.
         hint = f"phasmid {shlex.join(walk)} {hint}" if hint.startswith("-") else hint
@@ -162,14 +186,6 @@ def _print_robot(
     robot: Robot, origins: Sequence[FoundLeg], verdict: ServoVerdict | None, gait: Gait | None
 ) -> None:
     """Print a robot, its servo verdict, and the joints of the file that became its legs."""
-    import numpy as np
-
-    from phasmid.errors import PhasmidError
-    from phasmid.kinematics import joint_angles
-    from phasmid.motion import longest_stride
-    from phasmid.robot.servo_words import servo_words
-    from phasmid.scenario.tables import StrideTable
-
     servo, body = robot.servo, robot.body
     say(
         f"robot {plain(robot.name)}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
@@ -208,17 +224,13 @@ def _print_robot(
         )
         ahead, side = math.floor(1000 * ahead), math.floor(1000 * side)
         say(
-            f"  longest step: {ahead} mm ahead, {side} mm sideways, in the "
+            f"  longest step: {ahead} mm forward, {side} mm sideways, in the "
             f"{plain(gait.name)} gait with a lift of {1000 * StrideTable().step_height:.0f} mm"
         )
 
 
 def _print_limits(robot: Robot) -> None:
     """Print the joint limits, those of legs that are alike in one line."""
-    import numpy as np
-
-    from phasmid.robot import JOINTS
-
     legs: dict[str, list[str]] = {}
     for number, leg in enumerate(robot.legs, 1):
         found = (
@@ -239,8 +251,6 @@ def _listed(numbers: np.ndarray, separator: str = ", ") -> str:
 
 def _origin(leg: FoundLeg) -> str:
     """Return a leg's angles in terms of those of the file's joints."""
-    from phasmid.robot import JOINTS
-
     angles = []
     for own, name, sign, offset in zip(JOINTS, leg.joints, leg.signs, leg.offsets, strict=True):
         shift = f" {'+' if offset > 0 else '−'} {abs(math.degrees(offset)):.4g}°"
@@ -255,41 +265,56 @@ def _print_findings(findings: Sequence[Finding], file: str) -> None:
     for finding in sorted(findings, key=lambda finding: order.index(finding.severity.value)):
         where = f" ({plain(finding.where)})" if finding.where else ""
         say(f"  {finding.severity.value:<10} {plain(finding.sentence)}{where}")
-        if hint := typed(finding.hint, ["check", file], Path(file).name):
+        if hint := typed(finding.hint, ["check", "--robot", file], Path(file).name):
             say(f"  {'':<10} try {plain(hint)}")
 
 
-def _check_scenario(scenario: Scenario) -> int:
-    import numpy as np
+def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: bool = False) -> int:
+    """Check the walk of a scenario.
 
-    from phasmid.forces import scenario_verdict
-    from phasmid.motion import fastest, plan
-    from phasmid.robot.servo_words import servo_words
-    from phasmid.scenario import idle_fields
+    Args:
+        scenario: The scenario, with its robot.
+        options: Those of the command line.
+        has_robot: Whether robot and servos were checked before.
+    """
     from phasmid.simulation import check_load, with_time_step
 
-    walk = plan(scenario)
+    found = explain_walk(scenario)
+    walk = found.walk
+    if walk is None:
+        explain_refusal(found, options)
+        draw_walk(found, options)
+        assert found.refusal is not None
+        raise found.refusal
     with_time_step(scenario, walk)
     check_load(scenario, walk)
-    speed = float(np.abs(walk.qd).max())
-    limit, supply = fastest(scenario, walk.robot.servo)
-    say(
-        f"scenario {scenario.name}: {plain(walk.robot.name)}, {plain(walk.gait.name)} gait, "
-        f"{scenario.duration:g} s, {len(walk.time)} samples"
-    )
-    verdict = scenario_verdict(scenario)
-    _print_verdict(verdict)
-    _print_sources(walk.robot.servo)
-    way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
-    say(
-        f"  planned way: {way[0]:.1f} mm ahead, {way[1]:.1f} mm to the left, "
-        f"{np.degrees(walk.trunk.yaw[-1]):.1f}° turn"
-    )
-    say(
-        f"  fastest joint: {speed:.2f} rad/s; the "
-        f"{plain(servo_words(walk.robot.servo.name))} allows {limit:.2f} rad/s{supply}"
-    )
-    say(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
+    verdict = None if has_robot else scenario_verdict(scenario)
+    if not options.quiet:
+        say(
+            f"scenario {scenario.name}: {plain(walk.robot.name)}, {plain(walk.gait.name)} gait, "
+            f"{scenario.duration:g} s, {len(walk.time)} samples"
+        )
+        if not has_robot:
+            _print_verdict(verdict)
+            _print_sources(walk.robot.servo)
+        speed = float(np.abs(walk.qd).max())
+        limit, supply = fastest(scenario, walk.robot.servo)
+        way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
+        say(
+            f"  planned displacement: {way[0]:.1f} mm forward, {way[1]:.1f} mm to the left, "
+            f"{np.degrees(walk.trunk.yaw[-1]):.1f}° turn"
+        )
+        say(
+            f"  fastest joint: {speed:.2f} rad/s; the "
+            f"{plain(servo_words(walk.robot.servo.name))} allows {limit:.2f} rad/s{supply}"
+        )
+        say(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
+        joint, room = found.feet[0].margin
+        say(
+            f"  joint nearest to its limit: {plain(found.feet[0].leg.name)}.{joint}, "
+            f"{np.degrees(room):.1f}° away"
+        )
+    draw_walk(found, options)
     for sentence in idle_fields(scenario):
         say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
     for finding in _too_weak(verdict, scenario):

@@ -1,31 +1,28 @@
-"""``phasmid compare``: a robot's log beside its replay in simulation."""
+"""``phasmid identify --compare``: a robot's log beside its replay in simulation."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.figures import run_name, write_figure
 from phasmid.cli.output import print_table, say
-from phasmid.cli.plot import run_name, write_figure
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.report import print_damage
-from phasmid.errors import plain
+from phasmid.cli.scenario_options import with_own_servo
+from phasmid.errors import InvalidInput, plain
+from phasmid.formats import load_robot
+from phasmid.recording import load_recording
+from phasmid.recording.file import check_new_file, write_whole
+from phasmid.robot.servo_words import servo_label
+from phasmid.scenario import Scenario, load_scenario, recorded_scenario
 
 if TYPE_CHECKING:
-    from phasmid.identification import Comparison, Quantity
-    from phasmid.scenario import Scenario
-
-OPTIONS = {
-    "LOG": "a .csv file, a recording.nc, its folder, or a .mcap log",
-    "--robot ROBOT": "a preset or a robot file; default: that of the scenario",
-    "--scenario FILE": "a preset or a file; default: that of the recording, or paper for .csv",
-    "--out DIR": "folder of figures and numbers; default: results/NAME_compare",
-    "--force": "replace the files of an earlier comparison",
-    "--quiet": "print only errors",
-}
+    from phasmid.comparison import Comparison, Quantity
 
 SHOWN = {
     "s": ("ms", 1e3),
@@ -38,22 +35,20 @@ SHOWN = {
 """Units in which SI units are printed, and factors to them."""
 
 
-def run(options: argparse.Namespace) -> int:
-    """Compare, and return the exit status."""
-    from phasmid.identification import compare
-    from phasmid.identification.replay_fit import REPLAYS
-    from phasmid.recording.file import check_new_file
+def compare_log(options: argparse.Namespace) -> int:
+    """Compare a log with the replay of its joint targets, and return the exit status."""
+    from phasmid.comparison import compare
+    from phasmid.comparison.fit import REPLAYS
 
-    path = Path(options.log)
+    if len(options.logs) > 1:
+        raise InvalidInput(f"--compare takes one log; {len(options.logs)} were given.")
+    path = Path(options.logs[0])
     folder = Path(options.out or Path("results") / f"{run_name(path)}_compare")
     files = {name: folder / f"{name}.svg" for name in ("angles", "errors", "spectrum")}
     numbers = folder / "comparison.json"
     for file in (*files.values(), numbers):
         check_new_file(file, option="--out DIR", force=options.force)
-    with (
-        progress_bar("comparing", REPLAYS, quiet=options.quiet) as progress,
-        print_damage(),
-    ):
+    with progress_bar("comparing", REPLAYS, quiet=options.quiet) as progress, print_damage():
         found = compare(path, _scenario(options, path), progress=progress)
     from phasmid.identification.comparison_figures import comparison_figures
 
@@ -69,29 +64,24 @@ def run(options: argparse.Namespace) -> int:
 
 def _scenario(options: argparse.Namespace, path: Path) -> Scenario | None:
     """Return the scenario of the options; None: that of the recording."""
-    if options.scenario is None and options.robot is None:
+    if options.scenario is options.robot is options.servo is None:
         return None
-    from phasmid.formats import load_robot
-    from phasmid.recording import load_recording
-    from phasmid.scenario import load_scenario, recorded_scenario
 
     robot = None if options.robot is None else load_robot(options.robot)
     if options.scenario is None and path.suffix.lower() == ".csv":
         scenario = load_scenario("paper")
-        return scenario if robot is None else scenario.for_robot(robot)
-    if options.scenario is not None:
-        scenario = load_scenario(options.scenario)
+        scenario = scenario if robot is None else scenario.for_robot(robot)
     else:
-        scenario = recorded_scenario(load_recording(path).attrs)
-    return scenario if robot is None else scenario.replace(robot=robot)
+        if options.scenario is not None:
+            scenario = load_scenario(options.scenario)
+        else:
+            scenario = recorded_scenario(load_recording(path).attrs)
+        scenario = scenario if robot is None else scenario.replace(robot=robot)
+    return with_own_servo(scenario, options)
 
 
 def _write_numbers(found: Comparison, path: Path) -> None:
     """Write all quantities in SI."""
-    from dataclasses import asdict
-
-    from phasmid.recording.file import write_whole
-
     table = {
         "log": found.log.name,
         "robot": found.robot.name,
@@ -105,7 +95,6 @@ def _write_numbers(found: Comparison, path: Path) -> None:
 
 
 def _print(found: Comparison) -> None:
-    from phasmid.robot.servo_words import servo_label
 
     duration = float(found.log.time[-1])
     say(

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from importlib import import_module, metadata
 from typing import Literal, NamedTuple
 
-from phasmid.cli.output import say
+from phasmid.cli.output import has_display, say
 from phasmid.errors import OutputError, plain
 from phasmid.extras import install_hint
 
@@ -172,12 +172,6 @@ def _import_figures() -> str:
     for module in ("matplotlib.backends.backend_svg", "phasmid.reporting"):
         import_module(module)
     return f"matplotlib {metadata.version('matplotlib')}"
-
-
-def has_display() -> bool:
-    """Return True if a browser can open a window."""
-    own = sys.platform in ("darwin", "win32")
-    return own or any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def _browser() -> Finding:

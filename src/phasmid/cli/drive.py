@@ -32,7 +32,6 @@ WAYS = {
 """Options that command the drive; one of them is given."""
 
 OPTIONS = {
-    **scenario_options.SCENARIO,
     **scenario_options.OUT,
     "--policy FILE": "learned policy that controls the robot: an ONNX file, or one that comes with "
     "phasmid; its robot is driven unless --robot names another; default: the locomotion controller",
@@ -78,7 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     add_live_options(parser)
     drive_bus.add_bus_options(parser)
-    scenario_options.add_field_options(parser)
+    scenario_options.scenario_options(parser)
 
 
 def _words(options: argparse.Namespace) -> list[str]:

@@ -13,6 +13,8 @@ import tempfile
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.live import check_live, served_driver
@@ -70,10 +72,7 @@ def add_bus_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(
-    options: argparse.Namespace,
-    scenario: Scenario,
-    script: CommandScript,
-    words: Sequence[str],
+    options: argparse.Namespace, scenario: Scenario, script: CommandScript, words: Sequence[str]
 ) -> int:
     """Drive the robot on the bus; return the exit status.
 
@@ -148,7 +147,7 @@ def run(
         _print_report(report, rate)
         if log.exists():
             say(f"\nWritten to {plain(str(log))}; compare with the simulation:")
-            say(f"  phasmid compare {plain(str(log))}")
+            say(f"  phasmid identify --compare {plain(str(log))}")
     if report.ending is None:
         return 0
     say(f"phasmid: {report.ending.sentence}", file=sys.stderr)
@@ -161,6 +160,9 @@ UNKNOWN = {
     "fault": "has no --fault; an emulated port has its own",
     "video": "has no --video",
     "mcap": "has no --mcap; its log is one",
+    "open": "has no page; phasmid report makes one of its log",
+    "legs": "has no --legs; phasmid report has it",
+    "no_figures": "has no figures",
 }
 """Options that a robot on a bus does not have, with the reason."""
 
@@ -171,7 +173,7 @@ def _refuse(options: argparse.Namespace) -> None:
     hints = {"waypoints": velocity, "policy": "phasmid.hardware.Driver with `sensors`"}
     for name, reason in UNKNOWN.items():
         if getattr(options, name, None):
-            hint = hints.get(name, f"without --{name}")
+            hint = hints.get(name, f"without --{name.replace('_', '-')}")
             raise InvalidInput(f"a robot on a bus {reason}.", hint=hint)
 
 
@@ -205,16 +207,16 @@ def _emulated(
     options: argparse.Namespace, scenario: Scenario, calibration: Sequence[ServoCalibration]
 ) -> Iterator[str]:
     """Run an emulated robot in another process; yield its port."""
-    command = [sys.executable, "-P", "-c", EMULATE, str(os.getpid())]
-    command += ["bus", "emulate", "--robot", str(scenario.robot)]
+    command = [sys.executable, "-P", "-c", EMULATE, str(os.getpid()), "bus", "emulate"]
     command += ["--baud", str(options.baud), "--return-delay-us", "0"]
     command += ["--model", calibration[0].model]
     if options.calibration:
         command += ["--calibration", str(options.calibration)]
     with (
+        tempfile.TemporaryDirectory() as folder,
         tempfile.TemporaryFile("w+", encoding="utf-8") as errors,
         subprocess.Popen(  # noqa: S603
-            command,
+            [*command, "--robot", _saved(scenario.base_robot(), Path(folder))],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=errors,
@@ -234,6 +236,15 @@ def _emulated(
         finally:
             # A process that was stopped does not end otherwise.
             process.kill()
+
+
+def _saved(robot: Robot, folder: Path) -> str:
+    """Write a robot, which may have another servo than its file, and return the file's name."""
+    from phasmid.robot import robot_to_toml
+
+    path = folder / "robot.toml"
+    path.write_text(robot_to_toml(replace(robot, appearance=None)), encoding="utf-8")
+    return str(path)
 
 
 def _controller(options: argparse.Namespace, scenario: Scenario, rate: float) -> Controller:

@@ -1,4 +1,4 @@
-"""``phasmid explain``: why a foot position, a posture or a walk is impossible, and the nearest."""
+"""Why a foot position, a posture or a walk is impossible, and the nearest possible one."""
 
 from __future__ import annotations
 
@@ -8,71 +8,25 @@ import shlex
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import numpy as np
+from jaxtyping import Float
+
+from phasmid.cli.figures import write_figure
 from phasmid.cli.output import print_table, say
-from phasmid.cli.plot import check_figure_path, write_figure
 from phasmid.cli.progress import announce_compilation
-from phasmid.cli.remedies import typed
-from phasmid.cli.result_folder import result_folder
-from phasmid.cli.scenario_options import SCENARIO, add_field_options, scenario_of
+from phasmid.cli.scenario_options import number_or_text
 from phasmid.errors import InvalidInput, plain
-
-if TYPE_CHECKING:
-    import numpy as np
-    from jaxtyping import Float
-
-    from phasmid.kinematics import FootExplanation
-    from phasmid.robot import Robot
-    from phasmid.scenario import Scenario
-
-OPTIONS = {
-    **SCENARIO,
-    "--frame FRAME": ("axes of the foot position: body or hip; default: body", "body"),
-    "--pose X,Y,Z": "displacement of the body forward, left, up [m], the feet in their places",
-    "--rpy-deg R,P,Y": "roll, pitch and yaw of the body [°], the feet in their places",
-    "--out FILE": "the picture: svg, png or pdf; default: results/NAME/explanation.svg",
-    "--force": "replace an older picture",
-    "--quiet": "print only the verdict",
-}
+from phasmid.kinematics import FootExplanation, explain_foot, foot_position, foot_violations
+from phasmid.kinematics.workspace import usable_limits
+from phasmid.motion import WalkExplanation, explain_posture
+from phasmid.motion.feasibility import stride_words
+from phasmid.robot import JOINTS, Robot
+from phasmid.scenario import Scenario
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.add_argument(
-        "--foot-at",
-        nargs=2,
-        metavar=("LEG", "X,Y,Z"),
-        help="a leg by name or number, and a foot position [m], such as right_front "
-        "0.30,-0.12,-0.10",
-    )
-    add_field_options(parser)
-
-
-def run(options: argparse.Namespace) -> int:
-    """Print an explanation and draw it; return the exit status: 1 where it is impossible."""
-    is_posture = options.pose is not None or options.rpy_deg is not None
-    if is_posture and options.foot_at is not None:
-        raise InvalidInput(
-            "--foot-at and a posture are two questions; one of them must go.",
-            hint="phasmid explain --pose 0,0,0.05",
-        )
-    if options.frame not in ("body", "hip"):
-        raise InvalidInput(f'--frame is "{plain(options.frame)}"; it must be body or hip.')
-    if options.out is not None:
-        check_figure_path("--out", Path(options.out), force=options.force)
-    explain = _walk
-    if is_posture:
-        explain = _posture
-    elif options.foot_at is not None:
-        explain = _foot
-    return explain(scenario_of(options), options)
-
-
-def _foot(scenario: Scenario, options: argparse.Namespace) -> int:
-    """Explain one foot position."""
-    from phasmid.kinematics import explain_foot
-
+def explain_foot_position(scenario: Scenario, options: argparse.Namespace) -> bool:
+    """Explain one foot position; return whether it is possible."""
     robot = scenario.load_robot()
     name, text = options.foot_at
     leg = robot.leg(int(name) if name.isdecimal() and name.isascii() else name)
@@ -90,17 +44,12 @@ def _foot(scenario: Scenario, options: argparse.Namespace) -> int:
             typed_place = ",".join(f"{x:.4f}" for x in possible.tolist())
             frame = " --frame hip" if options.frame == "hip" else ""
             say(f"  try  --foot-at {shlex.quote(plain(name))} {typed_place}{frame}")
-    words = ["explain", plain(leg.name), text]
-    _draw(robot, [foot], f"A foot position of {leg.name}", options, scenario, words)
-    return 0 if foot.is_possible else 1
+    _draw(robot, [foot], f"A foot position of {leg.name}", options)
+    return foot.is_possible
 
 
-def _posture(scenario: Scenario, options: argparse.Namespace) -> int:
-    """Explain a posture of the body over the neutral feet."""
-    import numpy as np
-
-    from phasmid.motion import explain_posture
-
+def explain_pose(scenario: Scenario, options: argparse.Namespace) -> bool:
+    """Explain a posture of the body over the neutral feet; return whether it is possible."""
     robot = scenario.load_robot()
     shift = _numbers("--pose", options.pose or "0,0,0", "0,0,0.05")
     tilt = _numbers("--rpy-deg", options.rpy_deg or "0,0,0", "0,20,0")
@@ -126,10 +75,8 @@ def _posture(scenario: Scenario, options: argparse.Namespace) -> int:
         _print_controller(robot, found.pose)
     first = [*found.obstacles, found.tightest][0]
     feet = [first, *(foot for foot in found.feet if foot is not first)]
-    words = ["explain", *([f"pose-{options.pose}"] if options.pose else [])]
-    words += [f"rpy-deg-{options.rpy_deg}"] if options.rpy_deg else []
-    _draw(robot, feet, "A posture over the neutral feet", options, scenario, words)
-    return 0 if found.is_possible else 1
+    _draw(robot, feet, "A posture over the neutral feet", options)
+    return found.is_possible
 
 
 def _print_controller(robot: Robot, pose: Float[np.ndarray, "6"]) -> None:
@@ -145,53 +92,40 @@ def _print_controller(robot: Robot, pose: Float[np.ndarray, "6"]) -> None:
     say(f"The controller, which keeps margins, takes {100 * share:.1f} % of it{why}")
 
 
-def _walk(scenario: Scenario, options: argparse.Namespace) -> int:
-    """Explain the walk of a scenario."""
-    import numpy as np
-
-    from phasmid.motion import explain_walk, fastest
-    from phasmid.motion.feasibility import stride_words
-
-    found, robot = explain_walk(scenario), scenario.load_robot()
-    say(plain(found.sentence))
+def explain_refusal(found: WalkExplanation, options: argparse.Namespace) -> None:
+    """Print where the feet of a refused walk leave their reach, and its longest possible step."""
+    scenario = found.scenario
+    robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs), robot.leg_names)
-    if not options.quiet and found.walk is not None:
-        walk = found.walk
-        limit, supply = fastest(scenario, robot.servo)
-        say(f"Fastest joint: {np.abs(walk.qd).max():.2f} of {limit:.2f} rad/s{supply}")
-        say(f"Support margin: {1000 * walk.support_margin.min():.1f} mm at least")
-    elif not options.quiet:
-        if found.feet:
-            say("\nFarthest out of reach:")
-            _print_feet(found.feet, options)
-        say()
-        if found.stride is None:
-            hint = typed(found.refusal.hint, ["explain"]) if found.refusal else ""
-            say("No step length is possible with this gait, period and stance.")
-            say(f"  try  {plain(hint)}" if hint else "")
-        else:
-            seconds = gait.duty_factor * found.stride.period
-            step = found.stride.step
-            speed = 1000 * math.hypot(step[0], step[1]) / seconds
-            rate = abs(math.degrees(step[2])) / seconds
-            words = [f"{speed:.1f} mm/s"] * (speed > 0) + [f"{rate:.1f} °/s"] * (rate > 0)
-            longest = stride_words(step, down=True)
-            say(f"Longest possible step: {longest}, which is {' and '.join(words)}")
-            if found.limit:
-                say(f"A longer one is impossible: {plain(found.limit)}.")
-            say(f"  try  {_step_options(step)}")
+    if found.feet and not options.quiet:
+        say("Farthest out of reach:")
+        _print_feet(found.feet, options)
+    if found.stride is None:
+        say("No step length is possible with this gait, period and stance.")
+    else:
+        seconds = gait.duty_factor * found.stride.period
+        step = found.stride.step
+        speed = 1000 * math.hypot(step[0], step[1]) / seconds
+        rate = abs(math.degrees(step[2])) / seconds
+        words = [f"{speed:.1f} mm/s"] * (speed > 0) + [f"{rate:.1f} °/s"] * (rate > 0)
+        longest = stride_words(step, down=True)
+        say(f"Longest possible step: {longest}, which is {' and '.join(words)}")
+        if found.limit:
+            say(f"A longer one is impossible: {plain(found.limit)}.")
+        say(f"  try  {_step_options(step)}")
+
+
+def draw_walk(found: WalkExplanation, options: argparse.Namespace) -> None:
+    """Draw the feet of a walk that are nearest to a limit, or farthest beyond it."""
     if found.feet:
-        title = f"A {plain(gait.name)} walk, step {stride_words(scenario.stride.step)}"
-        _draw(robot, found.feet, title, options, scenario, ["explain"])
-    return 0 if found.is_possible else 1
+        robot = found.scenario.load_robot()
+        gait = found.scenario.load_gait(len(robot.legs), robot.leg_names)
+        title = f"A {plain(gait.name)} walk, step {stride_words(found.scenario.stride.step)}"
+        _draw(robot, found.feet, title, options)
 
 
 def _numbers(flag: str, text: str, hint: str) -> Float[np.ndarray, "3"]:
     """Return the three numbers of an option."""
-    import numpy as np
-
-    from phasmid.cli.scenario_options import number_or_text
-
     parts = [number_or_text(part) for part in text.split(",")]
     if len(parts) != 3 or any(
         isinstance(part, str) or not math.isfinite(part) or abs(part) > LARGEST for part in parts
@@ -247,10 +181,6 @@ def _print_feet(feet: Sequence[FootExplanation], options: argparse.Namespace) ->
 
 def _print_angles(feet: Sequence[FootExplanation]) -> None:
     """Print the joint angles of each foot, or of the nearest possible position."""
-    import numpy as np
-
-    from phasmid.robot import JOINTS
-
     rows = [
         [plain(foot.leg.name), *(f"{angle:z.1f}°" for angle in np.degrees(foot.nearest_q))]
         for foot in feet
@@ -267,11 +197,6 @@ def _rounded(foot: FootExplanation, frame: str) -> Float[np.ndarray, "3"] | None
 
     None where the wanted one is possible, or the joint limits permit no position.
     """
-    import numpy as np
-
-    from phasmid.kinematics import foot_position, foot_violations
-    from phasmid.kinematics.workspace import usable_limits
-
     if foot.is_possible or not np.isfinite(foot.nearest).all():
         return None
     leg, (low, high) = foot.leg, usable_limits(foot.leg).T
@@ -297,8 +222,6 @@ def _posture_options(shift: Float[np.ndarray, "3"], tilt: Float[np.ndarray, "3"]
 
 def _step_options(step: Float[np.ndarray, "3"]) -> str:
     """Return the options of a step [m, m, rad], rounded down."""
-    import numpy as np
-
     length, sideways, turn = np.trunc([1000 * step[0], 1000 * step[1], 10 * np.degrees(step[2])])
     texts = [f"--step-length-mm {length:g}"]
     texts += [f"--step-sideways-mm {sideways:g}"] * bool(step[1])
@@ -306,27 +229,18 @@ def _step_options(step: Float[np.ndarray, "3"]) -> str:
 
 
 def _draw(
-    robot: Robot,
-    feet: Sequence[FootExplanation],
-    title: str,
-    options: argparse.Namespace,
-    scenario: Scenario,
-    words: Sequence[str],
+    robot: Robot, feet: Sequence[FootExplanation], title: str, options: argparse.Namespace
 ) -> None:
-    """Draw the explanation of feet into the file of the options."""
+    """Draw the explanation of feet into the file of the options, if they name one."""
+    if options.out is None:
+        return
     from phasmid.reporting.explanation_figure import explanation_figure
 
-    path = _picture(options, scenario, words)
     joint, room = feet[0].margin
     note = f"nearest limit: {feet[0].leg.name}.{joint}, {math.degrees(room):.1f}° away"
     if not feet[0].is_possible:
         note = f"{feet[0].leg.name}: nearest possible foot {1000 * feet[0].distance:.1f} mm away"
-    write_figure(explanation_figure(robot, feet, title, [robot.name, note]), [path])
+    figure = explanation_figure(robot, feet, title, [robot.name, note])
+    write_figure(figure, [Path(options.out)])
     if not options.quiet:
-        say(f"\nWritten to {plain(str(path))}")
-
-
-def _picture(options: argparse.Namespace, scenario: Scenario, words: Sequence[str]) -> Path:
-    """Return the file of the options, or one in the next free result folder."""
-    folder = result_folder(options, scenario, words)
-    return folder if options.out else folder / "explanation.svg"
+        say(f"\nWritten to {plain(options.out)}")

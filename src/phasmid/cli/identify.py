@@ -1,4 +1,4 @@
-"""``phasmid identify``: fit a servo's parameters to logs of a pendulum bench or of a leg."""
+"""``phasmid identify``: fit a servo to logs, or compare a robot's log with the simulation."""
 
 from __future__ import annotations
 
@@ -7,65 +7,84 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from phasmid.cli.options import Number
+import numpy as np
+
+from phasmid.cli.compare import compare_log
+from phasmid.cli.figures import check_figure_path, write_figure
+from phasmid.cli.options import Number, declare
 from phasmid.cli.output import print_table, say
-from phasmid.cli.plot import check_figure_path, write_figure
+from phasmid.cli.scenario_options import add_servo_option, with_named_servo
 from phasmid.errors import InvalidInput, nearest, plain
+from phasmid.formats import load_robot
+from phasmid.recording import load_recording
+from phasmid.recording.file import check_new_file, write_whole
+from phasmid.robot import Robot, load_servo
+from phasmid.robot.file import servo_table
 
 if TYPE_CHECKING:
     from phasmid.identification import BenchLog, Identification, LegLog
-    from phasmid.robot import Robot
 
-OPTIONS = {
-    "--servo NAME": "the servo, one of the catalogue; default: AX-12A, or that of the robot",
-    "--model MODEL": ("friction model: own, or m1 to m6 of BAM; default: own", "own"),
+BENCH = {
     "--mass-g G": "mass of the weight; several with commas between, one for each log",
     "--length-mm MM": "from the axis to the weight's centre; one or one for each log",
-    "--arm-mass-g G": ("mass of the arm, a rod of that length; default: 0", "0"),
-    "--voltage V": "supply; one or one for each log; default: the servo's rated voltage",
+    "--arm-mass-g G": "mass of the arm, a rod of that length; default: 0",
+    "--joint LEG.JOINT": "joint of recordings of a bench; not for CSV",
     "--hanging-deg DEG": Number(
-        "angle that the servo reports where the pendulum hangs down, roughly; default: 0",
-        -360,
-        360,
-        0,
+        "angle that the servo reports where the pendulum hangs down, roughly; default: 0", -360, 360
     ),
+}
+"""Options of a pendulum."""
+
+FIT = {
+    "--model MODEL": "friction model: own, or m1 to m6 of BAM; default: own",
+    "--voltage V": "supply; one or one for each log; default: the log's, or the servo's rated one",
     "--fix NAMES": "parameters that keep the servo's values, with commas between",
-    "--joint LEG.JOINT": ("joint of recordings of a bench; not for CSV", ""),
-    "--robot ROBOT": "the logs are of this robot, its legs in the air; no pendulum",
     "--leg NAMES": "legs whose servos are fitted, with commas between; default: the first",
-    "--out FILE": "write the servo as a table for robot files, .toml",
     "--bam FILE": "write the parameters for BAM, .json (m1 to m6)",
     "--figure FILE": "draw measured and simulated angles: svg, png or pdf",
+}
+"""Options of a fit."""
+
+OPTIONS: dict[str, str | tuple[str, str] | Number] = {
+    "--robot ROBOT": "the logs are of this robot, its legs in the air, and not of a pendulum; with "
+    "--compare default: the robot of the log",
+    "--compare": "compare a log of the robot with the replay of its joint targets in simulation",
+    "--scenario SCENARIO": "preset or file for --compare; default: that of the recording, or paper",
+    "--out PATH": "write the servo as a table for robot files, .toml; with --compare the folder "
+    "of figures and numbers; default of that: results/NAME_compare",
     "--force": "replace older files",
+    "--quiet": "print only errors",
 }
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.usage = (
-        "phasmid identify LOG... --mass-g G --length-mm MM [--servo NAME] [--model MODEL]\n"
-        "       phasmid identify LOG... --robot ROBOT [--leg NAMES] [--model MODEL]"
-    )
     parser.add_argument(
         "logs",
         nargs="+",
         metavar="LOG",
         help="CSV with the columns time [s], target [deg], position [deg], powered; or a "
-        "recording; with --robot a log as for phasmid compare",
+        "recording; with --robot and --compare a log of a robot: .csv, recording.nc, its folder, "
+        "or .mcap",
     )
+    declare(parser.add_argument_group("fit"), FIT)
+    declare(parser.add_argument_group("pendulum bench"), BENCH)
+    add_servo_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Identify a servo, print it and return the exit status: 1 where nothing is determined."""
+    _refuse(options)
+    if options.compare:
+        return compare_log(options)
     from phasmid.identification import MODELS, Determined, identify
-    from phasmid.recording.file import check_new_file
-    from phasmid.robot import load_servo
 
-    if options.model not in MODELS:
-        guess = nearest(options.model, MODELS)
+    model = options.model or "own"
+    if model not in MODELS:
+        guess = nearest(model, MODELS)
         hint = f'"{guess}"' if guess else f"one of {', '.join(MODELS)}"
-        raise InvalidInput(f'no model "{plain(options.model)}".', hint=hint)
-    if options.bam is not None and options.model == "own":
+        raise InvalidInput(f'no model "{plain(model)}".', hint=hint)
+    if options.bam is not None and model == "own":
         raise InvalidInput("BAM has no model of phasmid's own friction.", hint="--model m6")
     if options.figure is not None:
         check_figure_path("--figure", Path(options.figure), force=options.force)
@@ -81,47 +100,43 @@ def run(options: argparse.Namespace) -> int:
     found = identify(
         _bench_logs(options, volts) if robot is None else _leg_logs(options, robot, volts),
         servo,
-        model=options.model,
+        model=model,
         fixed=options.fix.split(",") if options.fix else (),
-        hanging=math.radians(options.hanging_deg),
+        hanging=math.radians(options.hanging_deg or 0.0),
     )
-    _print(found)
+    if not options.quiet:
+        _print(found)
     _write(found, options)
     return 0 if any(one is not Determined.NO for one in found.determined) else 1
 
 
-BENCH_FLAGS = "mass_g", "length_mm", "joint"
-"""Options that belong to a pendulum alone."""
+def _refuse(options: argparse.Namespace) -> None:
+    """Refuse options of other kinds of logs.
+
+    Raises:
+        InvalidInput: An option has no effect.
+    """
+    if options.leg and options.robot is None and not options.compare:
+        raise InvalidInput("--leg needs the robot of the log.", hint="--robot phantomx-ax")
+    for table, is_used, reason in (
+        (BENCH, options.robot is None, "is for a pendulum; --robot is for a leg"),
+        ({**BENCH, **FIT}, not options.compare, "is for a fit; --compare makes none"),
+        ({"--scenario": ""}, options.compare, "is for --compare"),
+    ):
+        for flag in () if is_used else (name.split()[0] for name in table):
+            if getattr(options, flag[2:].replace("-", "_")) is not None:
+                raise InvalidInput(f"{flag} {reason}.", hint=f"without {flag}")
 
 
 def _robot(options: argparse.Namespace) -> Robot | None:
     """Return the robot of the options, with their servo; None: the logs are of a bench."""
-    from phasmid.formats import load_robot
-    from phasmid.robot import load_servo, with_servo
-
-    if options.robot is None:
-        if options.leg:
-            raise InvalidInput("--leg needs the robot of the log.", hint="--robot phantomx-ax")
-        return None
-    for flag in BENCH_FLAGS:
-        if vars(options)[flag]:
-            name = f"--{flag.replace('_', '-')}"
-            raise InvalidInput(
-                f"{name} is for a pendulum; --robot is for a leg.", hint=f"without {name}"
-            )
-    robot = load_robot(options.robot)
-    if options.servo is None:
-        return robot
-    return with_servo(robot, load_servo(options.servo))
+    return options.robot and with_named_servo(load_robot(options.robot), options)
 
 
 def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list[LegLog]:
     """Read the logs of a robot, one of each leg, with their supply."""
-    import numpy as np
-
+    from phasmid.comparison.log import log_of_recording, read_csv_log
     from phasmid.identification import LegLog
-    from phasmid.identification.robot_log import log_of_recording, read_csv_log
-    from phasmid.recording import load_recording
 
     known = [leg.name for leg in robot.legs]
     chosen = options.leg.split(",") if options.leg else known[:1]
@@ -177,13 +192,13 @@ def _bench_logs(options: argparse.Namespace, voltage: float) -> list[BenchLog]:
         for flag, text in (
             ("--mass-g", options.mass_g),
             ("--length-mm", options.length_mm),
-            ("--arm-mass-g", options.arm_mass_g),
+            ("--arm-mass-g", options.arm_mass_g or "0"),
             ("--voltage", supply),
         )
     ]
     return [
         load_bench_log(
-            path, Pendulum(grams / 1000, mm / 1000, arm / 1000), volts, joint=options.joint
+            path, Pendulum(grams / 1000, mm / 1000, arm / 1000), volts, joint=options.joint or ""
         )
         for path, grams, mm, arm, volts in zip(paths, *columns, strict=True)
     ]
@@ -300,11 +315,8 @@ def _print_trade_offs(found: Identification) -> None:
 
 def _write(found: Identification, options: argparse.Namespace) -> None:
     """Write the files of the options."""
-    from phasmid.recording.file import write_whole
-
     if options.out is not None:
         from phasmid.identification.parameters import table_slope
-        from phasmid.robot.file import servo_table
 
         slope = found.all_values.get("compliance_slope")
         if slope is not None and abs(table_slope(slope) / slope - 1) > SLOPE_ERROR:

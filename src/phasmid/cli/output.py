@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import textwrap
@@ -58,3 +59,9 @@ def print_table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> Non
             for k, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         say("  ".join(cells).rstrip(), indent=indent)
+
+
+def has_display() -> bool:
+    """Return True if a browser can open a window."""
+    own = sys.platform in ("darwin", "win32")
+    return own or any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))

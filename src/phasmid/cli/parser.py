@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterator
 from importlib import import_module
 from typing import Any, NoReturn
@@ -12,41 +14,67 @@ from typing import Any, NoReturn
 from phasmid.cli.options import declare
 from phasmid.errors import InvalidInput
 
-COMMANDS = {
-    "demo": "simulate the paper's walk with a video and open its report: the command to try first",
-    "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
-    "drive": "walk by commands or to waypoints, in closed loop",
-    "studio": "open the live page: drive a robot in the browser and inspect it",
-    "study": "make many runs of a varied scenario, one row of numbers for each (extra study)",
-    "report": "make the result folder of a recording, or of the log of an interrupted run",
-    "plot": "draw figures of one run, or compare several",
-    "export": "write a recording as CSV, NetCDF or MCAP",
-    "compare": "compare a robot's log with the replay of its joint targets in simulation",
-    "replay": "repeat a recorded walk and compare it bit by bit",
-    "paper": "reproduce the paper: its figures, and a grade for each of its statements",
-    "cad": "write a robot as solids (STEP) and meshes (extra cad)",
-    "check": "check whether a robot or scenario is physically possible",
-    "explain": "say why a foot position, posture or walk is impossible, and the nearest possible",
-    "advise": "compute load, heat and battery time of the servos, and compare other servos",
-    "identify": "fit a servo's motor, friction and law to logs of a bench or a leg",
-    "gaits": "list the gaits of a robot with support margins and largest speeds",
-    "convert": "write a robot in another format: TOML, URDF, MJCF, STEP",
-    "export-firmware": "write leg kinematics and gait as a C header for microcontrollers",
-    "bus": "list, watch or calibrate servos on a serial port, or emulate them (extra hardware)",
-    "doctor": "list what this machine supports, and how to install the rest",
+GROUPS = {
+    "Walk": {
+        "walk": "plan, analyse and simulate a walk; write its data, figures and summary",
+        "drive": "drive a robot by commands or to waypoints, simulated or on a servo bus",
+        "studio": "open the live page: drive a robot in the browser and inspect it",
+        "study": "make many runs of a varied scenario, one row of numbers for each (extra study)",
+        "replay": "repeat a recorded walk and compare it bit by bit",
+    },
+    "Results": {
+        "report": "make the result folder, figures or video of recordings",
+        "export": "write a recording, robot or walk in another format: CSV, URDF, STEP, C, ...",
+    },
+    "Robot and servos": {
+        "check": "say whether a robot, walk, posture or foot position is possible, and why not",
+        "advise": "compute load, heat and battery time of the servos, and compare other servos",
+        "gaits": "list the gaits of a robot with support margins and largest speeds",
+        "identify": "fit a servo to logs of a bench or a robot, or compare a log with simulation",
+        "bus": "list, watch or calibrate servos on a serial port, or emulate them (extra hardware)",
+    },
+    "About": {
+        "paper": "reproduce the paper: its figures, and a grade for each of its statements",
+        "doctor": "list what this machine supports, and how to install the rest",
+    },
 }
+"""Commands with their purpose, by subject."""
+
+COMMANDS = {name: words for group in GROUPS.values() for name, words in group.items()}
 
 USAGES = {
-    "bus": "phasmid bus scan PORT | monitor PORT | calibrate PORT --robot ROBOT [--out FILE] | "
-    "emulate [--robot ROBOT] [--calibration FILE] [--fault FAULT ...]",
-    "walk": "phasmid walk [SCENARIO] [--out DIR] [--force] [--FIELD VALUE ...]",
-    "drive": "phasmid drive [SCENARIO] --velocity A,L,T | --commands FILE | --waypoints X,Y;... "
-    "[--FIELD VALUE ...]",
-    "explain": "phasmid explain [SCENARIO] [--foot-at LEG X,Y,Z | --pose X,Y,Z --rpy-deg R,P,Y] "
-    "[--out FILE] [--FIELD VALUE ...]",
-    "studio": "phasmid studio [SCENARIO] [--port N] [--no-open] [--FIELD VALUE ...]",
-    "export-firmware": "phasmid export-firmware [SCENARIO] [--out FILE] [--FIELD VALUE ...]",
+    "bus": "bus scan PORT\n       phasmid bus monitor PORT\n"
+    "       phasmid bus calibrate PORT --robot ROBOT [--out FILE]\n"
+    "       phasmid bus emulate [--robot ROBOT] [--calibration FILE] [--fault FAULT ...]",
+    "walk": "walk [SCENARIO] [--out DIR] [--force] [--FIELD VALUE ...]",
+    "drive": "drive [SCENARIO] --velocity A,L,T [--FIELD VALUE ...]\n"
+    "       phasmid drive [SCENARIO] --commands FILE [--FIELD VALUE ...]\n"
+    "       phasmid drive [SCENARIO] --waypoints X,Y;... [--FIELD VALUE ...]",
+    "check": "check [SCENARIO] [--robot ROBOT] [--FIELD VALUE ...]\n"
+    "       phasmid check [--robot ROBOT] --foot-at LEG X,Y,Z\n"
+    "       phasmid check [--robot ROBOT] --pose X,Y,Z [--rpy-deg R,P,Y]",
+    "advise": "advise [SCENARIO] [--robot ROBOT] [--servo NAME] [--FIELD VALUE ...]",
+    "gaits": "gaits [SCENARIO] [--robot ROBOT] [--gait GAIT] [--FIELD VALUE ...]",
+    "export": "export RECORDING [--out FILE]\n"
+    "       phasmid export [SCENARIO] [--robot ROBOT] [--FIELD VALUE ...] --out FILE",
+    "report": "report RECORDING [--out DIR] [--force] [--video FILE]\n"
+    "       phasmid report RECORDING... --figures NAMES [--out DIR] [--format svg,png,pdf]",
+    "studio": "studio [SCENARIO] [--port N] [--no-open] [--FIELD VALUE ...]",
+    "identify": "identify LOG... --mass-g G --length-mm MM [--servo NAME] [--model MODEL]\n"
+    "       phasmid identify LOG... --robot ROBOT [--leg NAMES] [--model MODEL]\n"
+    "       phasmid identify LOG --compare [--robot ROBOT] [--scenario SCENARIO]",
 }
+
+REMOVED = {
+    "demo": "walk --open",
+    "plot": "report --figures",
+    "explain": "check",
+    "convert": "export",
+    "cad": "export",
+    "export-firmware": "export --out walk.h",
+    "compare": "identify --compare",
+}
+"""Commands of earlier versions, and the commands in their place."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -66,31 +94,54 @@ class Parser(argparse.ArgumentParser):
         (file or sys.stderr).write(message)
 
 
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Help without a list of the commands, which the description has by subject."""
+
+    def add_argument(self, action: argparse.Action) -> None:
+        if not isinstance(action, argparse._SubParsersAction):
+            super().add_argument(action)
+
+
 def build_parser(command: str | None) -> Parser:
     """Return the parser, with the options of one command."""
     parser = Parser(
         prog="phasmid",
-        description="Model, simulate and control legged robots.",
+        usage="phasmid COMMAND [--help] ...",
+        description=_description() if command is None else "",
+        formatter_class=_Help,
         allow_abbrev=False,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     for name, words in COMMANDS.items():
+        usage = f"phasmid {USAGES[name]}" if name in USAGES else None
         inner = commands.add_parser(
-            name,
-            help=words,
-            description=f"{words}.",
-            usage=USAGES.get(name),
-            allow_abbrev=False,
+            name, prog=f"phasmid {name}", description=f"{words}.", usage=usage, allow_abbrev=False
         )
         # The fields of a scenario take a while to look up.
         if name == command:
-            module = import_module(f"phasmid.cli.{name.replace('-', '_')}")
+            module = import_module(f"phasmid.cli.{name}")
             inner.set_defaults(run=module.run)
             declare(inner, module.OPTIONS)
             if hasattr(module, "add_options"):
                 module.add_options(inner)
     return parser
+
+
+def _description() -> str:
+    """Return the commands by subject, as wide as the terminal."""
+    width, indent = shutil.get_terminal_size().columns - 2, 12
+    lines = ["Model, simulate and control legged robots."]
+    for title, commands in GROUPS.items():
+        lines += ["", f"{title}:"]
+        for name, words in commands.items():
+            head = f"  {name}".ljust(indent)
+            lines.append(
+                textwrap.fill(
+                    words, max(width, 40), initial_indent=head, subsequent_indent=indent * " "
+                )
+            )
+    return "\n".join(lines)
 
 
 class _Version(argparse.Action):

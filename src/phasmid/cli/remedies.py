@@ -68,7 +68,7 @@ def typed(hint: str, arguments: Sequence[str], where: str = "") -> str:
                 return match[0]
             if flag in known:
                 return f"{option}{' ' if more else ''}"
-            converted = f"phasmid convert {shlex.quote(source)} robot.toml {option}"
+            converted = f"phasmid export --robot {shlex.quote(source)} --out robot.toml {option}"
             return f"{converted}, and robot.toml in its place"
         if not path:
             return match[0]

@@ -1,4 +1,4 @@
-"""``phasmid report``: make the result folder of a recording, or of an interrupted run's log."""
+"""``phasmid report``: the result folder, figures or video of recordings."""
 
 from __future__ import annotations
 
@@ -10,25 +10,48 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from phasmid.cli.figures import FIGURES_ALONE, draw_figures, list_figures
+from phasmid.cli.figures import OPTIONS as FIGURE_OPTIONS
+from phasmid.cli.options import declare
 from phasmid.cli.output import say
 from phasmid.cli.walk import (
     REPORT_OPTIONS,
     check_film,
+    check_page,
     leg_numbers,
+    open_page,
     own_appearance,
     print_report,
     write_film,
     write_report,
 )
+from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
-    from phasmid.recording import DamagedRecording
+    from phasmid.recording import DamagedRecording, Recording
+    from phasmid.robot import Appearance
+    from phasmid.scenario import Scenario
 
 OPTIONS = {
-    "FILE": "a recording.nc, its folder, or the .mcap of a run",
-    "--out DIR": "result folder; default: the file's name without its ending",
+    "--out DIR": "result folder; default: the recording's name without its ending; with --figures "
+    "their folder; default: plots/NAME",
     **REPORT_OPTIONS,
 }
+
+FOLDER_ALONE = ("mcap", "no_figures", "open")
+"""Options of a result folder, which --figures does not write."""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument(
+        "recordings",
+        nargs="*",
+        metavar="RECORDING",
+        help="a recording.nc, its folder, or the .mcap of a run, also of an interrupted one; "
+        "several are compared by --figures",
+    )
+    declare(parser.add_argument_group("figures"), FIGURE_OPTIONS)
 
 
 @contextmanager
@@ -46,26 +69,59 @@ def print_damage() -> Iterator[list[DamagedRecording]]:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Make the result folder, and return the exit status."""
+    """Make the result folder or draw the figures, and return the exit status."""
+    if options.list_figures:
+        list_figures()
+        return 0
+    _refuse(options)
     from phasmid.recording import load_recording
-    from phasmid.reporting import check_folder, read_run
-    from phasmid.robot import Appearance
-    from phasmid.scenario import recorded_scenario
 
-    path = Path(options.file)
+    paths = [Path(name) for name in options.recordings]
+    with print_damage() as damage:
+        recordings = [load_recording(path) for path in paths]
+    if options.figures is None:
+        _make_folder(paths[0], recordings[0], options)
+    else:
+        check_film(options)
+        draw_figures(paths, recordings, options)
+        if options.video is not None:
+            _, look = _scenario_and_look(paths[0], recordings[0])
+            write_film(recordings[0], options, look)
+    return 2 if any(found.wrong for found in damage) else 0
+
+
+def _refuse(options: argparse.Namespace) -> None:
+    """Refuse options that do not go together."""
+    names = options.recordings
+    if not names:
+        raise InvalidInput("no recording is named.", hint="phasmid report results/paper")
+    if len(names) > 1 and options.figures is None:
+        every = " ".join(map(plain, names))
+        raise InvalidInput(
+            "several recordings have no common result folder; figures compare them.",
+            hint=f"phasmid report {every} --figures joint-torque",
+        )
+    if len(names) > 1 and options.video is not None:
+        raise InvalidInput(f"a video shows one run; {len(names)} were given.", hint="one recording")
+    for keys, needed in ((FIGURES_ALONE, options.figures is None), (FOLDER_ALONE, options.figures)):
+        for key in keys if needed else ():
+            if getattr(options, key):
+                flag = f"--{key.replace('_', '-')}"
+                what = "--figures, which is missing" if keys is FIGURES_ALONE else "a result folder"
+                raise InvalidInput(f"{flag} belongs to {what}.", hint=f"without {flag}")
+
+
+def _make_folder(path: Path, recording: Recording, options: argparse.Namespace) -> None:
+    """Make the result folder of a recording, and its video."""
+    from phasmid.reporting import check_folder, read_run
+
     # Only a file has a suffix.
     folder = Path(options.out or (path if path.is_dir() else path.with_suffix("")))
-    with print_damage() as damage:
-        recording = load_recording(path)
     check_folder(folder, force=options.force)
     check_film(options)
+    check_page(options)
     legs = leg_numbers(options.legs, read_run(recording).robot)
-    kept = path if path.is_dir() else path.parent
-    scenario = recorded_scenario(recording.attrs, kept)
-    look = own_appearance(scenario.base_robot())
-    if look is not None:
-        # Read before the folder is replaced.
-        look = Appearance.of(look.parts, look.name)
+    scenario, look = _scenario_and_look(path, recording)
     if "joint_position" in recording and "joint_position_measured" not in recording:
         # Lazy import: the simulation imports the whole controller.
         from phasmid.simulation import with_sensors
@@ -74,4 +130,15 @@ def run(options: argparse.Namespace) -> int:
     write_report(recording, folder, options, look)
     print_report(recording, folder, options, legs)
     write_film(recording, options, look)
-    return 2 if any(found.wrong for found in damage) else 0
+    open_page(folder, options)
+
+
+def _scenario_and_look(path: Path, recording: Recording) -> tuple[Scenario, Appearance | None]:
+    """Return the scenario of a recording, and the robot's own meshes."""
+    from phasmid.robot import Appearance
+    from phasmid.scenario import recorded_scenario
+
+    scenario = recorded_scenario(recording.attrs, path if path.is_dir() else path.parent)
+    look = own_appearance(scenario.base_robot())
+    # Read before the folder is replaced.
+    return scenario, look and Appearance.of(look.parts, look.name)

@@ -1,29 +1,38 @@
-"""Options of commands with a scenario: the scenario, and each of its fields."""
+"""Options of commands with a scenario: the scenario, its robot and servo, and each field."""
 
 from __future__ import annotations
 
 import argparse
 import math
+import shlex
 import string
 import sys
-from collections.abc import Iterable
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 from phasmid.cli.output import say
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
-    from phasmid.formats import ImportOptions
+    from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
 PLACES = {"robot", "height_map"}
 """Fields that name a file."""
 
-SCENARIO = {
-    "[SCENARIO]": "a preset or a file; default: paper, of another --robot with the period and the "
-    "contact that follow its size and weight"
+COMMANDS = ("walk", "drive", "studio", "check", "advise", "gaits", "export")
+"""Commands with these options."""
+
+SCENARIO = (
+    "a scenario: a preset or a file; default: {}, of another --robot with the period and "
+    "the contact that follow its size and weight"
+)
+GROUPS = {
+    "": "fields of the scenario; each option replaces a value of it",
+    "robot_import": "reading URDF, MJCF and STEP",
 }
+"""Titles of groups of options."""
 
 OUT = {
     "--out DIR": "result folder; default: results/NAME, where NAME has the scenario and the "
@@ -34,32 +43,56 @@ TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_mode
 """Fields whose value is text, also where it looks like a number."""
 
 
-def add_field_options(
-    parser: argparse.ArgumentParser,
-    title: str = "fields of the scenario; each replaces a value of it",
-    keys: Iterable[str] | None = None,
+def scenario_options(
+    parser: argparse.ArgumentParser, words: str = SCENARIO.format("paper"), name: str = "SCENARIO"
 ) -> None:
-    """Add fields of a scenario.
+    """Add the scenario, its robot's servo, and each of its fields.
 
     Args:
         parser: Parser of the command.
-        title: Title of the options.
-        keys: Keys of the fields; None: all.
+        words: Help of the scenario.
+        name: Its placeholder.
     """
     from phasmid.gait import GAITS
     from phasmid.robot import preset_names
     from phasmid.scenario import option_keys
 
-    fields = parser.add_argument_group(title)
-    for key in option_keys() if keys is None else keys:
-        path = option_keys()[key]
+    parser.add_argument("scenario", nargs="?", metavar=name, help=words)
+    groups: dict[str, argparse._ArgumentGroup] = {}
+    for key, path in option_keys().items():
         words = _help_of(path)
         if key == "robot":
             words = f"a preset ({', '.join(preset_names())}) or a file"
         elif key == "gait":
             words = "; ".join(f"{', '.join(gaits)} of {n} legs" for n, gaits in GAITS.items())
             words += "; alternating, wave, ripple of others; or a gait file (.toml)"
-        fields.add_argument(_flag(key), dest=f"field:{key}", metavar=_metavar(path), help=words)
+        table = path[0] if len(path) > 1 else ""
+        if table not in groups:
+            title = GROUPS.get(table, f"[{table}] of the scenario")
+            groups[table] = parser.add_argument_group(title)
+        groups[table].add_argument(
+            _flag(key), dest=f"field:{key}", metavar=_metavar(path), help=words
+        )
+    add_servo_option(groups[""])
+    groups["robot_import"].add_argument(
+        "--strict", action="store_true", help="refuse a file of which something is ignored"
+    )
+
+
+def add_servo_option(parser: argparse._ActionsContainer) -> None:
+    """Add the option of another servo."""
+    parser.add_argument(
+        "--servo",
+        metavar="NAME",
+        help="servo of the catalogue at all joints, such as MG996R; default: the robot's",
+    )
+
+
+def with_named_servo(robot: Robot, options: argparse.Namespace) -> Robot:
+    """Return a robot with the servo of the options."""
+    from phasmid.robot import load_servo, with_servo
+
+    return robot if options.servo is None else with_servo(robot, load_servo(options.servo))
 
 
 def _flag(key: str) -> str:
@@ -96,16 +129,71 @@ def _help_of(path: tuple[str, ...]) -> str:
     return text
 
 
-def scenario_of(options: argparse.Namespace) -> Scenario:
-    """Return the scenario of the options."""
-    from phasmid.scenario import load_scenario
+def scenario_of(options: argparse.Namespace, default: str | None = "paper") -> Scenario:
+    """Return the scenario of the options, its robot read.
 
-    scenario = load_scenario(options.scenario or "paper", read_robot=False)
-    robot = given_fields(options).get("robot")
-    if options.scenario is None and robot is not None:
+    Args:
+        options: Those of the command line.
+        default: Scenario where none is named; None: one with the defaults of each field.
+    """
+    scenario = scenario_as_named(options, default)
+    source = scenario.robot
+    from phasmid.formats import Severity, import_robot, is_foreign, possible
+
+    if isinstance(source, str) and is_foreign(source):
+        imported = import_robot(source, scenario.robot_import, strict=options.strict)
+        scenario = scenario.replace(robot=possible(imported, source))
+        notes = [f for f in imported.findings if f.severity is Severity.NOTE]
+        for finding in () if options.quiet else imported.findings:
+            if finding.severity is not Severity.NOTE:
+                say(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
+        if notes and not options.quiet:
+            command = f"phasmid check --robot {plain(str(source))}"
+            say(f"phasmid: {len(notes)} notes on the robot; {command} lists them.", file=sys.stderr)
+    return with_own_servo(scenario, options)
+
+
+def scenario_as_named(options: argparse.Namespace, default: str | None = "paper") -> Scenario:
+    """Return the scenario of the options; a robot file that it names is not read."""
+    from phasmid.scenario import Scenario, load_scenario
+
+    source, robot = options.scenario, given_fields(options).get("robot")
+    if source is None and default is None:
+        scenario = Scenario()
+    else:
+        _refuse_robot(source or "")
+        scenario = load_scenario(source or default)
+    if source is None and robot is not None:
         scenario = scenario.for_robot(robot)
-    scenario = with_fields(scenario, options, options.scenario or "")
-    return _with_robot(scenario, quiet=options.quiet)
+    return with_fields(scenario, options, source or "")
+
+
+def with_own_servo(scenario: Scenario, options: argparse.Namespace) -> Scenario:
+    """Return a scenario whose robot has the servo of the options."""
+    if options.servo is None:
+        return scenario
+    return scenario.replace(robot=with_named_servo(scenario.base_robot(), options))
+
+
+def _refuse_robot(source: str) -> None:
+    """Refuse a robot or a gait in place of a scenario.
+
+    Raises:
+        InvalidInput: It is one.
+    """
+    from phasmid.gait import GAIT_NAMES
+    from phasmid.robot import preset_names
+    from phasmid.toml import is_file, read_toml
+
+    kinds = {"robot": source in preset_names(), "gait": source in GAIT_NAMES}
+    if source.endswith(".toml") and is_file(Path(source)):
+        keys = set(read_toml(Path(source))[0])
+        kinds = {"robot": bool({"legs", "leg", "body"} & keys), "gait": "offsets" in keys}
+    for kind in (kind for kind, is_one in kinds.items() if is_one):
+        raise InvalidInput(
+            f"{plain(source)} is a {kind}, no scenario.",
+            hint=f"--{kind} {shlex.quote(plain(source))}",
+        )
 
 
 def with_fields(scenario: Scenario, options: argparse.Namespace, file: str = "") -> Scenario:
@@ -134,30 +222,6 @@ def with_fields(scenario: Scenario, options: argparse.Namespace, file: str = "")
     return scenario.changed({key: _value(key, text) for key, text in given.items()}, locate)
 
 
-def add_import_options(parser: argparse.ArgumentParser) -> None:
-    """Add the fields of ``[robot_import]``: values missing in a robot's file."""
-    from phasmid.scenario import option_keys
-
-    keys = [key for key, path in option_keys().items() if path[0] == "robot_import"]
-    add_field_options(parser, "reading URDF, MJCF and STEP", keys)
-    parser.add_argument(
-        "--strict", action="store_true", help="refuse a file with anything that is ignored"
-    )
-
-
-def import_options(options: argparse.Namespace) -> ImportOptions:
-    """Return the options of reading a robot.
-
-    Raises:
-        InvalidInput: A value is refused.
-    """
-    from phasmid.scenario import Scenario, option_keys
-
-    keys = [key for key, path in option_keys().items() if path[0] == "robot_import"]
-    own = {f"field:{key}": vars(options)[f"field:{key}"] for key in keys}
-    return with_fields(Scenario(), argparse.Namespace(**own)).robot_import
-
-
 def given_fields(options: argparse.Namespace) -> dict[str, str]:
     """Return the fields that are given as options, by their keys."""
     return {
@@ -169,27 +233,9 @@ def given_fields(options: argparse.Namespace) -> dict[str, str]:
 
 def field_arguments(options: argparse.Namespace) -> list[str]:
     """Return the fields that are given as options, as arguments of a command."""
-    return [word for key, value in given_fields(options).items() for word in (_flag(key), value)]
-
-
-def _with_robot(scenario: Scenario, *, quiet: bool) -> Scenario:
-    """Return the scenario with its robot read, and print the findings about a foreign file."""
-    from phasmid.formats import Severity, import_robot, is_foreign, possible
-
-    source = scenario.robot
-    if not isinstance(source, str) or not is_foreign(source):
-        return scenario
-    imported = import_robot(source, scenario.robot_import)
-    robot = possible(imported, source)
-    if not quiet:
-        notes = [f for f in imported.findings if f.severity is Severity.NOTE]
-        for finding in imported.findings:
-            if finding.severity is not Severity.NOTE:
-                say(f"phasmid: {plain(finding.sentence)}", file=sys.stderr)
-        if notes:
-            command = f"phasmid check {plain(str(source))}"
-            say(f"phasmid: {len(notes)} notes on the robot; {command} lists them.", file=sys.stderr)
-    return scenario.replace(robot=robot)
+    servo = [] if options.servo is None else ["--servo", options.servo]
+    fields = given_fields(options).items()
+    return [*servo, *(word for key, value in fields for word in (_flag(key), value))]
 
 
 def _value(key: str, text: str) -> Any:

@@ -9,15 +9,10 @@ import webbrowser
 from pathlib import Path
 from threading import Thread
 
-from phasmid.cli.doctor import has_display
 from phasmid.cli.options import Number
-from phasmid.cli.output import say
+from phasmid.cli.output import has_display, say
 from phasmid.cli.progress import announce_compilation
-from phasmid.cli.scenario_options import (
-    SCENARIO,
-    add_field_options,
-    scenario_of,
-)
+from phasmid.cli.scenario_options import scenario_of, scenario_options
 from phasmid.errors import InvalidInput, plain
 from phasmid.extras import install_hint
 from phasmid.interrupts import handled_signals
@@ -33,7 +28,6 @@ FIRST_RUN = "run-000"
 """Name as long as those of recordings."""
 
 OPTIONS = {
-    **SCENARIO,
     "--out DIR": ("where runs are kept; default: results", "results"),
     "--port N": Number(
         "of the page; default: 8033, or the next that is free", 0, 65535, is_whole=True, hint="8033"
@@ -50,7 +44,7 @@ OPTIONS = {
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.set_defaults(quiet=False)
-    add_field_options(parser)
+    scenario_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -6,21 +6,17 @@ import argparse
 import json
 import os
 import sys
+import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.live import add_live_options, check_live, served
 from phasmid.cli.options import whole_numbers
-from phasmid.cli.output import say
+from phasmid.cli.output import has_display, say
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
-from phasmid.cli.scenario_options import (
-    OUT,
-    SCENARIO,
-    add_field_options,
-    scenario_of,
-)
+from phasmid.cli.scenario_options import OUT, scenario_of, scenario_options
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
@@ -32,16 +28,16 @@ if TYPE_CHECKING:
 
 REPORT_OPTIONS = {
     "--force": "replace the folder of an earlier run",
-    "--legs 1,2,...": "legs that the summary lists; default: all",
+    "--legs 1,2,...": "legs that the summary, or the figures, show; default: all",
     "--mcap": "also write ROS 2 messages, for Foxglove",
     "--video FILE": "also write a .mp4 or .gif of the robot (extra video)",
     "--no-figures": "write data and summary only",
+    "--open": "open report.html in the browser when done",
     "--quiet": "print only errors",
 }
 """Options of a report."""
 
 OPTIONS = {
-    **SCENARIO,
     **OUT,
     "--trajectory FILE": "joint angles to follow instead of a plan: .csv, .npy, .nc or .mcap",
     **REPORT_OPTIONS,
@@ -76,10 +72,7 @@ def _trajectory(options: argparse.Namespace, scenario: Scenario) -> Motion:
 
 
 def make_run(
-    begin: Callable[[], Run],
-    scenario: Scenario,
-    options: argparse.Namespace,
-    words: Sequence[str],
+    begin: Callable[[], Run], scenario: Scenario, options: argparse.Namespace, words: Sequence[str]
 ) -> int:
     """Make a run with its result folder, summary and video, and return the exit status.
 
@@ -101,6 +94,7 @@ def make_run(
     log = log_of(folder)
     check_log(log, force=options.force)
     check_film(options)
+    check_page(options)
     check_live(options)
     run = begin()
     # The folder is written beside the log, and its compressed recording takes less.
@@ -130,6 +124,8 @@ def make_run(
     if trouble:
         say(f"phasmid: {trouble.sentence}", file=sys.stderr)
     write_film(recording, options, appearance)
+    if not trouble:
+        open_page(folder, options)
     return 3 if trouble else 0
 
 
@@ -150,10 +146,7 @@ def own_appearance(robot: Robot) -> Appearance | None:
 
 
 def write_report(
-    recording: Recording,
-    folder: Path,
-    options: argparse.Namespace,
-    appearance: Appearance | None,
+    recording: Recording, folder: Path, options: argparse.Namespace, appearance: Appearance | None
 ) -> None:
     """Write the result folder of a recording."""
     from phasmid.reporting import report
@@ -170,10 +163,7 @@ def write_report(
 
 
 def print_report(
-    recording: Recording,
-    folder: Path,
-    options: argparse.Namespace,
-    legs: tuple[int, ...] | None,
+    recording: Recording, folder: Path, options: argparse.Namespace, legs: tuple[int, ...] | None
 ) -> None:
     """Print the summary of a recording and the files of its folder."""
     from phasmid.reporting import print_summary
@@ -197,7 +187,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="of its angles, if the file has none; default: rad",
     )
     add_live_options(parser)
-    add_field_options(parser)
+    scenario_options(parser)
 
 
 def check_film(options: argparse.Namespace) -> None:
@@ -206,6 +196,23 @@ def check_film(options: argparse.Namespace) -> None:
         from phasmid.reporting import check_video
 
         check_video(options.video, force=options.force)
+
+
+def check_page(options: argparse.Namespace) -> None:
+    """Refuse to open a page that is not written."""
+    if options.open and options.no_figures:
+        raise InvalidInput("--open shows report.html, which --no-figures leaves out; one must go.")
+
+
+def open_page(folder: Path, options: argparse.Namespace) -> None:
+    """Open the page of a result folder if the options ask for it and there is a browser."""
+    page = folder / "report.html"
+    if not options.open:
+        return
+    if has_display():
+        webbrowser.open(page.absolute().as_uri())
+    elif not options.quiet:
+        say(f"No browser can open a window here; the page is {plain(str(page))}.")
 
 
 def write_film(
@@ -220,7 +227,8 @@ def write_film(
     missing = opengl_lack()
     if missing is not None:
         # The folder is complete: this is a note, not an error.
-        instead = "" if options.no_figures else " report.html has a 3-D replay instead."
+        has_page = not options.no_figures and getattr(options, "figures", None) is None
+        instead = " report.html has a 3-D replay instead." if has_page else ""
         say(
             f"phasmid: {missing.sentence}; the recording is complete.{instead}\n"
             f"  try  {missing.advice}",
@@ -230,11 +238,7 @@ def write_film(
     notice = f"filming into {plain(str(options.video))}"
     with progress_bar("filming", quiet=options.quiet, notice=notice) as progress:
         path = save_video(
-            recording,
-            options.video,
-            appearance=appearance,
-            force=options.force,
-            progress=progress,
+            recording, options.video, appearance=appearance, force=options.force, progress=progress
         )
     if not options.quiet:
         say(f"Written to {plain(str(path))}")

@@ -57,7 +57,7 @@ def possible(imported: Imported, source: str | Path) -> Robot:
     if imported.robot is not None:
         return imported.robot
     first, *others = imported.impossible
-    every = f"phasmid check {source}, which lists all findings"
+    every = f"phasmid check --robot {source}, which lists all findings"
     more = f" (and {len(others)} more like it)" if others else ""
     raise InvalidRobot(
         f"{first.sentence}{more}",
@@ -102,7 +102,7 @@ def _own_robot(source: str | Path, options: ImportOptions | None) -> Robot:
         raise InvalidInput(
             f"{source} describes its robot in full; options of reading are for URDF, MJCF and "
             "STEP files.",
-            hint=f"phasmid convert {source} robot.toml, and change it there",
+            hint=f"phasmid export --robot {source} --out robot.toml, and change it there",
         )
     return load_own_robot(source)
 

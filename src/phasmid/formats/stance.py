@@ -102,7 +102,8 @@ def with_stance(
     else:
         most = f"{math.floor(1000 * choice.stride)} mm"
         what += f"no stance within the joint limits has room for {room}; here it is {most}."
-    hint = f"phasmid convert {file or 'FILE'} robot.toml, and change neutral_foot_mm there"
+    command = f"phasmid export --robot {file or 'FILE'} --out robot.toml"
+    hint = f"{command}, and change neutral_foot_mm there"
     (findings.note if fits else findings.suspect)("neutral feet", what, hint=hint)
     return _on_feet(robot, choice.feet)
 

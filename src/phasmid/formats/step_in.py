@@ -131,7 +131,7 @@ class SidecarReader:
             raise InvalidInput(
                 f"{path.name} has no {file.name} beside it; it must assign parts to links and give "
                 "the joints' axes, the feet and masses or densities.",
-                hint="docs/cad.md shows one; phasmid cad writes one with every robot",
+                hint="docs/cad.md shows one; phasmid export writes one with every robot",
             )
         raw, content = read_toml(file)
         self.path = path

@@ -1,4 +1,7 @@
-"""Explanation of postures and walks: what forbids them, and the largest share."""
+"""Explanation of postures and walks: the legs and joints that forbid them, and the largest share.
+
+The command ``phasmid check`` prints it.
+"""
 
 from __future__ import annotations
 

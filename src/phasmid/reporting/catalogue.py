@@ -218,7 +218,8 @@ def plot(
 
     Args:
         recordings: A recording, or its file or folder; or a list of two to six of these.
-        name: Name of the figure, such as ``"support-margin"``; ``phasmid plot --list`` lists them.
+        name: Name of the figure, such as ``"support-margin"``, listed by
+            ``phasmid report --list-figures``.
         legs: Leg numbers, from 1; by default all legs of the figure.
         labels: Name of each run; by default its robot and gait.
         width: Width of the figure [m]; type keeps a legible size. A column of a paper has 0.085 m.

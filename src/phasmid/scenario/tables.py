@@ -43,11 +43,11 @@ class GaitTable(Table):
     Attributes:
         name: A gait of the library, a gait file, or any name where offsets are given; absent: the
             first of the library for the robot's number of legs.
-        duty_factor: Fraction of the cycle for which each foot stands.
+        duty_factor: Fraction of the cycle during which each foot is on the ground.
         offsets: For each leg the fraction of the cycle at which it lifts, in the legs' order, or
             by the legs' names.
-        sway: How far the body sways away from lifted feet, as a share of their distance from the
-            middle of all feet; absent: as the gait of the library does, or not at all.
+        sway: Lateral displacement of the body away from lifted feet, as a fraction of their
+            distance from the centre of all feet; absent: that of the library's gait, or none.
     """
 
     name: str | None = None
@@ -91,14 +91,14 @@ class StrideTable(Table):
     """``[stride]``: how the feet travel.
 
     Attributes:
-        step_length: The body's way forward in one step, the time for which a foot stands [m].
-        step_sideways: The body's way to the left in one step [m].
-        step_turn: The body's turn to the left in one step [rad].
-        step_height: Height to which a foot lifts [m].
-        period: Time of one cycle, in which every leg steps once [s]; absent: 2 s for the leg length
-            of ``phantomx-ax``, and with the root of the leg length for other robots.
+        step_length: Forward displacement of the body during one stance [m].
+        step_sideways: Displacement of the body to the left during one stance [m].
+        step_turn: Turn of the body to the left during one stance [rad].
+        step_height: Height to which a swinging foot lifts [m].
+        period: Time of one cycle, in which every leg steps once [s]; absent: 2 s for
+            ``phantomx-ax``, and proportional to the root of the leg length for other robots.
         samples: Samples of one cycle, both ends included.
-        stance_law: ``straight``: standing feet stay where they are; ``coxa-only``: only the coxa
+        stance_law: ``straight``: feet on the ground do not move; ``coxa-only``: only the coxa
             joint moves in stance, so that feet slip.
         stance_timing: ``rest-to-rest``: the body stops whenever a foot lifts or lands;
             ``constant-speed``: it never stops.
@@ -153,15 +153,15 @@ class FootingTable(Table):
     within one or two.
 
     Attributes:
-        search_radius: Farthest that a foothold may lie from where it would be on level ground [m].
-        foothold_margin: Radius of the ground around a foothold that must be even [m].
-        steepest_foothold: Slope above which ground is not stepped on [rad].
-        deepest_foothold: Ground that lies deeper than this between two sides is a gap, and not
-            stepped on [m].
-        least_friction: Ground with a smaller coefficient is not stepped on where there is better.
-        trunk_attitude: ``follow-terrain``: the trunk leans as the ground under its feet does;
-            ``level``: it stays level.
-        steepest_lean: Farthest that the trunk leans [rad].
+        search_radius: Largest distance of a foothold from its place on level ground [m].
+        foothold_margin: Radius around a foothold within which the ground must be even [m].
+        steepest_foothold: Steepest slope on which a foot is placed [rad].
+        deepest_foothold: Depth below both sides from which ground counts as a gap, on which no foot
+            is placed [m].
+        least_friction: Coefficient of friction below which ground is avoided.
+        trunk_attitude: ``follow-terrain``: the trunk leans with the ground under its feet;
+            ``level``: the trunk stays level.
+        steepest_lean: Largest lean of the trunk [rad].
     """
 
     search_radius: Annotated[Length, Ge(0), Le(0.5)] = 0.040
@@ -221,24 +221,24 @@ class SimulationTable(Table):
     """``[simulation]``: how the engine runs.
 
     Attributes:
-        drive: ``prescribed``: joints follow the plan, whatever torque it takes (the paper's way);
+        drive: ``prescribed``: joints follow the plan, at any torque, as in the paper;
             ``ideal-servo``: position servos with the torque and speed limits of the robot's servo;
-            ``servo``: the robot's servo with its own law, motor, gears and heat; ``torque``: what
-            the planned motion takes by inverse dynamics, and more against errors, within the
+            ``servo``: the robot's servo with its own law, motor, gears and heat; ``torque``: the
+            torque of the planned motion by inverse dynamics plus a correction of errors, within the
             torque and speed limits of the robot's servo. Absent: ``prescribed`` for a planned walk;
             for a driven robot ``servo``, or ``ideal-servo`` where no stall current is known.
-        position_gain: Of ``torque``: angular acceleration against an error of a joint's angle
-            [1/s²]; the joint's inertia is that of the robot standing on half of its legs.
-        speed_gain: Of ``torque``: the same against an error of its speed [1/s]; absent: damped
-            critically, twice the root of the position's.
+        position_gain: Drive ``torque``: angular acceleration per error of a joint's angle [1/s²];
+            the joint's inertia is that of the robot on half of its legs.
+        speed_gain: Drive ``torque``: angular acceleration per error of a joint's speed [1/s];
+            absent: critical damping, twice the root of the position gain.
         dt: Time step [s]; absent: 1 ms, or less where robot, servos or contact need it.
         record_interval: Time between recorded samples [s], a whole number of steps; absent: every
             step, or every millisecond where steps are shorter.
         max_steps: Largest number of steps; longer runs are refused.
-        start_height: Height of the body frame at the start [m], from where the robot drops onto its
-            feet; absent: where the plan has it.
-        start_posture: Of a robot that a controller drives: ``standing`` on its feet, or ``packed``:
-            on its belly with its legs folded.
+        start_height: Height of the body frame at the start [m], from which the robot drops onto its
+            feet; absent: that of the plan.
+        start_posture: Start of a driven robot: ``standing`` on its feet, or ``packed`` on its
+            belly with its legs folded.
         belly_contact: Whether the trunk's underside can lie on the ground; without it a trunk that
             touches the ground ends the run. A robot that starts packed always can.
     """
@@ -307,19 +307,19 @@ class ContactTable(Table):
             engine's own soft contact with its own numbers; ``simscape``: the law of the paper's
             library, a one-sided damper and stick-slip friction, in a simulator of its own, of
             prescribed joints on level ground.
-        contact_scale: Robot whose weight and leg length absent numbers follow: the ``robot``, as
-            in its file and at standard gravity; or ``phantomx-ax``, as in the paper's walk.
-        stiffness: Of each of a foot's four contact points [N/m]; absent: 1e4, scaled.
-        damping: Of each of a foot's four contact points [N·s/m]; absent: the law's own, scaled: 30
-            for ``spring-damper``, 100 for ``simscape``, whose points damp only while they sink in.
-            With 50 and more of ``spring-damper``, feet that slide for long chatter.
-        friction_damping: Of ``spring-damper``: tangential damping of each sticking point [N·s/m];
+        contact_scale: Robot whose weight and leg length scale the numbers that are absent: the
+            ``robot``, as in its file and at standard gravity; or ``phantomx-ax``, as in the paper.
+        stiffness: Stiffness of each of a foot's four contact points [N/m]; absent: 1e4, scaled.
+        damping: Damping of each of a foot's four contact points [N·s/m]; absent: the law's own,
+            scaled: 30 for ``spring-damper``, 100 for ``simscape``, whose points damp only while
+            they sink in. With 50 and more of ``spring-damper``, feet that slide for long chatter.
+        friction_damping: Law ``spring-damper``: tangential damping of each sticking point [N·s/m];
             absent: 500, scaled. A loaded foot creeps with its tangential force over this damping.
             Larger values reduce creep and preserve internal forces between the feet.
-        kinetic_friction: Of ``simscape``: coefficient of a foot that slides, at most the
-            ground's own, which is the static one.
-        friction_threshold: Of ``simscape``: speed up to which a foot sticks, by creeping [m/s].
-        impedance: Of ``spring-damper``, the engine's d: a point's force also resists its
+        kinetic_friction: Law ``simscape``: coefficient of friction of a sliding foot, at most that
+            of the ground, which is the static one.
+        friction_threshold: Law ``simscape``: speed below which a foot sticks, by creeping [m/s].
+        impedance: Law ``spring-damper``, the engine's d: a point's force also resists its
             acceleration, with a mass of d/(1 - d) times that with which the foot resists a push.
         tip_width: Side of the square on which the four points of a foot lie [m]; absent: 4 mm,
             scaled.
@@ -375,15 +375,15 @@ class ServoTable(Table):
 
     Attributes:
         voltage: Supply of the servos [V]; absent: the servo's rated voltage.
-        ambient_temperature: Of the air, and of the servos at the start [°C].
-        torque_limit: Largest output, as a share of the full one.
-        compliance_margin: Position error up to which the output is nothing [ticks]; a pair stands
-            for turning towards smaller and towards larger angles.
-        compliance_slope: Error beyond the margin at which the output is full [ticks], or a pair;
-            powers of two count, from 2 to 128: of other numbers the one below is taken.
-        punch: Output at the margin, in 1/1023 of the full one.
+        ambient_temperature: Temperature of the air, and of the servos at the start [°C].
+        torque_limit: Largest output, as a fraction of the full output.
+        compliance_margin: Position error up to which the output is zero [ticks]; two numbers for
+            errors towards smaller and towards larger angles.
+        compliance_slope: Error beyond the margin at which the output is full [ticks], or two
+            numbers; rounded down to a power of two from 2 to 128.
+        punch: Output at the margin, in 1/1023 of the full output.
         p_gain: Output per position error of a servo with a PID law, in its maker's units.
-        d_gain: Output per change of that error, in its maker's units.
+        d_gain: Output per rate of that error, in its maker's units.
     """
 
     voltage: Annotated[Voltage, Gt(0), Le(100)] | None = None
@@ -423,11 +423,11 @@ class SensorsTable(Table):
     MPU-6050, with its ranges at power-on; noises are standard deviations of one sample.
 
     Attributes:
-        measured: Whether a recording also holds sensor readings (``everything``) or only the
-            true (``nothing``).
+        measured: Whether a recording also contains sensor readings (``everything``), or only true
+            values (``nothing``).
         body_state: Pose by which a driven robot follows waypoints: the true one, or the one
             estimated by legs and inertial sensor, which controllers observe too.
-        sensor_seed: Of all noise and biases.
+        sensor_seed: Seed of all noise and biases.
         joint_rate: Readings of each joint's angle and load a second [1/s]. At 1 Mbit/s and the
             default return delay of 0.5 ms, reading 18 servos in turn takes 13 ms.
         joint_delay: Time from a reading to its arrival [s].
@@ -435,32 +435,32 @@ class SensorsTable(Table):
         load_step: Share of full output by which the load reading steps; an AX-12A has 1023 steps.
         imu_rate: Readings of gyro, accelerometer and orientation a second [1/s].
         imu_delay: Time from a reading to its arrival [s].
-        gyro_noise: Of each axis [rad/s].
+        gyro_noise: Standard deviation of each axis [rad/s].
         gyro_bias: Standard deviation of each axis' constant error [rad/s]; assumed: what is left
             of the chip's 20 deg/s after taking the mean at rest.
-        gyro_range: Largest reading [rad/s].
-        accelerometer_noise: Of each axis [m/s²]: 400 µg/√Hz at 100 Hz.
+        gyro_range: Largest reading of the gyro [rad/s].
+        accelerometer_noise: Standard deviation of each axis [m/s²]: 400 µg/√Hz at 100 Hz.
         accelerometer_bias: Standard deviation of each axis' constant error [m/s²]; assumed.
-        accelerometer_range: Largest reading [m/s²].
-        orientation_noise: Of the turn about each axis by which the orientation is wrong [rad];
+        accelerometer_range: Largest reading of the accelerometer [m/s²].
+        orientation_noise: Standard deviation of the orientation's error about each axis [rad];
             assumed.
         foot_rate: Readings of each foot's force and contact a second [1/s].
         foot_delay: Time from a reading to its arrival [s].
-        foot_force_noise: Of the normal force [N]; absent: 0.1 N for ``phantomx-ax``, and with the
-            weight per leg for other robots; assumed.
-        contact_threshold: Normal force from which a foot counts as touching [N]; absent: 0.5 N for
-            ``phantomx-ax``, and with the weight per leg for other robots; assumed.
+        foot_force_noise: Standard deviation of the normal force [N]; absent: 0.1 N for
+            ``phantomx-ax``, scaled with the weight per leg for other robots; assumed.
+        contact_threshold: Normal force from which a foot counts as in contact [N]; absent: 0.5 N
+            for ``phantomx-ax``, scaled with the weight per leg for other robots; assumed.
         depth: Depth sensor of a driven robot: ``none``; ``camera`` at the trunk's front, pitched
             down; ``lidar`` on a mast, with all directions; ``exact``: the true ground on a lattice
-            of 20 mm within 0.5 m, at once. It measures whatever `measured` is.
-        depth_rate: Its readings a second [1/s].
+            of 20 mm within 0.5 m, at once. The sensor works with any value of `measured`.
+        depth_rate: Readings of the depth sensor per second [1/s].
         depth_delay: Time from a reading to its arrival [s].
-        depth_noise: Standard deviation of each range, as its share: half of the 2 % by which a
+        depth_noise: Standard deviation of each range, relative to it: half of the 2 % by which a
             RealSense D405 may err at 0.5 m.
-        depth_dropout: Share of the rays without a reading; assumed.
+        depth_dropout: Fraction of the rays without a reading; assumed.
         depth_drift: Standard deviation of the mounting angles' random walk after a minute [rad];
             assumed.
-        depth_range: Longest range [m].
+        depth_range: Longest range of the depth sensor [m].
     """
 
     measured: Literal["nothing", "everything"] = "nothing"
@@ -520,3 +520,54 @@ class SensorsTable(Table):
                 f"recorded every {1000 * interval:g} ms; old values would pass for new readings.",
                 hint=", ".join(f"{name} = {rounded_down(1 / interval)}" for name in quick),
             )
+
+
+class ImportOptions(Table):
+    """``[robot_import]``: how a robot is read from URDF, MJCF or STEP; no other file needs it.
+
+    Attributes:
+        foot: Where the feet are: a link's name or its ending, or x,y,z in metres in the frame of
+            each leg's last link; or one place for each leg, as 1-3=0,0,-0.13; 4-6=0,0,0.13;
+            empty: found in the tree, or else at the end of the last mesh.
+        masses: as-given; or geometry, which distributes each link's mass over its box.
+        total_mass: Measured mass of the robot [kg]; all masses are scaled to it.
+        servo_model: Servo of the catalogue at the file's joints; empty: torques and speeds of the
+            file.
+        package: Folders that package:// names, such as my_robot=../my_robot; commas between.
+        forward: Axis of the file's trunk that points forward (x, y, -x or -y).
+        joint_limit: Largest angle to either side of joints for which the file has no limits, 0 to
+            0, or a turn or more [rad]; absent: half a turn.
+        mesh_unit: Unit of the mesh files (as-given, m or mm).
+    """
+
+    foot: str = ""
+    masses: Literal["as-given", "geometry"] = "as-given"
+    total_mass: Annotated[Mass, Gt(0), Le(1000)] | None = None
+    servo_model: str = ""
+    package: str = ""
+    forward: Literal["x", "y", "-x", "-y"] = "x"
+    joint_limit: Annotated[Angle, Gt(0), Le(np.pi)] | None = None
+    mesh_unit: Literal["as-given", "m", "mm"] = "as-given"
+
+    @property
+    def packages(self) -> dict[str, str]:
+        """Folders by the name of the package that ``package://`` names.
+
+        Raises:
+            InvalidInput: A package has no folder.
+        """
+        packages = {}
+        for pair in filter(None, (part.strip() for part in self.package.split(","))):
+            name, equals, folder = pair.partition("=")
+            if not (name and equals and folder):
+                raise InvalidInput(
+                    f'package is "{pair}"; it must be a name and its folder.',
+                    hint='package = "my_robot=../my_robot"',
+                )
+            packages[name.strip()] = folder.strip()
+        return packages
+
+    @model_validator(mode="after")
+    def _check_packages(self) -> ImportOptions:
+        _ = self.packages
+        return self

@@ -48,8 +48,8 @@ class TerrainTable(Table):
     height map grows out of level ground in the 0.1 m before.
 
     Attributes:
-        kind: ``flat``; ``slope``; ``stairs``; one ``step``; ``gap``, a ditch; ``steps`` at places
-            of your own; ``beams`` across the path; ``blocks`` of different heights;
+        kind: ``flat``; ``slope``; ``stairs``; one ``step``; ``gap``, a ditch; ``steps`` at the
+            places of `edge_x`; ``beams`` across the path; ``blocks`` of different heights;
             ``stepping-stones`` above a floor; ``course``: stairs, blocks, a gap, stones and rubble,
             3 m long; ``waves``; ``rough`` ground; ``height-map`` from a file; ``ice``: level, with
             slippery tiles.
@@ -57,30 +57,30 @@ class TerrainTable(Table):
         patches: Rectangles of other friction along the terrain, each from x, to x, from y, to y
             [m], friction.
         planned_on: Ground of the plan: this ``terrain``, or ``level`` ground.
-        terrain_start: Where the terrain begins, ahead of the robot's start [m]; absent: 300 mm,
-            400 mm for a height map whose left edge is not at height 0, and for a slope nowhere.
-        terrain_yaw: Direction in which the terrain is laid, from the walk's, to the left [rad].
-        terrain_seed: Of the heights of blocks, stones, courses and rough ground.
-        slope: Of the slope, uphill [rad].
-        rise: Height of a step, of stairs or alone [m].
+        terrain_start: Distance from the robot's start to the beginning of the terrain [m]; absent:
+            300 mm, 400 mm for a height map whose left edge is not at height 0; a slope has none.
+        terrain_yaw: Angle of the terrain to the left of the direction of walking [rad].
+        terrain_seed: Seed of the heights of blocks, stones, courses and rough ground.
+        slope: Angle of the slope, uphill [rad].
+        rise: Height of the step, or of each of the stairs [m].
         run: Depth of each of the stairs [m].
         stair_count: Number of the stairs.
         gap_width: Width of the gap [m].
         gap_depth: Depth of the gap, and of gaps between blocks or stones [m].
-        edge_x: Of ``steps``: places of their edges [m].
-        edge_z: Of ``steps``: height behind each edge [m].
+        edge_x: Positions of the edges of ``steps`` [m].
+        edge_z: Height behind each edge of ``steps`` [m].
         block_size: Side of a block [m].
-        block_gap: Between blocks [m].
-        block_height: Between the highest and the lowest possible block or stone [m].
+        block_gap: Distance between blocks [m].
+        block_height: Height range of blocks or stones [m].
         stone_size: Side of a stepping stone [m].
-        stone_distance: Of neighbouring stepping stones, centre to centre [m].
+        stone_distance: Distance of neighbouring stepping stones, centre to centre [m].
         beam_width: Width of a beam along the path [m].
         beam_height: Height of the beams [m].
-        beam_distance: From each beam to the next, centre to centre [m].
+        beam_distance: Distance of neighbouring beams, centre to centre [m].
         course_level: Difficulty of the course, from 0, level ground, to 1: rises, ranges of heights
             and a gap of 60 mm, stones of 100 mm at 200 mm.
-        wave_height: From trough to crest [m].
-        wave_length: From crest to crest [m].
+        wave_height: Height of the waves from trough to crest [m].
+        wave_length: Length of the waves from crest to crest [m].
         roughness: Standard deviation of the height of rough ground [m].
         rough_length: Length of rough ground's shortest waves [m].
         height_map: An image, ``.npy`` or ``.csv`` file, seen from above with the walk to the right.

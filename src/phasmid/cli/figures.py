@@ -1,32 +1,31 @@
-"""``phasmid plot``: draw figures of one run, or compare several."""
+"""Figures of ``phasmid report --figures``, and pictures of other commands."""
 
 from __future__ import annotations
 
 import argparse
-import os
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
-from phasmid.cli.report import print_damage
 from phasmid.cli.walk import leg_numbers
 from phasmid.errors import InvalidInput, nearest, plain
 
 if TYPE_CHECKING:
+    from phasmid.recording import Recording
     from phasmid.reporting.catalogue import FigureKind
     from phasmid.reporting.run import Run
     from phasmid.reporting.style import Figure
 
 KINDS = ("svg", "png", "pdf")
 
-OPTIONS = {
-    "--list": "list the figures and stop",
-    "--out DIR": "folder of the figures; default: plots/NAME of the recording",
-    "--format KINDS": ("svg, png, pdf, or several with commas between; default: svg", "svg"),
-    "--legs 1,2,...": "legs that are shown; default: all",
-    "--labels A,B,...": "names of the runs; default: those of their folders",
+OPTIONS: dict[str, str | tuple[str, str] | Number] = {
+    "--figures NAMES": "draw these figures in place of the result folder: names with commas "
+    "between, or all",
+    "--list-figures": "list the figures and stop",
+    "--format KINDS": "svg, png, pdf, or several with commas between; default: svg",
+    "--labels A,B,...": "names of the runs in the figures; default: those of their folders",
     "--width-mm MM": Number(
         "width of the figures, such as 85 or 175 for one or two columns of a paper; type keeps a "
         "legible size; default: 183",
@@ -35,50 +34,48 @@ OPTIONS = {
         hint="85",
     ),
     "--dpi N": Number(
-        "pixels per inch of png, and of pictures in pdf and svg; default: 150",
-        30,
-        1200,
-        default=150,
-        hint="300",
+        "pixels per inch of png, and of pictures in pdf and svg; default: 150", 30, 1200, hint="300"
     ),
-    "--no-title": "no title and subtitle, for use with a caption",
-    "--force": "replace figures of these names",
-    "--quiet": "print only errors",
+    "--no-title": "figures without title and subtitle, for use with a caption",
 }
+"""Options of figures."""
+
+FIGURES_ALONE = ("format", "labels", "width_mm", "dpi", "no_title")
+"""Options that need ``--figures``."""
+
+DPI = 150.0
+"""Pixels per inch where none are given."""
 
 
-def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the command."""
-    parser.usage = "phasmid plot RECORDING... FIGURE... [--out DIR] [--format svg,png,pdf]"
-    parser.add_argument(
-        "things",
-        nargs="*",
-        metavar="RECORDING FIGURE",
-        help="result folders or recordings, then names of figures, or all; several recordings are "
-        "compared in one figure",
-    )
+def list_figures() -> None:
+    """Print the figures, a sentence each."""
+    from phasmid.reporting.catalogue import CATALOGUE
+
+    print_table([(kind.name, kind.sentence) for kind in CATALOGUE.values()])
 
 
-def run(options: argparse.Namespace) -> int:
-    """Draw figures, and return the exit status."""
-    from phasmid.recording import load_recording
+def draw_figures(
+    paths: Sequence[Path], recordings: Sequence[Recording], options: argparse.Namespace
+) -> None:
+    """Draw the figures of the options; several recordings are compared in one figure.
+
+    Args:
+        paths: Files or folders of the recordings.
+        recordings: The recordings.
+        options: Those of the command line.
+    """
     from phasmid.recording.file import check_new_file
-    from phasmid.reporting.catalogue import CATALOGUE, check_figure, draw_groups, find_figure
+    from phasmid.reporting.catalogue import check_figure, draw_groups, find_figure
     from phasmid.reporting.run import gather
     from phasmid.reporting.style import NORMAL_WIDTH, Layout
 
-    if options.list:
-        print_table([(kind.name, kind.sentence) for kind in CATALOGUE.values()])
-        return 0
-    paths, names = _sort_out(options.things, CATALOGUE)
-    kinds = _kinds(options.format)
+    names = [name.strip() for name in options.figures.split(",")]
+    kinds = _kinds(options.format or "svg")
     labels = options.labels.split(",") if options.labels else [run_name(path) for path in paths]
     folder = Path(options.out or Path("plots") / "_".join(run_name(path) for path in paths))
-    with print_damage():
-        recordings = [load_recording(path) for path in paths]
     runs = gather(recordings, labels)
     legs = leg_numbers(options.legs, runs[0].robot)
-    chosen = _all_figures(runs) if "all" in names else [find_figure(name) for name in names]
+    chosen = _all_figures(runs) if "all" in names else [*map(find_figure, dict.fromkeys(names))]
     count = min(len(one.robot.legs) for one in runs)
     targets = {
         kind.name: _files(folder, kind.name, 1 if legs else len(kind.groups(count)), kinds)
@@ -94,10 +91,9 @@ def run(options: argparse.Namespace) -> int:
     for kind in chosen:
         figures = draw_groups(runs, kind, legs, layout)
         for figure, files in zip(figures, targets[kind.name], strict=True):
-            write_figure(figure, files, options.dpi)
+            write_figure(figure, files, options.dpi or DPI)
             if not options.quiet:
                 say("\n".join(plain(str(path)) for path in files))
-    return 0
 
 
 def _all_figures(runs: Sequence[Run]) -> list[FigureKind]:
@@ -110,34 +106,6 @@ def _all_figures(runs: Sequence[Run]) -> list[FigureKind]:
         for kind in CATALOGUE.values()
         if all(kind.name in found for found in fitting) and (kind.several or len(runs) == 1)
     ]
-
-
-def _sort_out(things: Sequence[str], known: Collection[str]) -> tuple[list[Path], list[str]]:
-    """Return which arguments are recordings, and which are names of figures.
-
-    Args:
-        things: Recordings first, or in any order.
-        known: Names of figures.
-
-    Raises:
-        InvalidInput: There is no recording or no figure, or something is neither.
-    """
-    names = [thing for thing in things if thing in known or thing == "all"]
-    paths = [Path(thing) for thing in things if thing not in names]
-    for path in paths:
-        if not os.path.exists(path):  # noqa: PTH110, a text may be no possible path
-            guess = nearest(str(path), known)
-            if len(path.parts) > 1 or path.suffix or not (guess or names or len(paths) > 1):
-                raise InvalidInput(f"recording {path} does not exist.", hint="phasmid walk")
-            hint = f'"{guess}"' if guess else "phasmid plot --list"
-            raise InvalidInput(f'no figure "{path}".', hint=hint)
-    if not paths:
-        raise InvalidInput("no recording is named.", hint="phasmid plot results/paper gait-diagram")
-    if not names:
-        raise InvalidInput(
-            "no figure is named.", hint=f"phasmid plot {paths[0]} all, or phasmid plot --list"
-        )
-    return paths, list(dict.fromkeys(names))
 
 
 def run_name(path: Path) -> str:

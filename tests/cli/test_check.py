@@ -1,0 +1,281 @@
+"""``phasmid check``: robots, walks, postures and foot positions, and one verdict everywhere."""
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from phasmid.cli import main
+from phasmid.gait import gaits_of
+from phasmid.kinematics import foot_position
+from phasmid.robot import complete_servo, load_robot, load_servo, robot_to_toml, with_payload
+from phasmid.scenario import load_scenario
+from phasmid.studio.setting import setting_of
+
+pytestmark = pytest.mark.usefixtures("compiled_engine")
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def checked(capsys, *arguments):
+    """Status, output and errors of a call."""
+    status = main(["check", *map(str, arguments)])
+    return status, *capsys.readouterr()
+
+
+def words_of(path):
+    return "".join(ET.parse(path).getroot().itertext())
+
+
+@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-mk4", "octopod"])
+def test_a_preset_is_listed_in_80_columns(capsys, preset):
+    status, out, _ = checked(capsys, "--robot", preset)
+    robot = load_robot(preset)
+    assert status == 0
+    assert f"{len(robot.legs)} legs, {robot.mass:.3f} kg" in out
+    assert out.endswith("possible.\n")
+    rows = [line for line in out.splitlines() if line[0].isdigit() or line.startswith("leg ")]
+    assert len(rows) == 2 * (1 + len(robot.legs))
+    assert max(map(len, rows)) <= 80
+    for number, leg in enumerate(robot.legs, 1):
+        frame, pose = (row for row in rows if row.startswith(f"{number} {leg.name} "))
+        lengths = [float(length) for length in re.split(" {2,}", frame)[1].split("/")]
+        assert lengths == pytest.approx(1000 * leg.lengths, rel=5e-4)
+        masses = [float(mass) for mass in pose.split("  ")[-1].split("/")]
+        assert masses == pytest.approx([1000 * link.mass for link in leg.links], abs=0.05)
+
+
+def test_payload_and_servo_of_the_options_are_those_of_the_verdict(capsys):
+    status, out, _ = checked(
+        capsys, "--robot", "phantomx-ax", "--servo", "MG996R", "--payload-g", 500
+    )
+    assert status == 0
+    assert "3.150 kg" in out
+    assert "MG996R at 6 V" in out
+
+
+def test_a_file_is_refused_with_its_line(here, capsys):
+    (here / "s.toml").write_text("[stride]\nstep_length_mm = 400\n", encoding="utf-8")
+    status, _, err = checked(capsys, "s.toml")
+    assert status == 2
+    assert "try  --step-length-mm 230" in err
+    (here / "r.toml").write_text('name = "r"\n[legs]\n', encoding="utf-8")
+    status, _, err = checked(capsys, "--robot", "r.toml")
+    assert status == 2
+    assert "in   r.toml" in err
+    status, _, err = checked(capsys, "r.toml")
+    assert (status, err) == (2, "phasmid: r.toml is a robot, no scenario.\n  try  --robot r.toml\n")
+
+
+def test_a_foot_in_either_frame_gets_the_same_answer(here, capsys):
+    # The right front hip is at (124.8, -61.64) mm, turned by -45°.
+    hip = ("--foot-at", "1", "0.25,0.1,0.05", "--frame", "hip")
+    status, out, _ = checked(capsys, *hip)
+    assert status == 2
+    assert "right_front cannot place its foot there" in out
+    x, y = 0.1248 + (0.25 + 0.1) / 2**0.5, -0.06164 + (0.1 - 0.25) / 2**0.5
+    body = checked(capsys, "--foot-at", "right_front", f"{x},{y},0.05", "--out", "a.svg")
+    assert body[0] == 2
+    assert body[1].splitlines()[0] == out.splitlines()[0]
+    rows = [line.split() for line in out.splitlines() if line.startswith("right_front  ")]
+    # The tibia bends by 23° at least: sqrt(82² + 140² + 2·82·140 cos 23°) = 217.9 mm.
+    table = ["right_front", "reach", "223", "mm", "58", "to", "217.9", "mm"]
+    assert (rows[0][:8], len(rows)) == (table, 2)
+    assert "wanted foot" in words_of(here / "a.svg")
+    assert [path.name for path in here.iterdir()] == ["a.svg"]
+
+
+def test_a_possible_foot_and_posture_get_their_joint_angles(capsys):
+    """The angles that the command prints put the feet where they should be."""
+    leg = load_robot("phantomx-paper").legs[0]
+    status, out, _ = checked(capsys, "--foot-at", "1", "0.2,0.03,-0.1", "--frame", "hip")
+    assert status == 0
+    row = next(line.split() for line in out.splitlines() if line.startswith("right_front  "))
+    q = np.radians([float(cell.removesuffix("°")) for cell in row[1:]])
+    # Tenths of a degree at up to 0.27 m.
+    np.testing.assert_allclose(foot_position(leg, q), [0.2, 0.03, -0.1], atol=3e-4)
+    _, out, _ = checked(capsys, "--pose", "0,0,0.02")
+    assert sum(line.endswith("°") for line in out.splitlines()) == 6
+
+
+@pytest.mark.parametrize(
+    "wanted",
+    [
+        ["--foot-at", "right_front", "0.45,-0.32,-0.10"],
+        ["--foot-at", "right_front", "0.06,-0.07,-0.02"],
+        ["--foot-at", "1", "0.25,0.1,0.05", "--frame", "hip"],
+        ["--foot-at", "left_middle", "0,0.05,0.3"],
+        ["--pose", "0,0,0.10"],
+        ["--pose", "0.05,0.02,-0.15"],
+        ["--pose", "0,0,0.05", "--rpy-deg", "0,20,0"],
+        ["--step-length-mm", "400"],
+        ["--step-length-mm", "300", "--step-sideways-mm", "100", "--step-turn-deg", "20"],
+        ["--robot", "quadruped", "--gait", "crawl", "--step-length-mm", "250"],
+    ],
+    ids=" ".join,
+)
+def test_what_is_advised_is_possible(capsys, wanted):
+    """Typed in the place of the options that it names."""
+    status, out, _ = checked(capsys, *wanted)
+    assert status == 2
+    (advice,) = (line.removeprefix("  try  ") for line in out.splitlines() if "  try  " in line)
+    flags = [word for word in advice.split() if word.startswith("--")]
+    kept, words = [], list(wanted)
+    while words:
+        flag = words.pop(0)
+        values = [words.pop(0) for _ in range(2 if flag == "--foot-at" else 1)]
+        kept += [flag, *values] if flag not in flags else []
+    assert checked(capsys, *kept, *advice.split())[0] == 0
+
+
+def test_a_posture_gets_its_largest_share(here, capsys):
+    tilted = ("--pose", "0,0,0.05", "--rpy-deg", "0,20,0", "--out", "tilted.png")
+    status, out, _ = checked(capsys, *tilted)
+    assert status == 2
+    assert "Largest share: (0.0, 0.0, 44.3) mm, (0.0, 17.7, 0.0)°" in out
+    assert "The controller, which keeps margins, takes" in out
+    assert (here / "tilted.png").read_bytes().startswith(b"\x89PNG")
+    assert "the trunk is 0.1 mm over the ground" in checked(capsys, "--pose", "0,0,-0.15")[1]
+    status, out, _ = checked(capsys, "--rpy-deg", "0,5,0")
+    assert status == 0
+    assert "the posture is possible" in out
+
+
+def test_a_walk_gets_its_longest_step(here, capsys):
+    status, out, err = checked(capsys, "--step-length-mm", 400, "--out", "a.svg")
+    assert status == 2
+    assert "step of 400 mm puts right_front at 0.324 m" in err
+    # A step of 230.8 mm in half of 2 s.
+    assert "Longest possible step: 230 mm, which is 230.8 mm/s" in out
+    assert "400 mm" in words_of(here / "a.svg")
+    status, out, _ = checked(capsys, "--period", 0.1)
+    assert status == 2
+    assert "No step length is possible" in out
+    status, out, _ = checked(capsys)
+    assert status == 0
+    assert "joint nearest to its limit: right_front.femur" in out
+    assert out.endswith("possible.\n")
+
+
+PLACE = ("--foot-at", "1", "0,0,0")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error"),
+    [
+        (["--foot-at", "right_frnt", "0,0,0"], 'there is no leg "right_frnt"; legs are right_'),
+        (["--foot-at", "9", "0,0,0"], "there is no leg 9; legs are 1 to 6."),
+        (["--foot-at", "1", "0,nan,0"], '--foot-at LEG is "0,nan,0"; it must be three numbers'),
+        (["--pose", "0,1"], '--pose is "0,1"; it must be three numbers with commas between.'),
+        (["--pose", "0,0,0", *PLACE], "--foot-at and a posture are two questions;"),
+        ([*PLACE, "--frame", "world"], '--frame is "world"; it must be body or hip.'),
+        ([*PLACE, "--out", "a.txt"], '--out is "a.txt"; it must end in .svg, .png, .pdf.'),
+        ([*PLACE, "--out", "a.svg"], "a.svg exists; nothing was written.\n  try  --force"),
+        (["phantomx-ax"], "phantomx-ax is a robot, no scenario.\n  try  --robot phantomx-ax"),
+        (["tripod"], "tripod is a gait, no scenario.\n  try  --gait tripod"),
+        (["--robot", "phantomx-ax", "--total-mass-g", "0"], "--total-mass-g is 0 g; it must be"),
+        (["--robot", "phantomx-ax", "--mesh-unit", "inch"], '--mesh-unit is "inch"; it must be'),
+        (["--robot", "phantomx-ax", "--package", "a"], 'package is "a"; it must be a name and'),
+        (
+            ["--robot", "phantomx-ax", "--total-mass-g", "5000"],
+            "phantomx-ax describes its robot in full; options of reading are for URDF, MJCF and "
+            "STEP files.\n  try  phasmid export --robot phantomx-ax --out robot.toml",
+        ),
+    ],
+)
+def test_bad_input_gets_one_sentence(here, capsys, arguments, error):
+    (here / "a.svg").write_text("older")
+    status, _, err = checked(capsys, *arguments)
+    assert status == 2
+    assert err.startswith(f"phasmid: {error}")
+    assert [path.name for path in here.iterdir()] == ["a.svg"]
+    assert (here / "a.svg").read_text() == "older"
+
+
+# The servo verdict --------------------------------------------------------------------------------
+
+STRONG = complete_servo(
+    {
+        "name": "strong",
+        "stall_torque": 6.0,
+        "no_load_speed": 6.6,
+        "armature": 0.012,
+        "friction": 0.09,
+        "viscous_friction": 0.01,
+        "stall_current": 4.1,
+    }
+)
+"""Four times as strong as an AX-12A, and heavier in armature and friction."""
+
+LOAD = 5.0
+"""Payload that overloads small servos on any of the robots [kg]."""
+
+
+def unwrapped(text):
+    return re.sub(r"\s+", " ", text.replace("servos: ", ""))
+
+
+@pytest.mark.parametrize("servo", [STRONG, load_servo("AX-12A")], ids=lambda servo: servo.name)
+@pytest.mark.parametrize("name", ["phantomx-paper", "octopod"])
+def test_every_command_and_the_studio_give_one_verdict(here, capsys, name, servo):
+    robot = load_robot(name)
+    overloaded = servo is not STRONG
+    robot = with_payload(replace(robot, name="mine", servo=servo), LOAD if overloaded else 0.0)
+    (here / "mine.toml").write_text(robot_to_toml(robot), encoding="utf-8")
+    gait = next(iter(gaits_of(len(robot.legs))))
+
+    scenario = load_scenario("paper").replace(robot=robot, gait=gait, drive="servo")
+    verdict = setting_of(scenario).servo_verdict
+    assert verdict["holding"] == ("DOES NOT HOLD" if overloaded else "HOLDS")
+    words = " ".join(verdict["lines"])
+    assert words.startswith(verdict["holding"])
+    status, told, _ = checked(capsys, "--robot", "mine.toml")
+    assert status == (2 if overloaded else 0)
+    assert words in unwrapped(told)
+
+    fields = ["--robot", "mine.toml", "--gait", gait, "--drive", "servo", "--duration", "0.05"]
+    fields += ["--step-length-mm", "20", "--step-height-mm", "15", "--no-figures"]
+    for command in (["walk"], ["drive", "--velocity", "0.01,0,0"]):
+        status = main([*command, *fields, "--out", command[0]])
+        printed = capsys.readouterr().out
+        assert status in (0, 3)
+        assert words in unwrapped(printed)
+        # In the first lines: before anything else that is measured.
+        assert printed.index(verdict["holding"]) < printed.index("Duration")
+        summary = json.loads((here / command[0] / "summary.json").read_text(encoding="utf-8"))
+        # What is unknown or infinite is left out there.
+        assert summary["servo_verdict"].items() <= verdict.items()
+        assert summary["servo_verdict"]["lines"] == verdict["lines"]
+
+
+def test_the_studios_verdict_follows_payload_servo_and_gait():
+    setting = setting_of(load_scenario("paper").replace(drive="servo"))
+    said = {
+        setting.servo_verdict["lines"][0],
+        replace(setting, payload=4.0).servo_verdict["lines"][0],
+        replace(setting, servo="MX-28").servo_verdict["lines"][0],
+        replace(setting, scenario=setting.scenario.replace(gait="wave")).servo_verdict["lines"][0],
+    }
+    assert len(said) == 4
+    assert replace(setting, payload=4.0).servo_verdict["holding"] == "DOES NOT HOLD"
+
+
+def test_a_scenario_whose_servos_do_not_hold_is_impossible(here, capsys):
+    heavy = with_payload(load_robot("phantomx-paper"), 2.0)
+    (here / "heavy.toml").write_text(robot_to_toml(heavy), encoding="utf-8")
+    (here / "trip.toml").write_text('robot = "heavy.toml"\n', encoding="utf-8")
+    status, out, err = checked(capsys, "trip.toml")
+    assert status == 2
+    assert "DOES NOT HOLD: right_middle.femur needs 1.7 N·m" in out
+    assert "the AX-12A does not hold this robot in the tripod gait." in err
+    assert "try  --gait wave" in err
+    status, out, _ = checked(capsys, "trip.toml", "--gait", "wave")
+    assert status == 0
+    assert "HOLDS FOR A LIMITED TIME" in out
