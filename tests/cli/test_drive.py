@@ -12,8 +12,11 @@ pytestmark = pytest.mark.usefixtures("compiled_engine")
 def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, capsys):
     out = tmp_path / "run"
     options = ["--duration", "1", "--period", "1", "--no-figures"]
-    assert main(["drive", "--velocity", "0.05,0,-0.1", *options, "--out", str(out)]) == 0
-    assert "Velocity command" in capsys.readouterr().out
+    planned = ["--step-length-mm", "60"]
+    assert main(["drive", "--velocity", "0.05,0,-0.1", *options, *planned, "--out", str(out)]) == 0
+    told = capsys.readouterr()
+    assert "Velocity command" in told.out
+    assert told.err == "phasmid: note: step_length_mm has no effect on a driven robot.\n"
     told = json.loads((out / "summary.json").read_text("utf-8"))
     assert told["velocity"]["commanded"] == pytest.approx([0.05, 0.0, -0.1])
     again = ["drive", "--commands", str(out / "commands.toml"), *options]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
-from phasmid.cli.scenario_options import SCENARIO, scenario_of, scenario_options
+from phasmid.cli.scenario_options import SCENARIO, print_idle, scenario_of, scenario_options
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
 from phasmid.robot.servo_words import servo_label
 
@@ -39,10 +39,10 @@ def run(options: argparse.Namespace) -> int:
     if figure is not None:
         check_figure_path("--out", figure, force=options.force)
     speed = None if options.speed_mm_s is None else options.speed_mm_s / 1000
+    scenario = scenario_of(options, default=None)
+    print_idle(scenario.driven(), options, "the advice on servos")
     try:
-        advice = advise(
-            scenario_of(options, default=None), speed=speed, capacity=options.battery_mah / 1000
-        )
+        advice = advise(scenario, speed=speed, capacity=options.battery_mah / 1000)
     except InfeasibleWalk as error:
         error.hint = error.hint or "another --speed-mm-s, --step-length-mm or --gait"
         raise

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.bus_calibrate import POSES, calibrate
-from phasmid.cli.options import Number
+from phasmid.cli.options import Number, refuse_given
 from phasmid.cli.output import print_table, say
 from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput, nearest, plain
@@ -55,10 +55,7 @@ OPTIONS = {
     "(emulate)",
     "--pose POSE": "zero: all joint angles 0; square: the same with the tibiae down; neutral: "
     "neutral feet; default: the first within the joint limits (calibrate)",
-    "--out FILE": (
-        "the calibration file (calibrate); default: calibration.toml",
-        "calibration.toml",
-    ),
+    "--out FILE": "the calibration file (calibrate); default: calibration.toml",
     "--force": "replace an older calibration file (calibrate)",
     "--calibration FILE": "ids, models, offsets and directions of the robot's servos (emulate)",
     "--model MODEL": "model of emulated servos, each with a pendulum; default: AX-12A, or that of "
@@ -67,10 +64,22 @@ OPTIONS = {
         "latency timer of the USB adapter; emulate: default 1", 0, 255, hint="16"
     ),
     "--return-delay-us US": Number(
-        "return delay of emulated servos; default: 500, the maker's setting", 0, 508, 500
+        "return delay of emulated servos; default: 500, the maker's setting", 0, 508
     ),
-    "--seed N": Number("of random faults; default: 0", 0, 2**32, 0, is_whole=True),
+    "--seed N": Number("seed of random faults; default: 0", 0, 2**32, is_whole=True),
 }
+
+
+EMULATED = ("robot", "calibration", "model", "return_delay_us", "seed", "fault")
+MEASURED = ("robot", "pose", "out", "force")
+
+IDLE = {
+    "scan": (*EMULATED, *MEASURED, "once"),
+    "monitor": (*EMULATED, *MEASURED),
+    "calibrate": (*EMULATED[1:], "once"),
+    "emulate": (*MEASURED[1:], "once", "protocol"),
+}
+"""Options that an action does not use."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -102,6 +111,7 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidInput(
             f"phasmid bus {action} needs a port.", hint=f"phasmid bus {action} /dev/ttyUSB0"
         )
+    refuse_given(options, IDLE[action], f"does nothing with phasmid bus {action}")
     return actions[action](options)
 
 
@@ -267,9 +277,9 @@ def _calibrate(options: argparse.Namespace) -> int:
             f'--pose is "{plain(options.pose)}"; it must be one of {", ".join(POSES)}.',
             hint=f"--pose {guess}" if guess else "",
         )
-    path = Path(options.out)
+    path = Path(options.out or "calibration.toml")
     if path.suffix != ".toml":
-        raise InvalidInput(f'--out is "{plain(options.out)}"; it must end in .toml.')
+        raise InvalidInput(f'--out is "{plain(str(path))}"; it must end in .toml.')
     check_new_file(path, option="--out FILE", force=options.force)
     robot = load_robot(options.robot)
     ids, known = _robot_ids(options, robot), models().get(robot.servo.name)
@@ -281,9 +291,9 @@ def _calibrate(options: argparse.Namespace) -> int:
         rows = calibrate(bus, robot, ids, options.pose)
     save_calibration(path, rows, robot.name, force=options.force)
     say(
-        f"Written to {plain(options.out)}. Let the robot stand up with this calibration:\n"
+        f"Written to {plain(str(path))}. Let the robot stand up with this calibration:\n"
         f"  phasmid drive --bus {plain(options.port)} --robot {plain(options.robot)} "
-        f"--calibration {plain(options.out)} --velocity 0,0,0"
+        f"--calibration {plain(str(path))} --velocity 0,0,0"
     )
     return 0
 
@@ -341,11 +351,12 @@ def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[
         ids = _ids(options.ids) or range(1, 19)
         servos = make_servos(options.model or "AX-12A", ids, baud=baud)
     delay = servos[0].model.register("return_delay_time")
+    microseconds = 500 if options.return_delay_us is None else options.return_delay_us
     for one in servos:
-        one["return_delay_time"] = delay.from_si(options.return_delay_us * 1e-6)
+        one["return_delay_time"] = delay.from_si(1e-6 * microseconds)
     latency = 1.0 if options.latency_ms is None else options.latency_ms
     emulator = Emulator(
-        servos, plant, latency=latency / 1000, faults=options.fault, seed=options.seed
+        servos, plant, latency=latency / 1000, faults=options.fault, seed=options.seed or 0
     )
     return emulator, rows
 

@@ -13,11 +13,13 @@ import numpy as np
 
 from phasmid.cli.explain import draw_walk, explain_foot_position, explain_pose, explain_refusal
 from phasmid.cli.figures import check_figure_path
+from phasmid.cli.options import refuse_given
 from phasmid.cli.output import print_table, say
 from phasmid.cli.remedies import typed
 from phasmid.cli.scenario_options import (
     field_arguments,
     given_fields,
+    print_idle,
     scenario_as_named,
     scenario_of,
     scenario_options,
@@ -31,12 +33,12 @@ from phasmid.kinematics import joint_angles
 from phasmid.motion import explain_walk, fastest, longest_stride, plan
 from phasmid.robot import JOINTS, Robot, Servo
 from phasmid.robot.servo_words import servo_label, servo_words
-from phasmid.scenario import Scenario, idle_fields, option_keys
+from phasmid.scenario import Scenario, option_keys
 from phasmid.scenario.tables import StrideTable
 from phasmid.units import STANDARD_GRAVITY, plain_number
 
 OPTIONS = {
-    "--frame FRAME": ("axes of --foot-at: body or hip; default: body", "body"),
+    "--frame FRAME": "axes of --foot-at: body or hip; default: body",
     "--pose X,Y,Z": "a posture: the body moved forward, left, up [m], the feet in their places",
     "--rpy-deg R,P,Y": "roll, pitch and yaw of the posture [°]",
     "--out FILE": "draw the feet that are nearest to a limit, or beyond it: svg, png or pdf",
@@ -71,6 +73,9 @@ def run(options: argparse.Namespace) -> int:
             "--foot-at and a posture are two questions; one of them must go.",
             hint="phasmid check --pose 0,0,0.05",
         )
+    if options.foot_at is None:
+        refuse_given(options, ("frame",), "needs --foot-at")
+    options.frame = options.frame or "body"
     if options.frame not in ("body", "hip"):
         raise InvalidInput(f'--frame is "{plain(options.frame)}"; it must be body or hip.')
     if options.out is not None:
@@ -90,7 +95,7 @@ def _check_robot(options: argparse.Namespace) -> int:
     source = str(scenario.robot)
     imported = import_robot(source, scenario.robot_import, strict=options.strict)
     findings, verdict, gait = [*imported.findings], None, None
-    is_walk = options.scenario is not None or bool(_fields_of_walk(options))
+    is_walk = bool(options.scenario or options.out or _fields_of_walk(options))
     if imported.robot is not None:
         scenario = with_own_servo(scenario.replace(robot=imported.robot), options)
         robot = scenario.load_robot()
@@ -315,8 +320,7 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
             f"{np.degrees(room):.1f}° away"
         )
     draw_walk(found, options)
-    for sentence in idle_fields(scenario):
-        say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+    print_idle(scenario, options, "a plan")
     for finding in _too_weak(verdict, scenario):
         say(f"phasmid: {InvalidInput(finding.what, hint=finding.hint)}", file=sys.stderr)
         return 2

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli import drive_bus, scenario_options, walk
 from phasmid.cli.live import add_live_options
-from phasmid.cli.options import Number, declare
+from phasmid.cli.options import Number, declare, refuse_given
 from phasmid.cli.progress import announce_compilation
 from phasmid.errors import InvalidInput
 
@@ -45,7 +45,10 @@ def run(options: argparse.Namespace) -> int:
     script = _script(options)
     policy = _policy(options)
     scenario = _lasting(scenario_options.scenario_of(options), options, script)
-    if options.bus is not None:
+    if options.bus is None:
+        refuse_given(options, ("calibration", "baud", "after_exit"), "needs --bus")
+        scenario_options.print_idle(scenario.driven(), options, "a driven robot")
+    else:
         return drive_bus.run(options, scenario, script, _words(options))
     from phasmid.simulation import Run, check_drive, new_drive
 

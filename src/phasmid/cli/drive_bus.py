@@ -41,6 +41,9 @@ sys.exit(main(sys.argv[2:]))
 """
 """Program of the emulated robot, which ends with this process."""
 
+BAUD = 1_000_000
+"""Baud rate where none is given."""
+
 RATE = 50.0
 """Updates a second where no rate is given."""
 
@@ -53,7 +56,7 @@ OPTIONS: dict[str, str | tuple[str, str] | Number] = {
     "--calibration FILE": "its servos, from phasmid bus calibrate; an emulated robot needs none: "
     "its ids count leg by leg from 1, the middle of each servo at the middle of its joint's limits",
     "--baud N": Number(
-        "baud rate; default: 1000000", 1_000, 10_000_000, 1_000_000, is_whole=True, hint="1000000"
+        "baud rate; default: 1000000", 1_000, 10_000_000, is_whole=True, hint="1000000"
     ),
 }
 
@@ -65,7 +68,6 @@ def add_bus_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--after-exit",
         choices=("limp", "hold"),
-        default="limp",
         help="what the servos do if this program is killed: go limp after 2 s, or hold; "
         "default: limp",
     )
@@ -102,7 +104,7 @@ def run(
         if port == EMULATED:
             port = stack.enter_context(_emulated(options, scenario, calibration))
         protocol = _protocol(calibration)
-        bus = stack.enter_context(Bus(port, options.baud, protocol))
+        bus = stack.enter_context(Bus(port, options.baud or BAUD, protocol))
         found = inspect_servos(bus, robot, calibration, rate)
         if not options.quiet:
             _print_inspection(found.rows, found.notes)
@@ -122,7 +124,7 @@ def run(
             _controller(options, scenario, rate),
             script,
             rate=rate,
-            settings=DriverSettings(after_exit=options.after_exit),
+            settings=DriverSettings(after_exit=options.after_exit or "limp"),
             log=log,
             force=options.force,
         )
@@ -208,7 +210,7 @@ def _emulated(
 ) -> Iterator[str]:
     """Run an emulated robot in another process; yield its port."""
     command = [sys.executable, "-P", "-c", EMULATE, str(os.getpid()), "bus", "emulate"]
-    command += ["--baud", str(options.baud), "--return-delay-us", "0"]
+    command += ["--baud", str(options.baud or BAUD), "--return-delay-us", "0"]
     command += ["--model", calibration[0].model]
     if options.calibration:
         command += ["--calibration", str(options.calibration)]

@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from phasmid.cli.figures import run_name
-from phasmid.cli.options import Number
+from phasmid.cli.options import Number, refuse_given
 from phasmid.cli.output import say
 from phasmid.cli.report import print_damage
 from phasmid.cli.scenario_options import (
     field_arguments,
     given_fields,
+    print_idle,
     scenario_as_named,
     scenario_of,
     scenario_options,
@@ -65,9 +66,8 @@ def run(options: argparse.Namespace) -> int:
             f'"{plain(options.out)}" does not end in one of {", ".join((*RECORDING, *ROBOT))}, .h.',
             hint=f"--out {shlex.quote(plain(str(path)))}",
         )
-    for flag in () if write is _recording else ("channels", "rate"):
-        if getattr(options, flag) is not None:
-            raise InvalidInput(f"--{flag} belongs to a recording.", hint=f"without --{flag}")
+    if write is not _recording:
+        refuse_given(options, ("channels", "rate"), "belongs to a recording")
     return write(options)
 
 
@@ -142,6 +142,7 @@ def _firmware(options: argparse.Namespace) -> int:
     path = Path(options.out)
     check_new_file(path, option="--out FILE", force=options.force)
     scenario = scenario_of(options)
+    print_idle(scenario, options, "a C header")
     own = [] if options.scenario is None else [options.scenario]
     words = ["phasmid", "export", *own, *field_arguments(options), "--out", path.name]
     header = firmware_header(scenario, command=shlex.join(words))
@@ -165,10 +166,12 @@ def _refuse_fields(options: argparse.Namespace, what: str, used: Collection[str]
     """
     reads = {key for key, path in option_keys().items() if path[0] == "robot_import" and used}
     idle = [key for key in given_fields(options) if key not in {*used, *reads}]
-    idle += ["servo"] * (options.servo is not None and not used)
+    reason = f"changes nothing of the file of {what}"
+    if not used:
+        refuse_given(options, ("servo", "strict"), reason)
     for key in idle:
         flag = f"--{key.replace('_', '-')}"
-        raise InvalidInput(f"{flag} changes nothing of the file of {what}.", hint=f"without {flag}")
+        raise InvalidInput(f"{flag} {reason}.", hint=f"without {flag}")
 
 
 def _beside(given: Path) -> Path:

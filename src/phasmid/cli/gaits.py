@@ -10,7 +10,7 @@ from fractions import Fraction
 import numpy as np
 
 from phasmid.cli.output import print_table, say
-from phasmid.cli.scenario_options import SCENARIO, scenario_of, scenario_options
+from phasmid.cli.scenario_options import SCENARIO, print_idle, scenario_of, scenario_options
 from phasmid.cli.walk import leg_numbers
 from phasmid.errors import plain
 from phasmid.gait import Gait, gait_diagram, gaits_of, least_margin, without_legs
@@ -38,6 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """List gaits, and return the exit status."""
     scenario = scenario_of(options, default=None)
+    print_idle(scenario, options, "the list of gaits")
     robot, stride = scenario.load_robot(), scenario.planned_stride
     step = (stride.step_length, stride.step_sideways, stride.step_turn)
     lost = leg_numbers(options.lost, robot, "--lost") or ()

@@ -11,7 +11,7 @@ import numpy as np
 
 from phasmid.cli.compare import compare_log
 from phasmid.cli.figures import check_figure_path, write_figure
-from phasmid.cli.options import Number, declare
+from phasmid.cli.options import Number, declare, refuse_given
 from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import add_servo_option, with_named_servo
 from phasmid.errors import InvalidInput, nearest, plain
@@ -123,9 +123,8 @@ def _refuse(options: argparse.Namespace) -> None:
         ({**BENCH, **FIT}, not options.compare, "is for a fit; --compare makes none"),
         ({"--scenario": ""}, options.compare, "is for --compare"),
     ):
-        for flag in () if is_used else (name.split()[0] for name in table):
-            if getattr(options, flag[2:].replace("-", "_")) is not None:
-                raise InvalidInput(f"{flag} {reason}.", hint=f"without {flag}")
+        keys = (name.split()[0][2:].replace("-", "_") for name in table)
+        refuse_given(options, () if is_used else keys, reason)
 
 
 def _robot(options: argparse.Namespace) -> Robot | None:

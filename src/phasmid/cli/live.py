@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from phasmid.cli.options import Number, declare
+from phasmid.cli.options import Number, declare, refuse_given
 from phasmid.cli.output import say
 from phasmid.errors import plain
 
@@ -37,12 +37,10 @@ def add_live_options(parser: argparse.ArgumentParser) -> None:
     declare(
         group,
         {
-            "--live-host NAME": (
-                "where it listens; default: 127.0.0.1, which only this machine reaches",
-                "127.0.0.1",
-            ),
+            "--live-host NAME": "where it listens; default: 127.0.0.1, which only this machine "
+            "reaches",
             "--live-pace N": Number(
-                "most simulated seconds per second; default: 1", 0.01, 1000, 1.0, hint="0.25"
+                "most simulated seconds per second; default: 1", 0.01, 1000, hint="0.25"
             ),
         },
     )
@@ -50,7 +48,9 @@ def add_live_options(parser: argparse.ArgumentParser) -> None:
 
 def check_live(options: argparse.Namespace) -> None:
     """Refuse a live view without its packages, before the run is prepared."""
-    if options.live is not None:
+    if options.live is None:
+        refuse_given(options, ("live_host", "live_pace"), "needs --live")
+    else:
         import phasmid.live  # noqa: F401
 
 
@@ -62,7 +62,9 @@ def served(run: Run, options: argparse.Namespace) -> Iterator[None]:
         return
     from phasmid.live import serve
 
-    with serve(run, host=options.live_host, port=options.live, pace=options.live_pace) as server:
+    with serve(
+        run, host=_host(options), port=options.live, pace=options.live_pace or 1.0
+    ) as server:
         _announce(server, options)
         yield
 
@@ -75,7 +77,7 @@ def served_driver(driver: Driver, options: argparse.Namespace) -> Iterator[None]
         return
     from phasmid.hardware.live_view import serve_driver
 
-    with serve_driver(driver, host=options.live_host, port=options.live) as server:
+    with serve_driver(driver, host=_host(options), port=options.live) as server:
         _announce(server, options)
         yield
 
@@ -89,6 +91,11 @@ def _announce(server: LiveServer, options: argparse.Namespace) -> None:
         "WebSocket.",
         file=sys.stderr,
     )
-    if options.live_host not in ("127.0.0.1", "localhost", "::1"):
+    if _host(options) not in ("127.0.0.1", "localhost", "::1"):
         note = "others on the network can watch the run and send velocity commands"
         say(f"phasmid: note: {note}.", file=sys.stderr)
+
+
+def _host(options: argparse.Namespace) -> str:
+    """Return where the server listens."""
+    return options.live_host or "127.0.0.1"

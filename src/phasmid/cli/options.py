@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -93,3 +93,21 @@ def whole_numbers(flag: str, text: str, what: str, hint: str) -> list[int]:
             hint=f"{flag} {hint}",
         )
     return [int(part) for part in parts]
+
+
+def refuse_given(options: argparse.Namespace, keys: Iterable[str], reason: str) -> None:
+    """Refuse options without effect.
+
+    Args:
+        options: Those of the command line; absent ones are None, empty or False.
+        keys: Names of the options, such as ``live_host``.
+        reason: Why they have no effect, such as ``needs --live``.
+
+    Raises:
+        InvalidInput: One of them is given.
+    """
+    for key in keys:
+        value = vars(options)[key]
+        if value is not None and value is not False and value != []:
+            flag = f"--{key.replace('_', '-')}"
+            raise InvalidInput(f"{flag} {reason}.", hint=f"without {flag}")

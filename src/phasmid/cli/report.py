@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from phasmid.cli.figures import FIGURES_ALONE, draw_figures, list_figures
 from phasmid.cli.figures import OPTIONS as FIGURE_OPTIONS
-from phasmid.cli.options import declare
+from phasmid.cli.options import declare, refuse_given
 from phasmid.cli.output import say
 from phasmid.cli.walk import (
     REPORT_OPTIONS,
@@ -103,12 +103,10 @@ def _refuse(options: argparse.Namespace) -> None:
         )
     if len(names) > 1 and options.video is not None:
         raise InvalidInput(f"a video shows one run; {len(names)} were given.", hint="one recording")
-    for keys, needed in ((FIGURES_ALONE, options.figures is None), (FOLDER_ALONE, options.figures)):
-        for key in keys if needed else ():
-            if getattr(options, key):
-                flag = f"--{key.replace('_', '-')}"
-                what = "--figures, which is missing" if keys is FIGURES_ALONE else "a result folder"
-                raise InvalidInput(f"{flag} belongs to {what}.", hint=f"without {flag}")
+    if options.figures is None:
+        refuse_given(options, FIGURES_ALONE, "belongs to --figures, which is missing")
+    else:
+        refuse_given(options, FOLDER_ALONE, "belongs to a result folder")
 
 
 def _make_folder(path: Path, recording: Recording, options: argparse.Namespace) -> None:

@@ -175,6 +175,14 @@ def with_own_servo(scenario: Scenario, options: argparse.Namespace) -> Scenario:
     return scenario.replace(robot=with_named_servo(scenario.base_robot(), options))
 
 
+def print_idle(scenario: Scenario, options: argparse.Namespace, use: str) -> None:
+    """Print a note on each field of a scenario without effect on its use."""
+    from phasmid.scenario import idle_fields
+
+    for sentence in () if options.quiet else idle_fields(scenario, use=use):
+        say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+
+
 def _refuse_robot(source: str) -> None:
     """Refuse a robot or a gait in place of a scenario.
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from phasmid.cli.options import Number
+from phasmid.cli.options import Number, refuse_given
 from phasmid.cli.output import print_table, say
 from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput, plain
@@ -148,6 +148,8 @@ def _repeat(options: argparse.Namespace, number: int) -> int:
     from phasmid.reporting import check_folder, report
     from phasmid.studies import load_study_file, repeat_run
 
+    idle = ("workers", "max_failures", "part", "retry", "ray")
+    refuse_given(options, idle, "does nothing with --only, which makes one run")
     study, _ = load_study_file(options.file)
     folder = Path(options.out or Path("results") / study.name) / "runs" / str(number)
     check_folder(folder, force=options.force)

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from phasmid.cli.live import add_live_options, check_live, served
-from phasmid.cli.options import whole_numbers
+from phasmid.cli.options import refuse_given, whole_numbers
 from phasmid.cli.output import has_display, say
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.result_folder import log_of, result_folder
-from phasmid.cli.scenario_options import OUT, scenario_of, scenario_options
+from phasmid.cli.scenario_options import OUT, print_idle, scenario_of, scenario_options
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
@@ -46,24 +46,23 @@ OPTIONS = {
 
 def run(options: argparse.Namespace) -> int:
     """Walk, and return the exit status."""
+    if options.trajectory is None:
+        refuse_given(options, ("trajectory_unit",), "needs --trajectory")
     scenario = scenario_of(options)
     from phasmid.motion import plan
-    from phasmid.scenario import idle_fields
     from phasmid.simulation import new_run, with_time_step
 
     walk: Motion = _trajectory(options, scenario) if options.trajectory else plan(scenario)
     with_time_step(scenario, walk)
     words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
-    if not options.quiet:
-        for sentence in idle_fields(scenario):
-            say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+    print_idle(scenario, options, "a simulated walk")
     return make_run(lambda: new_run(scenario, walk), scenario, options, words)
 
 
 def _trajectory(options: argparse.Namespace, scenario: Scenario) -> Motion:
     from phasmid.motion import load_trajectory
 
-    robot, unit = scenario.load_robot(), options.trajectory_unit
+    robot, unit = scenario.load_robot(), options.trajectory_unit or "rad"
     try:
         return load_trajectory(options.trajectory, robot, unit=unit)
     except InvalidInput as error:
@@ -183,8 +182,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--trajectory-unit",
         choices=("rad", "deg"),
-        default="rad",
-        help="of its angles, if the file has none; default: rad",
+        help="unit of the trajectory's angles, if the file has none; default: rad",
     )
     add_live_options(parser)
     scenario_options(parser)
