@@ -73,74 +73,37 @@ def test_every_field_of_a_scenario_is_an_option(here, capsys):
         assert f"--{key.replace('_', '-')} " in text
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error"),
-    [
-        pytest.param(["wlak"], 'no command "wlak".\n  try  phasmid walk', id="C1"),
-        pytest.param(
-            ["walk", "--dt", "nan"], "--dt is nan; it must be a finite number.", id="C2-nan"
-        ),
-        pytest.param(
-            ["walk", "--dt", "0"], "--dt is 0 s; it must be greater than 0.", id="C2-zero"
-        ),
-        pytest.param(
-            ["walk", "--duration", "1e9"],
-            "1e+09 s at 1 ms is 1e+12 steps, with 1 s to settle; the limit is 1e+08.\n"
-            "  try  --duration 4000",
-            id="C3",
-        ),
-        pytest.param(
-            ["walk", "--dt", "0.5"],
-            "a time step of 0.5 s cannot resolve this contact; it needs 0.00231 s or less.\n"
-            "  try  --dt 0.001",
-            id="C4",
-        ),
-        pytest.param(["walk", "--legs", "1,9"], "there is no leg 9; legs are 1 to 6.", id="C8"),
-        pytest.param(
-            ["walk", "--sensor-seed", "abc"],
-            '--sensor-seed is "abc"; it must be a whole number 0 or more and 9.22337e+18 or less.',
-            id="C9",
-        ),
-        pytest.param(
-            ["walk", "--step-lenght-mm", "40"],
-            'no option "--step-lenght-mm".\n  try  --step-length-mm',
-            id="option",
-        ),
-        pytest.param(
-            ["walk", "--step-height-mm", "-30"],
-            "--step-height-mm is -30 mm; it must be 0 or more.",
-            id="G6",
-        ),
-        pytest.param(
-            ["walk", "--gait", "tripode"],
-            'no gait called "tripode".\n  try  "tripod" (known: tripod, wave, ripple, amble, '
-            "tetrapod, metachronal, firmware-ripple, firmware-tripod, firmware-wave)",
-            id="G10",
-        ),
-        pytest.param(
-            ["walk", "--drive", "sevro"],
-            '--drive is "sevro"; it must be "prescribed", "ideal-servo", "servo" or "torque".\n'
-            '  try  "servo"',
-            id="choice-misspelt",
-        ),
-        pytest.param(
-            ["walk", "--edge-x-mm", "300", "400"],
-            '--edge-x-mm takes one list; "400" stands apart.\n  try  --edge-x-mm 300,400',
-            id="list-apart",
-        ),
-        pytest.param(
-            ["walk", "papper"], 'no scenario called "papper".\n  try  "paper"', id="scenario"
-        ),
-        pytest.param(
-            ["walk", "--name", "../x"],
-            '--name is "../x"; it must be a plain name.\n'
-            "  try  --name walk, of letters, digits, and . _ - between them, 64 at most",
-            id="name",
-        ),
-    ],
-)
-def test_a_mistake_gets_a_sentence_and_status_2(here, capsys, arguments, error):
-    status, text = answered(capsys, *arguments)
+MISTAKES = {
+    "wlak": 'no command "wlak".\n  try  phasmid walk',
+    "plot a": 'no command "plot".\n  try  phasmid report --figures',
+    "demo": 'no command "demo".\n  try  phasmid walk --open',
+    "report a --list": 'no option "--list".\n  try  --list-figures',
+    "walk --step-lenght-mm 40": 'no option "--step-lenght-mm".\n  try  --step-length-mm',
+    "walk --dt nan": "--dt is nan; it must be a finite number.",
+    "walk --dt 0": "--dt is 0 s; it must be greater than 0.",
+    "walk --dt 0.5": "a time step of 0.5 s cannot resolve this contact; it needs 0.00231 s or less."
+    "\n  try  --dt 0.001",
+    "walk --duration 1e9": "1e+09 s at 1 ms is 1e+12 steps, with 1 s to settle; the limit is 1e+08."
+    "\n  try  --duration 4000",
+    "walk --legs 1,9": "there is no leg 9; legs are 1 to 6.",
+    "walk --sensor-seed abc": '--sensor-seed is "abc"; it must be a whole number 0 or more and '
+    "9.22337e+18 or less.",
+    "walk --step-height-mm -30": "--step-height-mm is -30 mm; it must be 0 or more.",
+    "walk --gait tripode": 'no gait called "tripode".\n  try  "tripod" (known: tripod, wave, '
+    "ripple, amble, tetrapod, metachronal, firmware-ripple, firmware-tripod, firmware-wave)",
+    "walk --drive sevro": '--drive is "sevro"; it must be "prescribed", "ideal-servo", "servo" or '
+    '"torque".\n  try  "servo"',
+    "walk --edge-x-mm 300 400": '--edge-x-mm takes one list; "400" stands apart.\n'
+    "  try  --edge-x-mm 300,400",
+    "walk papper": 'no scenario called "papper".\n  try  "paper"',
+    "walk --name ../x": '--name is "../x"; it must be a plain name.\n'
+    "  try  --name walk, of letters, digits, and . _ - between them, 64 at most",
+}
+
+
+@pytest.mark.parametrize(("line", "error"), MISTAKES.items())
+def test_a_mistake_gets_a_sentence_and_status_2(here, capsys, line, error):
+    status, text = answered(capsys, *line.split())
     assert text == f"phasmid: {error}\n"
     assert status == 2
     assert list(here.iterdir()) == []
@@ -161,17 +124,8 @@ def test_a_fallen_robot_is_status_3_and_its_record_is_kept(here, capsys):
     robot = load_robot("phantomx-paper")
     weak = replace(robot, servo=replace(robot.servo, stall_torque=0.2))
     (here / "weak.toml").write_text(robot_to_toml(weak), encoding="utf-8")
-    arguments = [
-        "walk",
-        "--robot",
-        "weak.toml",
-        "--drive",
-        "ideal-servo",
-        "--no-figures",
-        "--out",
-        "fell",
-    ]
-    status, text = answered(capsys, *arguments)
+    arguments = ["walk", "--robot", "weak.toml", "--drive", "ideal-servo", "--no-figures"]
+    status, text = answered(capsys, *arguments, "--out", "fell")
     assert status == 3
     assert text.startswith("phasmid: The robot fell at ")
     assert load_recording(here / "fell/recording.nc").attrs["ending"] == "FELL"

@@ -5,17 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from phasmid.advice import Advice, advise
+from phasmid.advice.advice import MEASURED, MINUTES, USABLE, WARM_UP
 from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import SCENARIO, print_idle, scenario_of, scenario_options
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
 from phasmid.robot.servo_words import servo_label
-
-if TYPE_CHECKING:
-    from phasmid.advice import Advice
 
 OPTIONS = {
     "--speed-mm-s MM/S": Number("forward speed; default: by the period", 0.1, 10_000),
@@ -33,8 +31,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the advice, and return the exit status: 2 where the servos do not hold."""
-    from phasmid.advice import advise
-
     figure = None if options.out is None else Path(options.out)
     if figure is not None:
         check_figure_path("--out", figure, force=options.force)
@@ -61,7 +57,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print(advice: Advice) -> None:
-    from phasmid.advice.advice import MEASURED, MINUTES, WARM_UP
 
     scenario, verdict, load = advice.scenario, advice.verdict, advice.load
     air = scenario.servo.ambient_temperature
@@ -100,8 +95,6 @@ def _print(advice: Advice) -> None:
 
 def _print_supply(advice: Advice) -> None:
     """Print the warmest servo, current and battery time."""
-    from phasmid.advice.advice import USABLE
-
     hour, load = advice.temperature(60.0), advice.load
     if hour is None or load.supply_current is None or load.peak_supply_current is None:
         say("\nheat, current and battery time are unknown: the servo has no stall current.")

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from phasmid.cli.bus_calibrate import POSES, calibrate
 from phasmid.cli.options import Number, refuse_given
@@ -19,14 +18,24 @@ from phasmid.cli.output import print_table, say
 from phasmid.cli.progress import progress_bar
 from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.formats import load_robot
+from phasmid.hardware import (
+    Bus,
+    Emulator,
+    Model,
+    ServoCalibration,
+    default_calibration,
+    load_calibration,
+    make_servos,
+    models,
+    save_calibration,
+)
+from phasmid.hardware.bus import BAUDS, MOST_LATENCY, latency_advice
+from phasmid.hardware.rates import achievable_rate
 from phasmid.recording.file import check_new_file
 from phasmid.robot import Robot
 from phasmid.robot.file import servo_names
 from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import load_scenario
-
-if TYPE_CHECKING:
-    from phasmid.hardware import Bus, Emulator, Model, ServoCalibration
 
 ACTIONS = ("scan", "monitor", "calibrate", "emulate")
 
@@ -137,8 +146,6 @@ def _ids(text: str | None) -> list[int] | None:
 
 def _scan(options: argparse.Namespace) -> int:
     """List the servos of a port; status 1 where there are none."""
-    from phasmid.hardware.bus import BAUDS
-
     bauds = (options.baud,) if options.baud else BAUDS
     protocols = (options.protocol,) if options.protocol else (1, 2)
     rows, ids = [["id", "model", "baud", "protocol", "return delay"]], _ids(options.ids)
@@ -175,17 +182,12 @@ def _described(bus: Bus, id_: int, found: Model | int, baud: int, protocol: int)
 
 def _opened(options: argparse.Namespace, baud: int, protocol: int) -> Bus:
     """Open the port of the options."""
-    from phasmid.hardware import Bus
-
     latency = options.latency_ms
     return Bus(options.port, baud, protocol, latency=None if latency is None else latency / 1000)
 
 
 def _advice(bus: Bus, id_: int) -> str:
     """Return the measured latency and the rate that it allows, and a remedy where it is long."""
-    from phasmid.hardware.bus import MOST_LATENCY, latency_advice
-    from phasmid.hardware.rates import achievable_rate
-
     latency, count = bus.measure_latency(id_), len(bus.models)
     table = bus.models[id_]
     rate = achievable_rate(
@@ -267,8 +269,6 @@ def _states(bus: Bus) -> list[list[str]]:
 
 def _calibrate(options: argparse.Namespace) -> int:
     """Guide the user through a calibration, and write it."""
-    from phasmid.hardware import models, save_calibration
-
     if not options.robot:
         raise InvalidInput("phasmid bus calibrate needs a robot.", hint="--robot phantomx-ax")
     if options.pose not in (None, *POSES):
@@ -324,8 +324,6 @@ def _emulate(options: argparse.Namespace) -> int:
 
 def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[str]]]:
     """Return the emulator of the options, and a table of a robot's servos."""
-    from phasmid.hardware import Emulator, make_servos
-
     baud, rows, plant = options.baud or 1_000_000, [], None
     if options.robot:
         from phasmid.hardware.plant import SimulatedRobot
@@ -371,8 +369,6 @@ def bus_servo(robot: Robot, source: str) -> Model:
     Raises:
         InvalidInput: They have no bus, or one that phasmid does not know.
     """
-    from phasmid.hardware import models
-
     if robot.servo.name not in models():
         raise InvalidInput(
             f"the {servo_words(robot.servo.name)} of {robot.name} has no bus that phasmid knows; "
@@ -384,8 +380,6 @@ def bus_servo(robot: Robot, source: str) -> Model:
 
 def _calibration(options: argparse.Namespace, robot: Robot) -> list[ServoCalibration]:
     """Return the calibration of the options: the file's, or the default one."""
-    from phasmid.hardware import default_calibration, load_calibration
-
     if not options.calibration:
         servo = options.model or bus_servo(robot, options.robot)
         return default_calibration(robot, servo, _robot_ids(options, robot))

@@ -15,10 +15,10 @@ from jaxtyping import Float
 
 from phasmid.cli.output import print_table, say
 from phasmid.errors import InvalidInput, plain
+from phasmid.hardware import Bus, ServoCalibration
 from phasmid.robot import JOINTS, Robot
 
 if TYPE_CHECKING:
-    from phasmid.hardware import Bus, ServoCalibration
     from phasmid.hardware.calibrator import Calibrator, Sweep
 
 POSES = {

@@ -7,22 +7,20 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from phasmid.cli.figures import run_name, write_figure
 from phasmid.cli.output import print_table, say
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.report import print_damage
 from phasmid.cli.scenario_options import with_own_servo
+from phasmid.comparison import Comparison, Quantity, compare
+from phasmid.comparison.fit import REPLAYS
 from phasmid.errors import InvalidInput, plain
 from phasmid.formats import load_robot
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file, write_whole
 from phasmid.robot.servo_words import servo_label
 from phasmid.scenario import Scenario, load_scenario, recorded_scenario
-
-if TYPE_CHECKING:
-    from phasmid.comparison import Comparison, Quantity
 
 SHOWN = {
     "s": ("ms", 1e3),
@@ -37,9 +35,6 @@ SHOWN = {
 
 def compare_log(options: argparse.Namespace) -> int:
     """Compare a log with the replay of its joint targets, and return the exit status."""
-    from phasmid.comparison import compare
-    from phasmid.comparison.fit import REPLAYS
-
     if len(options.logs) > 1:
         raise InvalidInput(f"--compare takes one log; {len(options.logs)} were given.")
     path = Path(options.logs[0])

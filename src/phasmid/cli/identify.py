@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -14,17 +14,27 @@ from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number, declare, refuse_given
 from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import add_servo_option, with_named_servo
+from phasmid.comparison.log import log_of_recording, read_csv_log
 from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.formats import load_robot
+from phasmid.identification import (
+    MODELS,
+    BenchLog,
+    Determined,
+    Identification,
+    LegLog,
+    Pendulum,
+    identify,
+)
+from phasmid.identification.bam import save_bam
+from phasmid.identification.log_file import load_bench_log
+from phasmid.identification.parameters import PARAMETERS, table_slope
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file, write_whole
 from phasmid.robot import Robot, load_servo
 from phasmid.robot.file import servo_table
 
-if TYPE_CHECKING:
-    from phasmid.identification import BenchLog, Identification, LegLog
-
-BENCH = {
+BENCH: dict[str, str | tuple[str, str] | Number] = {
     "--mass-g G": "mass of the weight; several with commas between, one for each log",
     "--length-mm MM": "from the axis to the weight's centre; one or one for each log",
     "--arm-mass-g G": "mass of the arm, a rod of that length; default: 0",
@@ -77,9 +87,8 @@ def run(options: argparse.Namespace) -> int:
     _refuse(options)
     if options.compare:
         return compare_log(options)
-    from phasmid.identification import MODELS, Determined, identify
 
-    model = options.model or "own"
+    model: Any = options.model or "own"
     if model not in MODELS:
         guess = nearest(model, MODELS)
         hint = f'"{guess}"' if guess else f"one of {', '.join(MODELS)}"
@@ -134,9 +143,6 @@ def _robot(options: argparse.Namespace) -> Robot | None:
 
 def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list[LegLog]:
     """Read the logs of a robot, one of each leg, with their supply."""
-    from phasmid.comparison.log import log_of_recording, read_csv_log
-    from phasmid.identification import LegLog
-
     known = [leg.name for leg in robot.legs]
     chosen = options.leg.split(",") if options.leg else known[:1]
     for name in chosen:
@@ -175,9 +181,6 @@ def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list
 
 def _bench_logs(options: argparse.Namespace, voltage: float) -> list[BenchLog]:
     """Read the logs of a bench, each with its load and supply."""
-    from phasmid.identification import Pendulum
-    from phasmid.identification.log_file import load_bench_log
-
     paths = options.logs
     for flag in ("mass_g", "length_mm"):
         if vars(options)[flag] is None:
@@ -227,8 +230,6 @@ def _numbers(flag: str, text: str, count: int) -> list[float]:
 
 def _print(found: Identification) -> None:
     """Print values, intervals, trade-offs and the error."""
-    from phasmid.identification.parameters import PARAMETERS
-
     logs = found.logs
     seconds = sum(float(log.time[-1] - log.time[0]) for log in logs)
     say(
@@ -315,8 +316,6 @@ def _print_trade_offs(found: Identification) -> None:
 def _write(found: Identification, options: argparse.Namespace) -> None:
     """Write the files of the options."""
     if options.out is not None:
-        from phasmid.identification.parameters import table_slope
-
         slope = found.all_values.get("compliance_slope")
         if slope is not None and abs(table_slope(slope) / slope - 1) > SLOPE_ERROR:
             say(
@@ -327,8 +326,6 @@ def _write(found: Identification, options: argparse.Namespace) -> None:
         write_whole(Path(options.out), ("\n".join(servo_table(found.identified)) + "\n").encode())
         say(f"Written to {plain(options.out)}: a table for a robot file")
     if options.bam is not None:
-        from phasmid.identification.bam import save_bam
-
         save_bam(found.bam, options.bam)
         say(f"Written to {plain(options.bam)}")
     if options.figure is not None:

@@ -158,11 +158,10 @@ def scenario_as_named(options: argparse.Namespace, default: str | None = "paper"
     from phasmid.scenario import Scenario, load_scenario
 
     source, robot = options.scenario, given_fields(options).get("robot")
-    if source is None and default is None:
-        scenario = Scenario()
-    else:
-        _refuse_robot(source or "")
-        scenario = load_scenario(source or default)
+    if source is not None:
+        _refuse_robot(source)
+    name = default if source is None else source
+    scenario = Scenario() if name is None else load_scenario(name)
     if source is None and robot is not None:
         scenario = scenario.for_robot(robot)
     return with_fields(scenario, options, source or "")

@@ -9,7 +9,7 @@ import sys
 import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from phasmid.cli.live import add_live_options, check_live, served
 from phasmid.cli.options import refuse_given, whole_numbers
@@ -62,7 +62,8 @@ def run(options: argparse.Namespace) -> int:
 def _trajectory(options: argparse.Namespace, scenario: Scenario) -> Motion:
     from phasmid.motion import load_trajectory
 
-    robot, unit = scenario.load_robot(), options.trajectory_unit or "rad"
+    robot = scenario.load_robot()
+    unit: Literal["rad", "deg"] = options.trajectory_unit or "rad"
     try:
         return load_trajectory(options.trajectory, robot, unit=unit)
     except InvalidInput as error:
