@@ -17,7 +17,7 @@ from phasmid.cli import main
 from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, load_recording, save_recording
 from phasmid.robot import load_robot, robot_to_toml
-from phasmid.scenario import load_scenario, option_keys
+from phasmid.scenario import load_scenario
 from phasmid.simulation import Run, new_run
 from support.hostile import UNSEEN, hostile_files
 
@@ -63,14 +63,6 @@ def test_the_folder_of_a_walk_walks_again_to_the_same_bits(here):
     assert main(["walk", "a/scenario.toml", "--out", "b", "--no-figures", "--quiet"]) == 0
     a, b = (load_recording(here / name / "recording.nc") for name in "ab")
     assert a.equals(b)
-
-
-def test_every_field_of_a_scenario_is_an_option(here, capsys):
-    with pytest.raises(SystemExit):
-        main(["walk", "--help"])
-    text = capsys.readouterr().out
-    for key in option_keys():
-        assert f"--{key.replace('_', '-')} " in text
 
 
 MISTAKES = {

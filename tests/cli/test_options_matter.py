@@ -12,8 +12,8 @@ import pytest
 
 import phasmid
 from phasmid import cli
-from phasmid.cli import main
-from phasmid.cli.parser import COMMANDS, build_parser
+from phasmid.cli import main, scenario_options
+from phasmid.cli.parser import COMMANDS, build_parser, flags
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.experiment import Command
 from phasmid.formats import firmware_header
@@ -191,3 +191,9 @@ def test_every_option_of_a_command_is_read(command):
     for action in actions:
         if not action.dest.startswith("field:") and action.dest != "help":
             assert re.search(rf"options\.{action.dest}\b|[\"']{action.dest}[\"']", source)
+
+
+@pytest.mark.parametrize("command", scenario_options.COMMANDS)
+def test_commands_of_a_scenario_have_the_same_options(command):
+    names = {f"--{key.replace('_', '-')}" for key in option_keys()}
+    assert names | {"--servo", "--strict"} <= set(flags(build_parser(command)))

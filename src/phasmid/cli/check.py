@@ -176,14 +176,9 @@ def _plain_walk(scenario: Scenario, options: argparse.Namespace) -> list[Finding
     return []
 
 
-def _print_verdict(verdict: ServoVerdict | None) -> None:
-    for line in () if verdict is None else verdict.lines:
-        say(f"  servos: {plain(line)}")
-
-
-def _print_sources(servo: Servo) -> None:
-    """Print which of a servo's numbers are of its data sheet, identified, or assumed."""
-    for line in servo.source_lines:
+def _print_servos(verdict: ServoVerdict | None, servo: Servo) -> None:
+    """Print the verdict, and which of the servo's numbers are known, identified or assumed."""
+    for line in (*(verdict.lines if verdict else ()), *servo.source_lines):
         say(f"  servos: {plain(line)}")
 
 
@@ -198,8 +193,7 @@ def _print_robot(
         f"({plain_number(servo.stall_torque, 3)} N·m, "
         f"{plain_number(servo.no_load_speed, 3)} rad/s)"
     )
-    _print_verdict(verdict)
-    _print_sources(servo)
+    _print_servos(verdict, servo)
     centre = np.round(1000 * body.box_centre, 2)
     about = f" about ({_listed(centre)}) mm" if centre.any() else ""
     say(f"  body {1000 * body.mass:.1f} g, {_listed(1000 * body.size, ' × ')} mm{about}")
@@ -300,8 +294,7 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
             f"{scenario.duration:g} s, {len(walk.time)} samples"
         )
         if not has_robot:
-            _print_verdict(verdict)
-            _print_sources(walk.robot.servo)
+            _print_servos(verdict, walk.robot.servo)
         speed = float(np.abs(walk.qd).max())
         limit, supply = fastest(scenario, walk.robot.servo)
         way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -177,10 +178,5 @@ def _refuse_fields(options: argparse.Namespace, what: str, used: Collection[str]
 def _beside(given: Path) -> Path:
     """Return a .csv beside a recording, or beside its result folder."""
     whole = given.resolve()
-    folder = whole if whole.is_dir() else whole.parent if whole.name == "recording.nc" else None
-    if folder is None:
-        return given.with_name(f"{given.stem}.csv")
-    above = given.parent if given.is_dir() else given.parent.parent
-    if given.name in ("", ".", "..") or above.resolve() != folder.parent:
-        above = folder.parent
-    return above / f"{run_name(given)}.csv"
+    folder = whole.parent if whole.name == "recording.nc" else whole
+    return Path(os.path.relpath(folder.with_name(f"{run_name(given)}.csv")))

@@ -315,6 +315,7 @@ def _print_trade_offs(found: Identification) -> None:
 
 def _write(found: Identification, options: argparse.Namespace) -> None:
     """Write the files of the options."""
+    files: list[str] = []
     if options.out is not None:
         slope = found.all_values.get("compliance_slope")
         if slope is not None and abs(table_slope(slope) / slope - 1) > SLOPE_ERROR:
@@ -322,14 +323,15 @@ def _write(found: Identification, options: argparse.Namespace) -> None:
                 f"The servo's compliance slope is a power of two: {table_slope(slope):g} instead "
                 f"of {slope:.3g} in the table. Read it from the servo, and fit with --fix."
             )
-
         write_whole(Path(options.out), ("\n".join(servo_table(found.identified)) + "\n").encode())
-        say(f"Written to {plain(options.out)}: a table for a robot file")
+        files.append(f"{options.out}, a table for a robot file")
     if options.bam is not None:
         save_bam(found.bam, options.bam)
-        say(f"Written to {plain(options.bam)}")
+        files.append(options.bam)
     if options.figure is not None:
         from phasmid.identification.figure import identification_figure
 
         write_figure(identification_figure(found), [Path(options.figure)])
-        say(f"Written to {plain(options.figure)}")
+        files.append(options.figure)
+    for file in () if options.quiet else files:
+        say(f"Written to {plain(file)}")

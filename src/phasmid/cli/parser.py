@@ -152,20 +152,11 @@ class _Version(argparse.Action):
         sys.exit(0)
 
 
-def flags(parser: argparse.ArgumentParser) -> Iterator[str]:
-    """Yield all options of a parser and of its commands."""
+def flags(parser: argparse.ArgumentParser, *, switches: bool = False) -> Iterator[str]:
+    """Yield all options of a parser and of its commands; or those alone that take no value."""
     for action in parser._actions:
-        yield from action.option_strings
-        if isinstance(action, argparse._SubParsersAction):
-            for inner in action.choices.values():
-                yield from flags(inner)
-
-
-def switches(parser: argparse.ArgumentParser) -> Iterator[str]:
-    """Yield those options of a parser and of its commands that take no value."""
-    for action in parser._actions:
-        if action.nargs == 0:
+        if action.nargs == 0 or not switches:
             yield from action.option_strings
         if isinstance(action, argparse._SubParsersAction):
             for inner in action.choices.values():
-                yield from switches(inner)
+                yield from flags(inner, switches=switches)

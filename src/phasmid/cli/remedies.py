@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-from phasmid.cli.parser import COMMANDS, build_parser, flags, switches
+from phasmid.cli.parser import COMMANDS, build_parser, flags
 
 SETTING = re.compile(
     r'(?<![\w."\]-])([a-z][a-z0-9_]*) = '
@@ -44,7 +44,7 @@ def typed(hint: str, arguments: Sequence[str], where: str = "") -> str:
     from phasmid.scenario import option_keys
 
     parser = build_parser(next((one for one in arguments if one in COMMANDS), None))
-    known, alone, keys = set(flags(parser)), set(switches(parser)), option_keys()
+    known, alone, keys = set(flags(parser)), set(flags(parser, switches=True)), option_keys()
     source = next(filter(ROBOT_FILE.fullmatch, arguments), "")
     file = any(map(TOML_FILE.search, (where, *arguments)))
     is_untypable = False
