@@ -85,17 +85,14 @@ def refused(capsys, command, name):
 
 @pytest.mark.parametrize("command", READERS)
 def test_files_that_another_program_must_turn_into_a_robot_are_told(here, capsys, command):
-    for name, kind, hint in (
-        ("mine.xacro", "a xacro template", "xacro mine.xacro > mine.urdf"),
-        ("mine.urdf.xacro", "a xacro template", "xacro mine.urdf.xacro > mine.urdf"),
-        ("mine.sdf", "an SDF file", "convert it to URDF or MJCF"),
-        ("mine.USDZ", "a USD file", "export it as URDF with Isaac Sim's"),
-        ("mine.wbt", "a file of Webots", "save the text that robot.getUrdf() returns"),
-        ("mine.ttm", "a file of CoppeliaSim", "export the robot there with simURDF.export"),
-        ("mine.stl", "a mesh, which has no joints", "a URDF or MJCF file that names"),
-        ("mine.f3d", "a file of a CAD program", "export it as STEP"),
-        ("mine.yaml", "a YAML file", "phasmid export --robot phantomx-ax --out robot.toml"),
-        ("mine.zip", "an archive", "unpack it"),
+    for name, hint in (
+        ("mine.xacro", "xacro mine.xacro > mine.urdf"),
+        ("mine.urdf.xacro", "xacro mine.urdf.xacro > mine.urdf"),
+        ("mine.USDZ", "export the robot as URDF or MJCF"),
+        ("mine.stl", "a URDF or MJCF file that names"),
+        ("mine.f3d", "export it as STEP"),
+        ("mine.yaml", "phasmid export --robot phantomx-ax --out robot.toml"),
+        ("mine.zip", "unpack it"),
     ):
         # The ending is enough: most of these files are no text.
         Path(name).write_bytes(b"# \x00")

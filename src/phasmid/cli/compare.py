@@ -13,10 +13,10 @@ from phasmid.cli.output import print_table, say
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.report import print_damage
 from phasmid.cli.scenario_options import with_own_servo
-from phasmid.comparison import Comparison, Quantity, compare
-from phasmid.comparison.fit import REPLAYS
 from phasmid.errors import InvalidInput, plain
 from phasmid.formats import load_robot
+from phasmid.identification import Comparison, Quantity, compare
+from phasmid.identification.replay_fit import REPLAYS
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file, write_whole
 from phasmid.robot.servo_words import servo_label

@@ -25,6 +25,7 @@ from phasmid.cli.scenario_options import (
 from phasmid.errors import InvalidInput, plain
 from phasmid.formats import firmware_header, import_robot, possible, save_robot
 from phasmid.formats.robots import write_files
+from phasmid.motion import plan
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file
 from phasmid.scenario import option_keys
@@ -129,7 +130,7 @@ def _robot(options: argparse.Namespace) -> int:
 
 def _solids(robot: Any, folder: Path, *, force: bool) -> dict[str, str]:
     """Write the solids and meshes of a robot into a folder; return the files with a description."""
-    from phasmid.cad.library import build123d
+    from phasmid.formats.solids.assembly import build123d
     from phasmid.formats.step_out import cad_files
 
     build123d()
@@ -146,7 +147,7 @@ def _firmware(options: argparse.Namespace) -> int:
     print_idle(scenario, options, "a C header")
     own = [] if options.scenario is None else [options.scenario]
     words = ["phasmid", "export", *own, *field_arguments(options), "--out", path.name]
-    header = firmware_header(scenario, command=shlex.join(words))
+    header = firmware_header(plan(scenario), command=shlex.join(words))
     write_files({path: header.encode()}, force=options.force)
     if not options.quiet:
         robot = scenario.load_robot()

@@ -14,7 +14,6 @@ from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number, declare, refuse_given
 from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import add_servo_option, with_named_servo
-from phasmid.comparison.log import log_of_recording, read_csv_log
 from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.formats import load_robot
 from phasmid.identification import (
@@ -29,6 +28,7 @@ from phasmid.identification import (
 from phasmid.identification.bam import save_bam
 from phasmid.identification.log_file import load_bench_log
 from phasmid.identification.parameters import PARAMETERS, table_slope
+from phasmid.identification.robot_log import log_of_recording, read_csv_log
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file, write_whole
 from phasmid.robot import Robot, load_servo

@@ -161,7 +161,7 @@ def scenario_as_named(options: argparse.Namespace, default: str | None = "paper"
     if source is not None:
         _refuse_robot(source)
     name = default if source is None else source
-    scenario = Scenario() if name is None else load_scenario(name)
+    scenario = Scenario() if name is None else load_scenario(name, read_robot=False)
     if source is None and robot is not None:
         scenario = scenario.for_robot(robot)
     return with_fields(scenario, options, source or "")

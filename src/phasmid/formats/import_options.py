@@ -29,13 +29,14 @@ class ImportOptions(Table):
         foot: Where the feet are: a link's name or its ending, or x,y,z in metres in the frame of
             each leg's last link; or one place for each leg, as 1-3=0,0,-0.13; 4-6=0,0,0.13;
             empty: found in the tree, or else at the end of the last mesh.
-        masses: as-given; or geometry, which spreads each link's mass over its box.
-        total_mass: What the robot weighs on a scale [kg]; all masses are scaled to it.
-        servo_model: Name of the servo; empty: efforts and speeds of the file.
+        masses: as-given; or geometry, which distributes each link's mass over its box.
+        total_mass: Measured mass of the robot [kg]; all masses are scaled to it.
+        servo_model: Servo of the catalogue at the file's joints; empty: torques and speeds of the
+            file.
         package: Folders that package:// names, such as my_robot=../my_robot; commas between.
         forward: Axis of the file's trunk that points forward (x, y, -x or -y).
-        joint_limit: Largest angle to either side of joints whose limits the file leaves out, gives
-            as 0 to 0 or as a turn or more [rad]; absent: half a turn.
+        joint_limit: Largest angle to either side of joints for which the file has no limits, 0 to
+            0, or a turn or more [rad]; absent: half a turn.
         mesh_unit: Unit of the mesh files (as-given, m or mm).
     """
 

@@ -1,8 +1,4 @@
-"""Explanation of a foot position: what keeps a leg from it, and the nearest one in reach.
-
-`phasmid.motion` explains postures and walks with it, the command ``phasmid check`` prints it,
-and the studio's leg bench shows its sentence.
-"""
+"""Explanation of a foot position: what keeps a leg from it, and the nearest one in reach."""
 
 from __future__ import annotations
 

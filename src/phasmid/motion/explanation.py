@@ -1,7 +1,4 @@
-"""Explanation of postures and walks: the legs and joints that forbid them, and the largest share.
-
-The command ``phasmid check`` prints it.
-"""
+"""Explanation of postures and walks: what forbids them, and the largest share."""
 
 from __future__ import annotations
 

@@ -16,22 +16,11 @@ _ENDINGS = {
         "a URDF or MJCF file that names its meshes"
     ),
     ".f3d .f3z .fcstd .sldasm .sldprt .ipt .iam .catpart .catproduct .prt .asm .x_t .x_b .3dm "
-    ".iges .igs .dwg .dxf .scad": (
-        "a file of a CAD program",
-        "export it as STEP, and put the table of docs/cad.md beside it",
+    ".iges .igs .dwg .dxf .scad": "export it as STEP, and put the table of docs/cad.md beside it",
+    ".json .yaml .yml": (
+        "phasmid export --robot phantomx-ax --out robot.toml, which shows the keys"
     ),
-    ".json": (
-        "a JSON file",
-        "phasmid export --robot phantomx-ax --out robot.toml, which shows the keys",
-    ),
-    ".yaml .yml": (
-        "a YAML file",
-        "phasmid export --robot phantomx-ax --out robot.toml, which shows the keys",
-    ),
-    ".zip .tar .gz .tgz .bz2 .xz .7z .rar": (
-        "an archive",
-        "unpack it, and use the .urdf or .xml file of the robot",
-    ),
+    ".zip .tar .gz .tgz .bz2 .xz .7z .rar": "unpack it, and use the robot file inside",
 }
 
 UNREAD = {ending: hint for endings, hint in _ENDINGS.items() for ending in endings.split()}

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import PhasmidError
+from phasmid.extras import install_hint
 from phasmid.robot import JOINTS, Part
 from phasmid.robot.inertial import Inertial, merged
 
@@ -190,5 +191,5 @@ def check_installed() -> None:
     if find_spec("OCP") is None or find_spec("build123d") is None:
         raise PhasmidError(
             "solids and STEP files need build123d, which is not installed.",
-            hint='pip install "phasmid[cad]"',
+            hint=install_hint("cad"),
         )
