@@ -56,6 +56,12 @@ class BodyMotion:
         position: Float[np.ndarray, "*#batch 3"] | None = None,
         rotation: Float[np.ndarray, "*#batch 3 3"] | None = None,
     ) -> BodyMotion:
-        """Motion of a trunk at rest, by default at the origin, level and facing x."""
+        """Motion of a trunk at rest.
+
+        Args:
+            position: Origin of the body frame in the world [m], shape (..., 3); (0, 0, 0) by
+                default.
+            rotation: ``R_world_body``, shape (..., 3, 3); level and facing x by default.
+        """
         position = np.zeros(3) if position is None else position
         return cls(position, np.eye(3) if rotation is None else rotation, *[np.zeros(3)] * 4)

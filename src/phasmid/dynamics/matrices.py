@@ -40,6 +40,10 @@ def moments_about_origin(
         com: Centres of mass in the bodies' frames [m], shape (..., 3).
         inertia: About the centres of mass [kg·m²], shape (..., 3, 3).
 
+    Returns:
+        Mass times centre of mass [kg·m], shape (..., 3), and the inertia about the origin
+        [kg·m²], shape (..., 3, 3).
+
     Source: the parallel axis theorem.
     """
     first = mass[..., None] * com
@@ -48,7 +52,12 @@ def moments_about_origin(
 
 
 def hip_gravity(leg: Leg | LegArrays, gravity: float) -> Float[np.ndarray, "*legs 3"]:
-    """Return the acceleration that holds a body against gravity [m/s²], in hip axes."""
+    """Return the acceleration that holds a body against gravity on a level trunk, in hip axes.
+
+    Args:
+        leg: The leg, or a robot's ``arrays``.
+        gravity: Acceleration of free fall, downwards along the body's z [m/s²].
+    """
     up = leg.R_body_hip[..., 2, :] if isinstance(leg, LegArrays) else leg.X_body_hip[2, :3]
     return np.asarray(gravity * up)
 

@@ -61,8 +61,11 @@ def half_spaces(
 ) -> Rows:
     """Return half spaces that touch the cones along tangential directions, foot by foot.
 
-    The directions are those of all feet, shape (p, 2), or of each foot, shape (N, k, p, 2); other
-    arguments as of `cheapest_points`.
+    Args:
+        directions: Of all feet, shape (p, 2), or of each foot, shape (N, k, p, 2).
+        force: As of `cheapest_points`.
+        U: As of `cheapest_points`.
+        friction: As of `cheapest_points`.
     """
     normals = np.empty((*friction.shape, directions.shape[-2], 3))
     normals[..., 0], normals[..., 1:] = -friction[..., None], directions

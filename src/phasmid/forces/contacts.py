@@ -17,7 +17,10 @@ def contact_points(
 ) -> Float[np.ndarray, "*batch legs 3"]:
     """Return the points at which feet touch the ground: below the centre of a ball, or the feet.
 
-    Feet [m] and outward unit normals are in the same axes.
+    Args:
+        robot: The robot, L legs.
+        feet: Feet in any axes [m], shape (..., L, 3).
+        normals: Outward unit normals of the ground in these axes, shape (..., L, 3) or (3,).
     """
     return feet - robot.foot_radius * normals if robot.foot_radius else feet
 

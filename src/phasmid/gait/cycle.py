@@ -93,7 +93,12 @@ class Sway(NamedTuple):
     def removed_from(
         self, position: Float[np.ndarray, "time axes"], yaw: Float[np.ndarray, " time"]
     ) -> Float[np.ndarray, "time 2"]:
-        """Return the path of a body, x and y first [m], of a heading [rad] without its sway [m]."""
+        """Return the path of a body without its sway [m], shape (N, 2).
+
+        Args:
+            position: The body in the world, x and y first [m], shape (N, 2) or (N, 3).
+            yaw: Its heading [rad], shape (N,).
+        """
         (ahead, left), c, s = self.way.T, np.cos(yaw), np.sin(yaw)
         return position[:, :2] - np.stack([c * ahead - s * left, s * ahead + c * left], axis=-1)
 

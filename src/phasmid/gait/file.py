@@ -46,7 +46,14 @@ def is_gait_file(source: object) -> bool:
 
 
 def read_gait(path: Path) -> tuple[Gait, tuple[str, ...]]:
-    """Read a gait file, and the names of the legs in its order; none where the file has none.
+    """Read a gait file.
+
+    Args:
+        path: A ``.toml`` file.
+
+    Returns:
+        The gait, its offsets in the order of the file, and the names of the legs in that order;
+        no names where the file has none.
 
     Raises:
         InvalidInput: It is absent, too large, or not well formed.
@@ -69,7 +76,11 @@ def read_gait(path: Path) -> tuple[Gait, tuple[str, ...]]:
 
 
 def offsets_in_order(by_leg: Mapping[str, float], names: Sequence[str]) -> tuple[float, ...]:
-    """Return offsets by the names of legs in the order of a robot's legs.
+    """Return offsets in the order of a robot's legs.
+
+    Args:
+        by_leg: Offsets by the names of the legs.
+        names: Names of the robot's legs in order.
 
     Raises:
         InvalidGait: A leg has no offset, or an offset no leg.

@@ -106,9 +106,13 @@ class Gait:
         return phases[np.concatenate([[True], np.diff(phases) > PHASE_TOLERANCE])]
 
     def leg_phase(self, phase: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch legs"]:
-        """Return each leg's phase in [0, 1): 0 at lift-off, 1 - duty factor at touchdown.
+        """Return each leg's phase: 0 at lift-off, 1 - duty factor at touchdown.
 
-        Whole numbers of the phase are full cycles. Shape (..., L).
+        Args:
+            phase: Phase of the cycle; whole numbers are full cycles.
+
+        Returns:
+            Phase in [0, 1), shape (..., L).
         """
         own = (np.asarray(phase, dtype=float)[..., None] - self.offsets) % 1.0
         own[own > 1 - PHASE_TOLERANCE] = 0.0
@@ -120,6 +124,11 @@ class Gait:
 
 
 def gait_diagram(gait: Gait, columns: int = COLUMNS) -> tuple[str, ...]:
-    """Return one line of characters per leg, a cycle from left to right."""
+    """Return one line per leg, a cycle from left to right.
+
+    Args:
+        gait: The gait.
+        columns: Characters of a line.
+    """
     stance = gait.stance((np.arange(columns) + 0.5) / columns)
     return tuple("".join(STANDS if stands else LIFTED for stands in leg) for leg in stance.T)

@@ -66,8 +66,12 @@ def _around(count: int, in_air: int) -> list[int]:
 def alternating_gait(leg_count: int, name: str = "alternating") -> Gait:
     """Return the gait with every other leg in the air: the tripod of six legs.
 
+    Args:
+        leg_count: Even number of legs, in order around the body.
+        name: Of the gait.
+
     Raises:
-        InvalidGait: Fewer than three feet would stand, or the number of legs is odd.
+        InvalidGait: Fewer than three feet would stand, or the number is odd.
     """
     if leg_count % 2:
         raise InvalidGait(f"leg_count is {leg_count}; every other leg is half of an even number.")
@@ -123,7 +127,10 @@ def gaits_of(leg_count: int) -> Mapping[str, Gait]:
 
 
 def default_gait(leg_count: int) -> Gait:
-    """Return the gait of a number of legs where none is named: the first of `gaits_of`.
+    """Return the gait of a robot where none is named: the first of `gaits_of`.
+
+    Args:
+        leg_count: Number of the robot's legs.
 
     Raises:
         InvalidGait: There is none for that number of legs.
@@ -140,10 +147,14 @@ GAIT_NAMES = (*(HEXAPOD_GAITS | QUADRUPED_GAITS | OCTOPOD_GAITS), "alternating")
 
 
 def check_gait_name(name: str, leg_count: int) -> None:
-    """Refuse a name that no gait has; the hint is the nearest one for a number of legs.
+    """Refuse a name that no gait has for any number of legs.
+
+    Args:
+        name: The name.
+        leg_count: Number of the robot's legs, whose gaits are proposed.
 
     Raises:
-        InvalidGait: There is no such gait.
+        InvalidGait: There is no such gait; the hint is the nearest name.
     """
     if name not in GAIT_NAMES:
         raise InvalidGait(f'no gait called "{name}".', hint=_known_gaits(name, leg_count))

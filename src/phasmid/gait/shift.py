@@ -27,13 +27,13 @@ def best_place(
     is inside all polygons, it minimises the largest distance outside.
 
     Args:
-        feet: Horizontal positions of the feet [m].
-        stance: Feet that stand.
-        centre_of_mass: Horizontal position, in the same axes [m].
+        feet: Horizontal positions of the feet [m], shape (N, L, 2).
+        stance: Feet that stand, shape (N, L).
+        centre_of_mass: Horizontal position, in the same axes [m], shape (N, 2).
         farthest: Largest shift in either axis [m].
 
     Returns:
-        The smallest of the best shifts [m]; zero where no sample has a polygon.
+        The smallest of the best shifts [m], shape (2,); zero where no sample has a polygon.
     """
     # Lazy import: numba takes 0.6 s.
     from phasmid.gait.support_kernels import sample_edges

@@ -45,7 +45,11 @@ def support_margin(
 
 
 def shortfall(margin: float) -> str:
-    """Return a clause on a support margin that is negative, or minus infinity without a polygon."""
+    """Return a clause on an insufficient support margin.
+
+    Args:
+        margin: Negative, or minus infinity where the feet span no polygon [m].
+    """
     if math.isinf(margin):
         return f"fewer than {FEWEST_FEET} feet stand, or they stand in a line"
     outside = plain_number(-1000 * margin, 3)

@@ -84,7 +84,14 @@ def polygon_margin(edges: np.ndarray, count: int, x: float, y: float) -> float:
 def sample_edges(
     feet: np.ndarray, standing: np.ndarray, edges: np.ndarray, counts: np.ndarray
 ) -> None:
-    """Write `support_edges`, shape (N, L * L, 5), and how many each sample has, shape (N,)."""
+    """Write `support_edges` and their number for each sample.
+
+    Args:
+        feet: Feet [m], shape (N, L, 2).
+        standing: Which of them stand, shape (N, L).
+        edges: Written, shape (N, L * L, 5).
+        counts: Written, shape (N,).
+    """
     for n in range(len(feet)):
         counts[n] = support_edges(feet[n], standing[n], edges[n])
 
@@ -93,7 +100,14 @@ def sample_edges(
 def support_margins(
     feet: np.ndarray, standing: np.ndarray, points: np.ndarray, margins: np.ndarray
 ) -> None:
-    """Write `polygon_margin` [m] of points, shape (N, 2), and feet, shape (N, L, 2)."""
+    """Write `polygon_margin` of each sample.
+
+    Args:
+        feet: Feet [m], shape (N, L, 2).
+        standing: Which of them stand, shape (N, L).
+        points: Points [m], shape (N, 2).
+        margins: Written [m], shape (N,).
+    """
     edges = np.empty((feet.shape[1] * feet.shape[1], 5))
     for n in range(len(feet)):
         count = support_edges(feet[n], standing[n], edges)

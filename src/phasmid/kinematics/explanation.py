@@ -232,10 +232,17 @@ def _distance_violations(leg: Leg, foot: np.ndarray) -> list[Violation]:
 
 
 def nearest_angles(leg: Leg, p_hip_foot: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
-    """Return the joint angles of the possible foot position nearest to one in the hip frame [m].
+    """Return the joint angles of the possible foot position nearest to a wanted one.
 
     The search looks at a grid of angles of femur and tibia within their limits, and again and again
-    at a finer grid around the best of them. NaN where the limits permit no position.
+    at a finer grid around the best of them.
+
+    Args:
+        leg: The leg.
+        p_hip_foot: Wanted foot in the hip frame [m], shape (3,).
+
+    Returns:
+        Joint angles [rad], shape (3,); NaN where the joint limits permit no position.
     """
     limits = usable_limits(leg)
     best, (low, high) = np.full(3, np.nan), limits[1:].T

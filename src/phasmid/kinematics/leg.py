@@ -73,7 +73,14 @@ def joint_angles(
 def angles_and_margin(
     leg: Leg | LegArrays, p_hip_foot: Float[np.ndarray, "*batch 3"]
 ) -> tuple[Float[np.ndarray, "*batch 3"], Float[np.ndarray, "*batch"]]:
-    """Joint angles [rad] as `joint_angles`, and a margin [m²]: negative or NaN out of reach."""
+    """Joint angles [rad] as `joint_angles`, and a margin [m²].
+
+    The margin is negative, or NaN, where the leg cannot reach.
+
+    Args:
+        leg: The leg, or a robot's ``arrays``.
+        p_hip_foot: Foot in the hip frame [m], shape (..., 3).
+    """
     from phasmid.kinematics.leg_kernels import inverse_kinematics_ufunc
 
     q, margin = inverse_kinematics_ufunc(*geometry(leg), p_hip_foot)

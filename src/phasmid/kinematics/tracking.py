@@ -108,8 +108,11 @@ def track_twist(
 ) -> CommandTracking:
     """Compare the motion of a body with a plan of one constant twist from the world's axes on.
 
-    Arguments as of `track_command`; the times count from the start of the plan, and the twist is
-    constant, shape (3,).
+    Args:
+        time: Times since the start of the plan [s], shape (N,).
+        twist: Planned velocity ahead and to the left [m/s], and yaw rate [rad/s], shape (3,).
+        position: Origin of the body in the world, x and y first [m], shape (N, 2) or (N, 3).
+        orientation: Orientation of the body in the world, w x y z, shape (N, 4).
     """
     command = np.tile(twist, (len(time), 1))
     return track_command(time, command, position, orientation, twist[2] * time)
@@ -120,7 +123,13 @@ def track_velocity(
     command: Float[np.ndarray, "time 3"],
     velocity: Float[np.ndarray, "time 3"],
 ) -> CommandTracking:
-    """Compare a velocity in body axes with a commanded one, both as of `track_command`."""
+    """Compare a velocity in body axes with a commanded one; both hold until the next sample.
+
+    Args:
+        time: Times of the samples [s], shape (N,).
+        command: Commanded velocity ahead and to the left [m/s], and yaw rate [rad/s], shape (N, 3).
+        velocity: The other velocity, shape (N, 3).
+    """
     held = np.diff(time)
     return _tracked(held, command[:-1], held[:, None] * velocity[:-1])
 

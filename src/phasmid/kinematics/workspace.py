@@ -52,10 +52,15 @@ def usable_limits(leg: Leg) -> Float[np.ndarray, "3 2"]:
 def plane_outline(
     leg: Leg, femur: tuple[float, float], tibia: tuple[float, float]
 ) -> Float[np.ndarray, "points 2"]:
-    """Edge of the region of the foot in the leg's plane, for ranges of femur and tibia [rad].
+    """Edge of the region of the foot in the leg's plane, for ranges of femur and tibia angles.
 
     With the knee bent to one side the foot is a one-to-one function of the angles: the edges of
     the ranges are the edges of the region.
+
+    Args:
+        leg: The leg.
+        femur: Lowest and highest angle [rad].
+        tibia: Lowest and highest angle, both of one sign [rad].
 
     Returns:
         Distance from the coxa axis and height over the hip [m], shape (N, 2), a closed curve.

@@ -147,9 +147,14 @@ def _level_trunk(
 def plan_course(
     scenario: Scenario, robot: Robot, gait: Gait, terrain: Ground, end: float
 ) -> Course:
-    """Plan footholds, swings and postures of a walk on uneven ground up to an end [s].
+    """Plan footholds, swings and postures of a walk on uneven ground.
 
-    Feet are the centres of balls on the ground where they are no points.
+    Args:
+        scenario: Its stride and footing are used.
+        robot: The robot, L legs.
+        gait: The gait.
+        terrain: The ground; feet are the centres of balls on it where they are no points.
+        end: End of the course [s].
 
     Raises:
         InfeasibleWalk: The feet slide by the stance law or for lack of friction, a leg finds no
@@ -192,7 +197,11 @@ def plan_course(
 
 
 def _check_grip(scenario: Scenario, terrain: Ground, places: Float[np.ndarray, "places 2"]) -> None:
-    """Refuse ground on which every foot slides, with the friction that is enough for all."""
+    """Refuse ground on which every foot slides.
+
+    Raises:
+        InfeasibleWalk: The message has the friction that is enough for every foothold.
+    """
     holding, friction = holding_friction(terrain, places), terrain.friction(*places.T)
     if (friction >= holding).any():
         return

@@ -47,12 +47,15 @@ class Path(NamedTuple):
 
 
 def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
-    """Return a blend from 0 at u = 0 to 1 at u = 1, at rest at both ends, and its derivatives by u.
+    """Return a blend from 0 at u = 0 to 1 at u = 1, at rest at both ends.
 
     Args:
         curve: ``quintic`` also starts and ends without acceleration; ``cubic-spline`` is one piece
             of a clamped cubic spline.
         u: Fraction of the way in time, in [0, 1].
+
+    Returns:
+        The fraction of the way and its derivatives by u.
 
     Source: the paper's 5th degree polynomial; its reference [11] for the spline.
     """
@@ -63,9 +66,16 @@ def blend(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
 
 
 def lift(curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
-    """Return a lift from 0 to 1 at u = 1/2 and back to 0 at u = 1, of two blends, and derivatives.
+    """Return a lift from 0 to 1 at u = 1/2 and back to 0 at u = 1, of two blends.
 
     With the cubic curve this is the clamped cubic spline through lift-off, apex and touchdown.
+
+    Args:
+        curve: Polynomial of both halves.
+        u: Fraction of the swing in time, in [0, 1].
+
+    Returns:
+        The fraction of the height and its derivatives by u.
     """
     u = np.asarray(u, dtype=float)
     half = blend(curve, np.where(u < 0.5, 2 * u, 2 - 2 * u))
@@ -82,14 +92,15 @@ def join(
 ) -> Path:
     """Return a curve between two points with given velocities and no acceleration at its ends.
 
-    A cubic has no freedom left for the accelerations.
-
     Args:
-        curve: Polynomial.
+        curve: A cubic has no freedom left for the accelerations at its ends.
         u: Fraction of the way in time, in [0, 1].
         start: Where it starts.
         end: Where it ends.
-        velocity: Derivatives by u at start and end.
+        velocity: Derivative by u at start and end.
+
+    Returns:
+        The position and its derivatives by u.
     """
     v0, v1 = velocity
     way = end - start

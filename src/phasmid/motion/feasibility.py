@@ -41,7 +41,11 @@ STRIDES, BISECTIONS = 17, 21
 def checked_times(
     scenario: Scenario, course: LevelCourse | Course
 ) -> Iterator[Float[np.ndarray, " time"]]:
-    """Yield the times [s] at which a plan is checked: one cycle of a periodic walk, else all."""
+    """Yield the instants at which a plan is checked: one cycle of a periodic walk, else all.
+
+    Yields:
+        Times of some cycles [s].
+    """
     phases, period = checked_phases(course.gait), scenario.period
     if isinstance(course, LevelCourse):
         yield phases * period
@@ -77,7 +81,10 @@ def has_room_for(robot: Robot, gait: Gait, stride: Stride) -> bool:
 
 
 def is_supported(robot: Robot, gait: Gait, stride: Stride) -> bool:
-    """Return whether the standing feet, within reach, support the robot on level ground."""
+    """Return whether the standing feet support the robot throughout a cycle on level ground.
+
+    All feet must be within reach.
+    """
     phases = checked_phases(gait)
     feet = LevelCourse(robot, gait, stride).motion(phases * stride.period)[1].position
     com = centre_of_mass(robot, joint_angles(robot.arrays, hip_from_body(robot, feet)))
@@ -131,8 +138,11 @@ def largest_possible(
 ) -> float:
     """Return the largest possible value, by bisection after the last possible one of those tried.
 
-    Values increase. Feet may leave their reach and enter it again: only the first gap counts. Where
-    nothing is possible it is the first value.
+    Feet may leave their reach and enter it again: only the first gap counts.
+
+    Args:
+        is_possible: Whether a value is possible.
+        tried: Values, increasing; the first where even that is impossible.
     """
     low = float(tried[0])
     for high in tried.tolist():
@@ -151,7 +161,11 @@ def largest_possible(
 def check_reach(
     scenario: Scenario, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
 ) -> None:
-    """Refuse feet out of reach and joints beyond their limits by InfeasibleWalk."""
+    """Refuse feet out of reach.
+
+    Raises:
+        InfeasibleWalk: A foot is out of reach, or a joint beyond its limit.
+    """
     if is_in_reach(course, times):
         return
     feet = hip_from_body(course.robot, course.motion(times)[1].position)
@@ -215,7 +229,11 @@ def check_speed(
     times: Float[np.ndarray, " time"],
     qd: Float[np.ndarray, "time legs 3"],
 ) -> None:
-    """Refuse joint speeds [rad/s] above the servo's no-load speed by InfeasibleWalk."""
+    """Refuse joint speeds above the servo's no-load speed.
+
+    Raises:
+        InfeasibleWalk: A joint would turn faster than its servo without load.
+    """
     servo, speed = course.robot.servo, np.abs(qd)
     peak, (limit, supply) = float(speed.max()), fastest(scenario, servo)
     if peak <= limit:
@@ -230,10 +248,14 @@ def check_speed(
 
 
 def fastest(scenario: Scenario, servo: Servo) -> tuple[float, str]:
-    """Return a servo's no-load speed [rad/s], and its supply in words such as `` at 9 V``.
+    """Return a servo's no-load speed [rad/s], and its supply in words where that counts.
 
-    Servos that move the joints by their own law run at the scenario's voltage; else the words are
-    empty.
+    Args:
+        scenario: Servos that move the joints by their own law run at its voltage.
+        servo: The robot's.
+
+    Returns:
+        The speed, and words such as `` at 9 V``; empty where the servo counts as rated.
     """
     if scenario.simulation.drive != "servo":
         return servo.no_load_speed, ""
@@ -248,7 +270,11 @@ def check_support(
     times: Float[np.ndarray, " time"],
     margin: Float[np.ndarray, " time"],
 ) -> None:
-    """Refuse a centre of mass outside the support polygon by InfeasibleWalk."""
+    """Refuse a centre of mass outside the support polygon.
+
+    Raises:
+        InfeasibleWalk: The robot would topple.
+    """
     (worst,) = _first_largest(-margin, axis=0)
     if margin[worst] > 0:
         return

@@ -31,11 +31,14 @@ def straight_feet(
         gait: The gait.
         stride: Steps, heights, times and curves.
         time: Times [s], shape (N,).
-        trunk: Motion of the body at these times.
-        rolled: How balls roll; None: they do not.
+        trunk: The body at these times.
+        rolled: How balls roll in their stance; None for points.
 
     Returns:
         Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).
+
+    Source: Fig. 6; the quintics of the results section. A foot swings between footholds in world
+    axes, so that it lands without velocity whatever the body does.
     """
     cycle, u = swing_fraction(gait, stride, time)
     landing = mid_stance(gait, cycle)
@@ -117,7 +120,17 @@ def coxa_only_feet(
     """Return feet that only the coxa moves in stance, on circles about the hips.
 
     The chord of the circle, along the direction of travel, is as long as the step; the rest is
-    slip. Arguments and result as of `straight_feet`; the body is at a height over the feet [m].
+    slip.
+
+    Args:
+        robot: The robot, L legs.
+        gait: The gait.
+        stride: Steps, heights, times and curves.
+        time: Times [s], shape (N,).
+        height: Height of the body frame over the feet [m].
+
+    Returns:
+        Feet in the body frame, with velocity and acceleration there [m, s], shape (N, L, 3).
 
     Raises:
         InfeasibleWalk: A coxa cannot move its foot in the direction of travel, or is tilted.

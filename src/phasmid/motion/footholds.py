@@ -85,7 +85,13 @@ def choose_footholds(
 def is_even(
     terrain: Ground, footing: FootingTable, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
-    """Return where the ground around places (x, y) [m] is even and outside gaps."""
+    """Return where the ground around places is even and outside gaps, shape (N,).
+
+    Args:
+        terrain: The ground.
+        footing: The margin, the steepest foothold and the depth of a gap.
+        places: x and y [m], shape (N, 2).
+    """
     here = terrain.height(places[:, 0], places[:, 1])
     margin, widest = footing.foothold_margin, WIDEST_GAP * footing.search_radius
     radii = margin * np.array([0.25, 0.5, 1.0])

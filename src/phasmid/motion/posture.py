@@ -32,7 +32,13 @@ def fit_postures(
     feet: Float[np.ndarray, "events legs 3"],
     trunk: Float[np.ndarray, "events 2"],
 ) -> Postures:
-    """Fit planes to feet in world axes [m], given at the trunk's x and y [m], by least squares."""
+    """Fit planes to the feet by least squares of the heights.
+
+    Args:
+        footing: Attitude of the trunk and its largest lean.
+        feet: In world axes [m].
+        trunk: x and y of the trunk [m], at which the planes' points are given.
+    """
     rows = np.concatenate([feet[..., :2] - trunk[:, None], np.ones((*feet.shape[:2], 1))], axis=-1)
     turned = np.swapaxes(rows, -1, -2)
     fit = np.linalg.solve(turned @ rows, turned @ feet[..., 2:])[..., 0]
@@ -52,11 +58,12 @@ def leaning_trunk(
 ) -> TrunkMotion:
     """Return the motion of the trunk over successive planes.
 
-    Between two events the plane under the trunk is a mixture of theirs.
+    Between two events the plane under the trunk is a mixture of theirs. On one and the same plane
+    the motion is exactly along it.
 
     Args:
         postures: The planes.
-        before: Number of the last event.
+        before: Number of the last event, shape (N,).
         s: Way from it to the next, 0 to 1, and its derivatives by time.
         level: Motion over level ground; its way over the map and its heading are kept.
         height: Height of the body frame over the ground, across it [m].

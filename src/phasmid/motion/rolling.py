@@ -47,7 +47,13 @@ class Rolling:
         heading: Float[np.ndarray, "time legs"],
         period: float,
     ) -> Path:
-        """Return the way in world axes by own phase, heading at mid-stance [rad] and period [s]."""
+        """Return the way in world axes with time derivatives, shape (N, L, 3).
+
+        Args:
+            phase: Own phase of each leg; before its stance that of the beginning.
+            heading: Heading of the body at mid-stance [rad].
+            period: Time of a cycle [s].
+        """
         within = np.maximum(phase, self.first)
         middle = self.ways((1.0 + self.first) / 2)
         c, s = np.cos(heading), np.sin(heading)
@@ -79,7 +85,7 @@ def rolling(
         gait: The gait.
         period: Time of a cycle [s].
         feet: Returns the trunk, and the feet in the body frame that roll in a given way.
-        heading: Returns the heading of the body at mid-stance of each leg [rad].
+        heading: Returns the heading of the body at mid-stance of each leg [rad], shape (N, L).
 
     Returns:
         The way; None where a foot is out of reach, or a ball too large for its leg.

@@ -66,10 +66,14 @@ class Swings(NamedTuple):
         return Swings(*(values.reshape(cycles, -1, *values.shape[1:]) for values in self))
 
     def path(self, curve: Curve, u: Float[np.ndarray, "*batch"]) -> Path:
-        """Return the foot in world axes with derivatives by the fraction u of the swing.
+        """Return the foot in world axes with derivatives by the fraction of the swing.
 
         Up to the top and down from it by one blend each; along by a third, which waits while
         obstacles are near. On level ground it waits for nothing.
+
+        Args:
+            curve: Polynomial of the blends.
+            u: Fraction of the swing in time, in [0, 1], shape (...).
         """
         share = 1 - self.before - self.after
         along = blend(curve, np.clip((u - self.before) / share, 0.0, 1.0)).over(share)
@@ -79,7 +83,13 @@ class Swings(NamedTuple):
         return vector(x, y, lift(curve, u) * (self.top - low) + low)
 
     def feet(self, curve: Curve, u: Float[np.ndarray, "*batch"], duration: float) -> Path:
-        """Return the feet in world axes by time, at the fraction u of a swing [s], 1 in stance."""
+        """Return the feet in world axes with time derivatives; after its swing a foot stands.
+
+        Args:
+            curve: Polynomial of the blends.
+            u: Fraction of the swing in time, 1 for standing feet, shape (...).
+            duration: Duration of a swing [s].
+        """
         p, v, a = self.path(curve, u).over(duration)
         moving = (u < 1.0)[..., None]
         return Path(np.where(moving, p, self.end), moving * v, moving * a)
@@ -92,7 +102,15 @@ def plan_swings(
     start: Float[np.ndarray, "swings 3"],
     end: Float[np.ndarray, "swings 3"],
 ) -> Swings:
-    """Plan the swings between footholds [m] that clear the ground with the shortest waits."""
+    """Plan the swings between footholds that clear the ground with the shortest waits.
+
+    Args:
+        terrain: The ground.
+        footing: Its margin is the ground around a foothold that is even.
+        stride: Step height and curve.
+        start: Where each lifts off [m].
+        end: Where each lands [m].
+    """
     tau = np.linspace(0.0, 1.0, PLACES)
     s = blend(stride.curve, tau).position
     ground, distance = _ground_along(terrain, footing, start, end, s)

@@ -21,9 +21,12 @@ from phasmid.scenario.tables import Stride
 
 
 def progress(gait: Gait, stride: Stride, time: Float[np.ndarray, "*batch"]) -> Path:
-    """Return the steps of the body by time [s]; one step lasts for the stance of a foot.
+    """Return the number of steps of the body; one step lasts for the stance of a foot.
 
-    With the timing ``rest-to-rest`` the body stops at each lift-off and touchdown.
+    Args:
+        gait: The times of lift-off and touchdown.
+        stride: Its timing and curve; ``rest-to-rest`` stops the body at each of these events.
+        time: Time [s].
 
     Returns:
         Steps, steps/s and steps/s².
@@ -42,7 +45,12 @@ def progress(gait: Gait, stride: Stride, time: Float[np.ndarray, "*batch"]) -> P
 def between_events(
     gait: Gait, stride: Stride, cycles: Float[np.ndarray, "*batch"]
 ) -> tuple[Float[np.ndarray, "*batch"], Int[np.ndarray, "*batch"], Path]:
-    """Return the progress from the gait's last event, 0, to its next one, 1, at times in cycles.
+    """Return the progress from the gait's last event, 0, to its next one, 1.
+
+    Args:
+        gait: The times of lift-off and touchdown.
+        stride: Its curve.
+        cycles: Time in cycles, shape (...).
 
     Returns:
         Number of the cycle, which of its events was the last, and the fraction of the way with
@@ -129,7 +137,12 @@ def trunk_motion(step: Float[np.ndarray, "3"], height: float, steps: Path) -> Tr
 
 
 def swayed(trunk: TrunkMotion, aside: Sway) -> TrunkMotion:
-    """Return the motion of a trunk without pitch and roll, with a sway in the body's axes."""
+    """Return the motion of a level trunk with its sway.
+
+    Args:
+        trunk: The motion along the path, without pitch and roll.
+        aside: The sway, in the body's axes.
+    """
     yaw = Path(trunk.yaw, trunk.attitude_rate[:, 2], trunk.attitude_acceleration[:, 2])
     c, s = cos_and_sin(yaw)
     x, y = (Path(*(order[:, axis] for order in aside)) for axis in (0, 1))

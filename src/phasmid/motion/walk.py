@@ -150,7 +150,11 @@ def plan(scenario: Scenario) -> Walk:
 
 
 def checked_course(scenario: Scenario) -> LevelCourse | Course:
-    """Return the motion of trunk and feet of a scenario, or refuse it by InfeasibleWalk."""
+    """Return the motion of trunk and feet of a scenario.
+
+    Raises:
+        InfeasibleWalk: It is refused.
+    """
     course = course_of(scenario)
     for times in checked_times(scenario, course):
         check_reach(scenario, course, times)

@@ -10,9 +10,16 @@ from phasmid.compiled import compiled
 
 @compiled
 def dry_friction(friction: Any, motor_torque: float, external_torque: float, speed: float) -> float:
-    """Return the largest friction torque of gears, without its viscous part [N·m]; see `Friction`.
+    """Return the largest friction torque of gears, without its viscous part [N·m]; compiled.
 
-    The external torque counts in the motor's direction.
+    Model M6 of Duclusaud, Passault, Padois and Ly, "Extended Friction Models for the Physics
+    Simulation of Servo Actuators" (2024), which contains M1 to M5.
+
+    Args:
+        friction: Record with the fields of `Friction`.
+        motor_torque: Torque of the motor on the gears [N·m].
+        external_torque: Torque of the load on the gears, in the motor's direction [N·m].
+        speed: Of the output [rad/s].
     """
     dry = friction.coulomb + abs(
         friction.load_loss * motor_torque - friction.external_loss * external_torque

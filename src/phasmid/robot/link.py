@@ -118,7 +118,12 @@ def check_inertia(
 
 
 def solid_box(size: Sequence[float], mass: float) -> Float[np.ndarray, "3 3"]:
-    """Return the inertia of a solid box of sides [m] and mass [kg] about its centre [kg·m²]."""
+    """Return the inertia of a solid box about its centre, in its axes [kg·m²], shape (3, 3).
+
+    Args:
+        size: Its sides along x, y and z [m].
+        mass: Mass [kg].
+    """
     # Python's floats overflow without a warning.
     a, b, c = (float(side) * float(side) for side in size)
     mass = float(mass)

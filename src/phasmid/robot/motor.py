@@ -45,7 +45,11 @@ class Motor:
         return self.friction.viscous
 
     def stall_torque(self, voltage: float) -> float:
-        """Return the stall torque at a voltage at the winding [V] when it lifts a load [N·m]."""
+        """Return the stall torque at the output [N·m] when it lifts a load.
+
+        Args:
+            voltage: At the winding [V].
+        """
         f = self.friction
         still = f.stribeck_share(0.0)
         kept = 1 - f.load_loss - still * f.stribeck_load_loss
@@ -57,7 +61,11 @@ class Motor:
         return 2 * given / (part + root)
 
     def lifting_current(self, torque: Array) -> Array:
-        """Return the current that starts to lift a load [N·m]; friction does not help [A]."""
+        """Return the current that starts to lift a load; friction does not help [A].
+
+        Args:
+            torque: Of the load, 0 or more [N·m].
+        """
         f = self.friction
         still = f.stribeck_share(0.0)
         part = 1 + f.external_loss + still * f.stribeck_external_loss
@@ -66,9 +74,13 @@ class Motor:
         return (needed + still * f.stribeck) / (self.constant * kept)
 
     def no_load_speed(self, voltage: float) -> float:
-        """Return the no-load speed of the output at a voltage at the winding [V], in rad/s."""
-        # The Stribeck effect falls with the speed: from none of it, iterations lead to the highest
-        # speed that is steady.
+        """Return the no-load speed of the output [rad/s].
+
+        Args:
+            voltage: At the winding [V].
+        """
+        # The Stribeck effect falls with the speed: from none of it, the speed falls in iterations to
+        # the highest that is steady.
         f, drag = self.friction, self.friction.viscous / self.constant
         share, speed = 0.0, math.inf
         for _ in range(MOST_ITERATIONS):

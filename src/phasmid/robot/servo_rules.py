@@ -184,7 +184,11 @@ ALIKE = 0.05
 
 
 def contradictions(servo: Servo) -> list[str]:
-    """Return a sentence on each given number that some drive does not use."""
+    """Return a sentence on each given number that some drive does not use.
+
+    Args:
+        servo: The servo, with the sources of its numbers.
+    """
     given = [name for name in servo.sources if not servo.is_assumed(name)]
     idle = [
         f'{name} has no effect with law "{servo.law}".'

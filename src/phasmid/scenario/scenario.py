@@ -200,7 +200,12 @@ class Scenario(Table):
         return self.changed(changes, lambda loc: (dotted(loc), ""))
 
     def changed(self, changes: Mapping[str, Any], locate: Locator) -> Scenario:
-        """As `replace`; `locate` returns the subject and the place of a value for messages."""
+        """As `replace`, with other words in messages.
+
+        Args:
+            changes: Values by field name.
+            locate: Returns the subject and the place of a value, by the field's path.
+        """
         raw: dict[str, Any] = self.model_dump(exclude={"robot"}) | {"robot": self.robot}
         paths = {path[-1]: path for path in option_keys().values() if path != ("gait", "name")}
         if isinstance(changes.get("terrain"), str):
@@ -248,7 +253,10 @@ class Scenario(Table):
 
         Where no drive is named, the robot's own servos move the joints: ``servo``, or
         ``ideal-servo`` where the servo's stall current is unknown, or joints differ in strength.
-        Raises as `load_robot`.
+
+        Raises:
+            InvalidInput: The robot file is absent or not well formed.
+            InvalidRobot: No machine could have these numbers.
         """
         if self.simulation.drive is not None:
             return self
@@ -257,7 +265,12 @@ class Scenario(Table):
         return self.replace(drive="servo" if known else "ideal-servo")
 
     def base_robot(self) -> Robot:
-        """Return the robot as in its file, without variants; raises as `load_robot`."""
+        """Return the robot as in its file, without this scenario's variants.
+
+        Raises:
+            InvalidInput: The robot file is absent or not well formed.
+            InvalidRobot: No machine could have these numbers.
+        """
         if isinstance(self.robot, Robot):
             return self.robot
         path = Path(self.robot)
@@ -265,7 +278,11 @@ class Scenario(Table):
         return _robot(self.robot, stamp)
 
     def vary(self, robot: Robot) -> Robot:
-        """Apply this scenario's variants to a robot as its file gives it."""
+        """Apply this scenario's variants to a robot.
+
+        Args:
+            robot: The robot as its file gives it.
+        """
         robot = with_mass_model(robot, self.model.mass_model)
         robot = with_mounts(robot, self.model.mounts)
         robot = with_payload(robot, self.model.payload)
@@ -277,6 +294,9 @@ class Scenario(Table):
         `replace` keeps a period, and contact numbers of ``phantomx-ax``, that the scenario states.
         A gait that is not the default of the scenario's own robot is kept. The scenario's own robot
         changes nothing.
+
+        Args:
+            robot: A preset, a robot file, or the robot.
         """
         if robot == self.robot:
             return self
@@ -287,17 +307,21 @@ class Scenario(Table):
         return self.replace(robot=robot, **changes)
 
     def scale(self, robot: Robot) -> Scale:
-        """Return weight and leg length of a loaded robot relative to ``phantomx-ax``.
+        """Return weight and leg length of a robot relative to ``phantomx-ax``.
 
-        Its payload, this scenario's, does not count.
+        Args:
+            robot: The robot, with this scenario's payload, which does not count.
         """
         return scale_of(robot, self.model.payload)
 
     def contact_law(self, robot: Robot) -> ContactLaw:
-        """Return the contact law with the numbers of a robot that carries this scenario's payload.
+        """Return the contact law with the numbers of a robot.
 
         They follow its weight without payload, at standard gravity: the ground is the same under a
         loaded robot, and on the moon.
+
+        Args:
+            robot: The robot, with this scenario's payload.
         """
         return self.contact.law(self.scale(robot))
 

@@ -237,7 +237,14 @@ class TerrainTable(Table):
         return Flat()
 
     def _tiles(self, most: int) -> list[Patch]:
-        """Return every second tile of the field, as on a chessboard, or refuse more than `most`."""
+        """Return every second tile of the field, as on a chessboard.
+
+        Args:
+            most: Number of tiles that are allowed; below 0 the other patches are refused.
+
+        Raises:
+            InvalidInput: There would be more.
+        """
         number = _tile_count(self.tile)
         if number > most >= 0:
             larger = count(math.ceil(1000 * self.tile))
@@ -273,8 +280,12 @@ def _height_map(
 ) -> HeightMap:
     """Read and check a height map once: a run has ten tables of the same.
 
-    A file of another stamp is read again. Without a start [m] the map lies such that `START` is on
-    level ground.
+    Args:
+        source: Its file, or the text that holds it.
+        stamp: Time and size of the file: one that changed is read again.
+        white: Height of white in an image [m].
+        cell: Distance of two samples [m].
+        start: Place of the map's left edge [m]; None: such that `START` is on level ground.
     """
     del stamp
     if source.startswith(BEGINNING):

@@ -170,7 +170,16 @@ def _window_maximum(
 
 
 def check_samples(rows: int, columns: int) -> None:
-    """Refuse a height map of too few or too many samples, before memory is allocated."""
+    """Refuse a height map that is too small or too large, before memory is allocated.
+
+    Args:
+        rows: Of its grid.
+        columns: Of its grid.
+
+    Raises:
+        InvalidInput: It has less than 2 × 2 or more than 4096 × 4096 samples, or too many in a row
+            or column.
+    """
     if rows < 2 or columns < 2:
         raise InvalidInput(f"height map is {rows} × {columns}; it needs at least 2 × 2 samples.")
     check_most_samples(rows, columns)

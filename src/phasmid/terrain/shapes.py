@@ -61,7 +61,13 @@ def level(height: Places) -> Surface:
 
 
 def ramp(u: Places, start: float, length: float) -> tuple[Places, Places]:
-    """Return a quintic from 0 to 1 over a length behind its start [m], and its slope."""
+    """From 0 to 1 by a quintic, smooth in its second derivative at both ends, and its slope.
+
+    Args:
+        u: Place [m].
+        start: Where it begins to rise [m].
+        length: Over which it rises [m].
+    """
     share, slope, _ = quintic(np.minimum(np.maximum((u - start) / length, 0.0), 1.0))
     return share, slope / length
 
@@ -175,7 +181,14 @@ class Steps:
 
     @classmethod
     def stairs(cls, start: float, *, rise: float, run: float, count: int) -> Steps:
-        """Return equal steps [m], the first at `start`; below a rise of 0 they lead down."""
+        """Return equal steps, the first at `start`.
+
+        Args:
+            start: Place of the first edge [m].
+            rise: Height of each step [m]; below 0 the stairs lead down.
+            run: Depth of each step [m].
+            count: Number of steps.
+        """
         return cls(
             tuple(start + run * k for k in range(count)),
             tuple(rise * (k + 1) for k in range(count)),
@@ -183,16 +196,27 @@ class Steps:
 
     @classmethod
     def gap(cls, start: float, *, width: float, depth: float) -> Steps:
-        """Return a ditch across u, whose near edge is at `start`, of a width and a depth [m]."""
+        """Return a ditch across u.
+
+        Args:
+            start: Place of its near edge [m].
+            width: From edge to edge [m].
+            depth: [m].
+        """
         return cls((start, start + width), (-depth, 0.0))
 
     @classmethod
     def beams(
         cls, start: float, *, width: float, height: float, distance: float, count: int
     ) -> Steps:
-        """Return a number of equal beams across u, the first at `start` [m].
+        """Return equal beams across u on level ground, the first at `start`.
 
-        Their height is that above the ground, their distance that of their centres.
+        Args:
+            start: Place of the first edge [m].
+            width: Of each beam along u [m].
+            height: Of their tops above the ground [m].
+            distance: From each beam to the next, centre to centre [m].
+            count: Number of beams.
         """
         if not 0 < width < distance:
             raise InvalidInput(
@@ -290,7 +314,15 @@ class Blocks:
     ) -> Blocks:
         """Return stepping stones, each displaced by up to a quarter of the gap.
 
-        Args are those of `Blocks`, and the distance of neighbouring stones, centre to centre [m].
+        Args:
+            start: Where the field begins [m].
+            size: Side of a stone [m].
+            distance: Of neighbouring stones, centre to centre [m].
+            height_range: Difference between the highest and the lowest possible top [m].
+            depth: Of the floor [m].
+            length: Of the field along u [m].
+            width: Of the field along v [m].
+            seed: Of the heights and displacements.
         """
         if not 0 < size < distance:
             raise InvalidInput(
