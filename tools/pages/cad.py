@@ -32,7 +32,7 @@ phasmid export --robot phantomx-paper --out results/cad
 ![The paper's robot as solids](images/cad-paper.png)
 
 A robot is drawn from the numbers of its file, with any number of legs. It needs the
-extra `cad` (`pip install "phasmid[cad]"`); walking does not. `make cad` writes this page.
+extra `cad` (`pip install ".[cad]"`); walking does not. `make pages PAGE=cad` writes this page.
 
 | file | content |
 |---|---|

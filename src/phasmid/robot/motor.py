@@ -79,8 +79,8 @@ class Motor:
         Args:
             voltage: At the winding [V].
         """
-        # The Stribeck effect falls with the speed: from none of it, the speed falls in iterations to
-        # the highest that is steady.
+        # The Stribeck effect falls with the speed: without it the speed is too high, and falls in
+        # iterations to the highest that is steady.
         f, drag = self.friction, self.friction.viscous / self.constant
         share, speed = 0.0, math.inf
         for _ in range(MOST_ITERATIONS):
