@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from phasmid.errors import InvalidRobot
 from phasmid.formats import ImportOptions, import_robot, save_robot
 from phasmid.kinematics import body_height
 from phasmid.robot import Robot, load_robot
@@ -114,3 +115,9 @@ def test_an_exported_ball_robot_touches_mujocos_floor_with_all_balls(tmp_path: P
         np.testing.assert_allclose(ball.xpos, data.site(f"{leg.name}_foot").xpos, atol=1e-15)
         assert model.geom(f"{leg.name}_foot_ball").size[0] == 0.0123
         assert ball.xpos[2] == pytest.approx(0.0123, abs=1e-12)
+
+
+@pytest.mark.parametrize("radius", [-0.01, np.nan, np.inf, 0.5])
+def test_impossible_balls_are_refused(radius: float) -> None:
+    with pytest.raises(InvalidRobot, match="foot radius is"):
+        replace(MK4, foot_radius=radius)

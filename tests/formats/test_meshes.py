@@ -9,8 +9,8 @@ import pytest
 import trimesh
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
-from phasmid.errors import PhasmidError
-from phasmid.formats import ImportOptions
+from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.formats import ImportOptions, meshes
 from phasmid.formats.meshes import MeshFiles, UnreadMesh, primitive, read_meshes
 from phasmid.robot import Part
 from phasmid.robot.glb import glb
@@ -119,3 +119,15 @@ def test_shapes_are_about_their_centre_and_have_their_size(
     half = np.ptp(made.vertices, axis=0) / 2
     np.testing.assert_allclose(made.vertices.max(axis=0), half, rtol=1e-9)
     assert trimesh.Trimesh(made.vertices, made.faces).volume == pytest.approx(volume, rel=0.06)
+
+
+def test_all_faces_of_a_model_together_have_a_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two tetrahedra have 8 faces."""
+    monkeypatch.setattr(meshes, "MOST_FACES", 8)
+    files = MeshFiles(saved(tmp_path, "a.stl", FORMATS["a.stl"]), ImportOptions())
+    for _ in range(2):
+        files.meshes("a.stl")
+    with pytest.raises(InvalidInput, match="more than 8 faces; such models are refused"):
+        files.meshes("a.stl")

@@ -239,3 +239,22 @@ def test_included_files_are_read_inside_the_model_s_folder(tmp_path: Path) -> No
         ("robot.xml", "MuJoCo cannot use robot.xml"),
     ):
         assert what in refused(tmp_path, scene.format(name)).what
+
+
+@pytest.mark.parametrize(
+    ("folder", "name"),
+    [
+        ("", "../../etc/passwd"),
+        ("", "/etc/passwd"),
+        ("", "http://a.example/b.stl"),
+        ("../../..", "etc/x.stl"),
+    ],
+)
+def test_nothing_outside_of_the_folder_is_read(folder: str, name: str, tmp_path: Path) -> None:
+    """Neither by the mesh's own name nor by the folder of all meshes."""
+    compiler = f'<compiler meshdir="{folder}"/>' if folder else ""
+    mesh = f'{compiler}<asset><mesh name="m" file="{name}"/></asset>'
+    (found,) = read(tmp_path, two(inside='<geom type="mesh" mesh="m"/>', after=mesh)).findings
+    place = f"{folder}/{name}" if folder else name
+    assert found.what == f'mesh "{place}" lies outside the model folder; it was left out.'
+    assert (found.severity, found.where) == (Severity.SUSPECT, "robot.xml, line 4")

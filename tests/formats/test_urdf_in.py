@@ -266,3 +266,13 @@ def test_what_cannot_be_used_is_told_with_its_line_and_what_to_try(
     error = refused(tmp_path, old, new)
     assert f"{error.what} {error.hint}".startswith(what)
     assert not line or error.where == f"robot.urdf, line {line}"
+
+
+def test_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path: Path) -> None:
+    """A file in home/alice/robots asks for what lies in home/bob."""
+    folder = tmp_path / "home" / "alice" / "robots"
+    folder.mkdir(parents=True)
+    (tmp_path / "home" / "bob").mkdir()
+    (tmp_path / "home" / "bob" / "secret.stl").write_bytes(binary_stl(CORNERS[FACES]))
+    found = left_out(folder, '<mesh filename="package://home/bob/secret.stl"/>')
+    assert found.hint == 'package = "home=.", with the folder of the package'
