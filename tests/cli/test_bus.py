@@ -38,6 +38,17 @@ def test_scan_lists_servos_and_the_rate_that_the_port_allows(servos, capsys):
 
 
 @posix
+def test_scan_shows_in_a_terminal_which_rate_it_tries(servos, monkeypatch):
+    read, write = os.openpty()
+    monkeypatch.setenv("TERM", "xterm")
+    with Emulator(servos) as emulator, os.fdopen(write, "w") as stream:
+        monkeypatch.setattr(sys, "stderr", stream)
+        assert main(["bus", "scan", emulator.port, "--ids", "3", "--baud", "1000000"]) == 0
+        assert "1000000 baud, protocol" in os.read(read, 65536).decode()
+    os.close(read)
+
+
+@posix
 def test_a_long_latency_timer_is_named_with_its_remedy(servos, capsys):
     with Emulator(servos, latency=16e-3) as emulator:
         assert main(["bus", "scan", emulator.port, "--ids", "3", "--baud", "1000000"]) == 0
