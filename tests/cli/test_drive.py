@@ -69,38 +69,25 @@ def test_a_drive_to_its_last_waypoint_is_completed(tmp_path, capsys):
     assert main(["replay", str(out)]) == 0
 
 
+VELOCITY = ["--velocity", "0,0,0"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         ([], "one of the arguments --velocity --commands --waypoints is required."),
-        (
-            ["--velocity", "0,0,0", "--waypoints", "1,0"],
-            "argument --waypoints: not allowed with argument --velocity.",
-        ),
-        (
-            ["--velocity", "0.1,0"],
-            '--velocity has "0.1,0"; it must be 3 numbers with commas between.',
-        ),
-        (
-            ["--waypoints", "1,0;a,b"],
-            '--waypoints has "a,b"; it must be 2 or 3 numbers with commas between.',
-        ),
+        ([*VELOCITY, "--waypoints", "1,0"], "argument --waypoints: not allowed with argument"),
+        (["--velocity", "0.1,0"], '--velocity has "0.1,0"; it must be 3 numbers with commas'),
         (
             ["--velocity", "50,0,0"],
-            "--velocity: ahead is 50 m/s; it must be 10 or less.\n"
-            "  try  --velocity 0.05,0,0.1 (in m/s and rad/s)",
+            "--velocity: ahead is 50 m/s; it must be 10 or less.\n  try  --v",
         ),
-        (["--velocity", "nan,0,0"], "--velocity: ahead is nan; it must be a finite number."),
-        (["--velocity", ""], '--velocity has ""; it must be 3 numbers with commas between.'),
+        (["--waypoints", "1,0;a,b"], '--waypoints has "a,b"; it must be 2 or 3 numbers with comm'),
         (["--waypoints", "1,0;0,nan"], "--waypoints 2: y is nan; it must be a finite number"),
-        (
-            ["--waypoints", "20000,0"],
-            "--waypoints 1: x is 20000 m; it must be -10000 or more and 10000 or less.",
-        ),
         (["--waypoints", ";"], "the script has no command and no waypoint"),
-        (["--velocity", "0,0,0", "--rate", "x"], '--rate is "x"; it must be a number from'),
-        (["--velocity", "0,0,0", "--rate", "300", "--dt", "0.001"], "rate is 300 updates a second"),
-        (["--velocity", "0,0,0", "--fault", "x"], 'a fault is "x"; it must be what fails'),
+        ([*VELOCITY, "--rate", "x"], '--rate is "x"; it must be a number from'),
+        ([*VELOCITY, "--rate", "300", "--dt", "0.001"], "rate is 300 updates a second"),
+        ([*VELOCITY, "--fault", "x"], 'a fault is "x"; it must be what fails'),
         (["--commands", "absent.toml"], "absent.toml does not exist."),
     ],
 )
