@@ -40,6 +40,7 @@ POSTURE_SHARES = 200
 NEAR = 1e-3
 """Clearance or support margin that is named before the limits of the joints [m]."""
 
+
 @dataclass(frozen=True, eq=False)
 class PostureExplanation:
     """Whether a robot can stand in a posture on its neutral feet, and what keeps it from it.

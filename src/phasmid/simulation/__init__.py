@@ -10,17 +10,14 @@ from phasmid.simulation.run import Run
 from phasmid.simulation.sensors import sense
 from phasmid.simulation.start import longest_time_step, with_time_step
 from phasmid.simulation.walks import (
-    Refinement,
     new_run,
     simulate,
     simulate_many,
-    time_step_refinement,
 )
 
 __all__ = [
     "CONTACT_POINTS",
     "Difference",
-    "Refinement",
     "Replay",
     "Run",
     "build_model",
@@ -34,7 +31,6 @@ __all__ = [
     "sense",
     "simulate",
     "simulate_many",
-    "time_step_refinement",
     "with_sensors",
     "with_time_step",
 ]

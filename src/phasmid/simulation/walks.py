@@ -1,10 +1,9 @@
-"""Simulation of planned walks: one, many, and at half the time step."""
+"""Simulation of planned walks: one, or many on all cores."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,6 @@ from jaxtyping import Float
 from phasmid.arguments import check_kind, checked
 from phasmid.cores import cores
 from phasmid.errors import FailedRuns, InvalidInput
-from phasmid.experiment.ending import Ending
 from phasmid.motion import JointTrajectory, Motion, Walk, plan
 from phasmid.recording import Recording
 from phasmid.scenario import Scenario
@@ -143,63 +141,3 @@ def simulate_many(
     if errors:
         raise FailedRuns([scenario.name for scenario, _ in pairs], recordings, errors)
     return [recording for recording in recordings if recording is not None]
-
-
-REFINED_CYCLES = 2
-"""Cycles of a walk that are compared at half the time step: the first and one in full swing."""
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """The difference between a walk and the same walk at half its time step.
-
-    Attributes:
-        time_step: Of the walk [s].
-        duration: Compared part of the walk [s].
-        normal_force: Rms difference of the feet's normal forces over their rms, at all instants.
-        joint_torque: Rms difference of the joint torques over their rms, at all instants.
-        way: Largest distance between the two trunks [m].
-    """
-
-    time_step: float
-    duration: float
-    normal_force: float
-    joint_torque: float
-    way: float
-
-
-def time_step_refinement(scenario: Scenario, walk: Motion) -> Refinement | None:
-    """Simulate the first two cycles at the time step and at half of it, and compare.
-
-    The error of the time step is about as large as this difference, as MuJoCo's is of first order.
-    Arguments and errors are those of `simulate`.
-
-    Returns:
-        The difference; None where one of the two runs did not come to its end.
-
-    Raises:
-        KeyboardInterrupt: It was stopped by Ctrl-C.
-    """
-    duration = min(scenario.duration, REFINED_CYCLES * scenario.period)
-    scenario = with_time_step(scenario, walk)
-    dt = scenario.simulation.time_step
-    changes = {"duration": duration, "record_interval": dt * scenario.record_steps}
-    runs = []
-    for shorter in (scenario.replace(**changes), scenario.replace(**changes, dt=dt / 2)):
-        runs.append(simulate(shorter, walk))
-        if not Ending[runs[-1].attrs["ending"]].is_full_length:
-            return None
-    coarse, fine = runs
-
-    def difference(name: str) -> float:
-        error = coarse[name].values - fine[name].values
-        return float(np.sqrt((error**2).mean() / (fine[name].values ** 2).mean()))
-
-    apart = coarse["body_position"].values - fine["body_position"].values
-    return Refinement(
-        time_step=dt,
-        duration=duration,
-        normal_force=difference("foot_normal_force"),
-        joint_torque=difference("joint_torque"),
-        way=float(np.linalg.norm(apart, axis=1).max()),
-    )
