@@ -27,6 +27,6 @@ class SineTripod:
 
 
 scenario = phasmid.load_scenario("paper").replace(duration=6, drive="ideal-servo")
-run = phasmid.drive(scenario, SineTripod(), phasmid.control.Command(velocity=(0.05, 0.0, 0.0)))
+run = phasmid.drive(scenario, SineTripod(), phasmid.experiment.Command(velocity=(0.05, 0.0, 0.0)))
 x, y, _ = run.body_position.values[-1]
 print(f"{run.attrs['ending']}: it reached ({1000 * x:.0f}, {1000 * y:.0f}) mm.")

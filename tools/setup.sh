@@ -7,7 +7,7 @@
 # a set-up that was cut short is repeated.
 set -e
 kind=$1 venv=$2 python=$3
-cd "$(dirname "$0")/.."
+cd -P "$(dirname "$0")/.."
 if [ -d "$venv/Scripts" ]; then bin=$venv/Scripts; else bin=$venv/bin; fi
 if command -v uv >/dev/null 2>&1; then with=uv; else with=pip; fi
 

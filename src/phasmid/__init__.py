@@ -75,7 +75,7 @@ _NAMES = {
 }
 """Public names by the package that has them."""
 
-_PACKAGES = {*_NAMES, "dynamics", "kinematics"}
+_PACKAGES = {*_NAMES, "dynamics", "experiment", "kinematics"}
 _PACKAGE_OF = {name: package for package, names in _NAMES.items() for name in names.split()}
 
 

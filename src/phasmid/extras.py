@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from importlib.metadata import distribution
+from importlib.metadata import PackageNotFoundError, distribution
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
@@ -16,6 +16,10 @@ def install_hint(extra: str) -> str:
     Args:
         extra: Name of the extra, or several with commas between.
     """
-    origin = json.loads(distribution("phasmid").read_text("direct_url.json") or "{}")
+    try:
+        origin = json.loads(distribution("phasmid").read_text("direct_url.json") or "{}")
+    except PackageNotFoundError:
+        # It runs from its source.
+        origin = {}
     folder = url2pathname(urlsplit(origin["url"]).path) if "dir_info" in origin else "phasmid"
     return f'pip install "{folder}[{extra}]"'

@@ -11,6 +11,8 @@ import pytest
 
 import phasmid
 from phasmid.cli import main
+from phasmid.extras import install_hint
+from phasmid.formats.solids.assembly import build123d
 from phasmid.robot.glb import read_glb
 
 
@@ -96,13 +98,11 @@ def test_a_folder_gets_solids_and_meshes(here, capsys):
 
 
 def test_solids_without_the_extra_name_what_to_install(here, capsys, monkeypatch):
-    from phasmid.cad.library import build123d
-
     build123d.cache_clear()
     monkeypatch.setitem(sys.modules, "build123d", None)
     assert main(["export", "--out", "cad"]) == 2
     build123d.cache_clear()
-    assert 'try  pip install "phasmid[cad]"' in capsys.readouterr().err
+    assert f"try  {install_hint('cad')}" in capsys.readouterr().err
     assert not (here / "cad").exists()
 
 

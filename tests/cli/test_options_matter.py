@@ -118,11 +118,12 @@ def driven(scenario):
     return digest(phasmid.drive(scenario, None, Command(velocity=(0.05, 0.0, 0.1))))
 
 
-USES = {
-    "a simulated walk": walked,
-    "a driven robot": driven,
-    "a C header": firmware_header,
-}
+def header(scenario):
+    """The C header of a planned walk."""
+    return firmware_header(phasmid.plan(scenario))
+
+
+USES = {"a simulated walk": walked, "a driven robot": driven, "a C header": header}
 
 
 @pytest.mark.slow

@@ -57,7 +57,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print(advice: Advice) -> None:
-
     scenario, verdict, load = advice.scenario, advice.verdict, advice.load
     air = scenario.servo.ambient_temperature
     say(

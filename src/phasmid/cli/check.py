@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from phasmid.cli.explain import draw_walk, explain_foot_position, explain_pose, explain_refusal
+from phasmid.cli.feasibility import draw_walk, explain_foot_position, explain_pose, explain_refusal
 from phasmid.cli.figures import check_figure_path
 from phasmid.cli.options import refuse_given
 from phasmid.cli.output import print_table, say
@@ -80,10 +80,11 @@ def run(options: argparse.Namespace) -> int:
         raise InvalidInput(f'--frame is "{plain(options.frame)}"; it must be body or hip.')
     if options.out is not None:
         check_figure_path("--out", Path(options.out), force=options.force)
-    if is_posture:
-        return 0 if explain_pose(scenario_of(options), options) else 2
-    if options.foot_at is not None:
-        return 0 if explain_foot_position(scenario_of(options), options) else 2
+    if is_posture or options.foot_at is not None:
+        scenario = scenario_of(options)
+        print_idle(scenario, options, "a posture")
+        explain = explain_pose if is_posture else explain_foot_position
+        return 0 if explain(scenario, options) else 2
     if given_fields(options).get("robot") is not None:
         return _check_robot(options)
     return _check_walk(scenario_of(options), options)
@@ -112,6 +113,7 @@ def _check_robot(options: argparse.Namespace) -> int:
     if imported.robot is not None and not count:
         if is_walk:
             return _check_walk(scenario, options, has_robot=True)
+        print_idle(scenario, options, "a plan")
         other = any(finding.subject == WALK for finding in findings)
         say("possible, but not with the settings of phasmid walk." if other else "possible.")
         return 0

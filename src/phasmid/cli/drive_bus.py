@@ -161,6 +161,7 @@ UNKNOWN = {
     "policy": "has no inertial sensor for a policy",
     "fault": "has no --fault; an emulated port has its own",
     "video": "has no --video",
+    "live_pace": "has its own pace",
     "mcap": "has no --mcap; its log is one",
     "open": "has no page; phasmid report makes one of its log",
     "legs": "has no --legs; phasmid report has it",

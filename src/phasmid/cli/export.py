@@ -23,7 +23,7 @@ from phasmid.cli.scenario_options import (
     with_named_servo,
 )
 from phasmid.errors import InvalidInput, plain
-from phasmid.formats import firmware_header, import_robot, possible, save_robot
+from phasmid.formats import firmware_header, import_robot, is_foreign, possible, save_robot
 from phasmid.formats.robots import write_files
 from phasmid.motion import plan
 from phasmid.recording import load_recording
@@ -36,7 +36,9 @@ OPTIONS = {
     "folder with solids and meshes (extra cad). Of a walk .h, leg kinematics and gait in C for "
     "microcontrollers. Default: a .csv beside the recording",
     "--channels A,B,...": "channels of the recording that are written; default: all",
-    "--rate HZ": Number("most samples a second of the recording; default: all", 1e-3, 1e6),
+    "--rate HZ": Number(
+        "most samples a second of the recording; default: all, of .mcap 100", 1e-3, 1e6
+    ),
     "--force": "replace older files",
     "--quiet": "print only errors",
 }
@@ -53,7 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the file, and return the exit status."""
-    ending = Path(options.out).suffix.lower() if options.out else ".csv"
+    ending = _ending(options.out) if options.out else ".csv"
     write: Callable[[argparse.Namespace], int]
     if ending in RECORDING:
         write = _recording
@@ -65,12 +67,18 @@ def run(options: argparse.Namespace) -> int:
         is_recording = options.scenario is not None and given_fields(options).get("robot") is None
         path = Path(options.out).with_suffix(".csv" if is_recording else ".toml")
         raise InvalidInput(
-            f'"{plain(options.out)}" does not end in one of {", ".join((*RECORDING, *ROBOT))}, .h.',
+            f'"{plain(options.out)}" does not end in one of {", ".join((*RECORDING, *ROBOT))}, .h; '
+            "a folder's name ends in a slash.",
             hint=f"--out {shlex.quote(plain(str(path)))}",
         )
     if write is not _recording:
         refuse_given(options, ("channels", "rate"), "belongs to a recording")
     return write(options)
+
+
+def _ending(out: str) -> str:
+    """Return the ending of a file; none of a folder, which exists or ends in a slash."""
+    return "" if out.endswith("/") or Path(out).is_dir() else Path(out).suffix.lower()
 
 
 def _recording(options: argparse.Namespace) -> int:
@@ -84,6 +92,11 @@ def _recording(options: argparse.Namespace) -> int:
             hint="phasmid export results/paper",
         )
     _refuse_fields(options, "a recording")
+    if is_foreign(options.scenario):
+        raise InvalidInput(
+            f"{plain(options.scenario)} is a robot, no recording.",
+            hint=f"--robot {shlex.quote(plain(options.scenario))} --out robot.toml",
+        )
     given = Path(options.scenario)
     target = Path(options.out or _beside(given))
     with print_damage() as damage:
@@ -114,7 +127,7 @@ def _robot(options: argparse.Namespace) -> int:
         robot = scenario.robot
     robot = with_named_servo(robot, options)
     findings = [] if imported is None else [*imported.findings]
-    if path.suffix:
+    if _ending(options.out):
         findings += save_robot(robot, path, force=options.force)
         files = {}
     else:

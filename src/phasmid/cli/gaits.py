@@ -108,7 +108,6 @@ def _fraction(number: float) -> str:
 
 
 def _print_diagram(gait: Gait, legs: Sequence[int], leg_names: Sequence[str]) -> None:
-
     names = [f"{leg} {plain(leg_names[leg - 1]).replace('_', ' ')}" for leg in legs]
     width = max(map(len, names))
     say(f"\n{plain(gait.name)}: one cycle, █ on the ground, · in the air")

@@ -73,6 +73,7 @@ REMOVED = {
     "cad": "export",
     "export-firmware": "export --out walk.h",
     "compare": "identify --compare",
+    "verify": "paper, or make test ARGS=tests/physics in a clone",
 }
 """Commands of earlier versions, and the commands in their place."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -95,6 +95,8 @@ def _refuse(options: argparse.Namespace) -> None:
     names = options.recordings
     if not names:
         raise InvalidInput("no recording is named.", hint="phasmid report results/paper")
+    if options.figures is None and not all(Path(name).exists() for name in names):
+        _refuse_figures(names)
     if len(names) > 1 and options.figures is None:
         every = " ".join(map(plain, names))
         raise InvalidInput(
@@ -107,6 +109,20 @@ def _refuse(options: argparse.Namespace) -> None:
         refuse_given(options, FIGURES_ALONE, "belongs to --figures, which is missing")
     else:
         refuse_given(options, FOLDER_ALONE, "belongs to a result folder")
+
+
+def _refuse_figures(names: Sequence[str]) -> None:
+    """Refuse names of figures in the place of recordings."""
+    # Lazy import: figures take two seconds to import.
+    from phasmid.reporting.catalogue import CATALOGUE
+
+    figures = [name for name in names if name in CATALOGUE]
+    if figures:
+        runs = " ".join(plain(name) for name in names if name not in figures) or "results/paper"
+        raise InvalidInput(
+            f'"{figures[0]}" is a figure, no recording.',
+            hint=f"phasmid report {runs} --figures {','.join(figures)}",
+        )
 
 
 def _make_folder(path: Path, recording: Recording, options: argparse.Namespace) -> None:

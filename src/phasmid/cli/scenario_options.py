@@ -175,11 +175,16 @@ def with_own_servo(scenario: Scenario, options: argparse.Namespace) -> Scenario:
 
 
 def print_idle(scenario: Scenario, options: argparse.Namespace, use: str) -> None:
-    """Print a note on each field of a scenario without effect on its use."""
-    from phasmid.scenario import idle_fields
+    """Print a note on each field of a scenario without effect on its use.
 
+    Fields of a preset that the user has not named are left out.
+    """
+    from phasmid.scenario import idle_fields, scenario_names
+
+    is_own = options.scenario not in (None, *scenario_names())
     for sentence in () if options.quiet else idle_fields(scenario, use=use):
-        say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
+        if is_own or sentence.split()[0] in given_fields(options):
+            say(f"phasmid: note: {plain(sentence)}", file=sys.stderr)
 
 
 def _refuse_robot(source: str) -> None:

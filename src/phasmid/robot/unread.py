@@ -9,9 +9,11 @@ from phasmid.toml import is_file
 
 _ENDINGS = {
     ".xacro": "",
-    ".sdf .world .usd .usda .usdc .usdz .wbt .proto .ttt .ttm .srdf .mjb .blend": (
+    ".sdf .world .usd .usda .usdc .usdz .wbt .proto .ttt .ttm .blend": (
         "export the robot as URDF or MJCF from the program that made it"
     ),
+    ".srdf": "the .urdf of the same robot",
+    ".mjb": "the .xml from which it was compiled",
     ".dae .obj .stl .ply .fbx .glb .gltf .3ds .3mf .off .msh .wrl .vrml": (
         "a URDF or MJCF file that names its meshes"
     ),

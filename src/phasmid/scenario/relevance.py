@@ -67,6 +67,13 @@ UNUSED: Mapping[str, Mapping[str, Iterable[str]]] = {
         "model": {*ANALYSIS, "gravity"},
         "terrain": ("*",),
     },
+    "a posture": {
+        **_NO_RUN,
+        "": {"duration"},
+        "stride": {*PLAN, "period", "step_height"},
+        "model": ("*",),
+        "terrain": ("*",),
+    },
     "a C header": {
         **_NO_RUN,
         "": {"duration"},

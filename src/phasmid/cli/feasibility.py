@@ -97,7 +97,9 @@ def explain_refusal(found: WalkExplanation, options: argparse.Namespace) -> None
     scenario = found.scenario
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs), robot.leg_names)
-    if found.feet and not options.quiet:
+    if options.quiet:
+        return
+    if found.feet:
         say("Farthest out of reach:")
         _print_feet(found.feet, options)
     if found.stride is None:
