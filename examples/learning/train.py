@@ -14,13 +14,18 @@ from typing import Any
 
 import numpy as np
 import onnx
-import torch
 from rich.console import Console
-from stable_baselines3 import PPO
-from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.vec_env import VecEnv
 
+from phasmid.extras import install_hint
 from phasmid.learning import Policy, WalkVectorEnv, assess, save_policy
+
+try:
+    import torch
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.callbacks import BaseCallback
+    from stable_baselines3.common.vec_env import VecEnv
+except ModuleNotFoundError as error:
+    raise SystemExit(f"training needs {error.name}; try {install_hint('learn')}") from None
 
 
 class TrainingEnv(VecEnv):

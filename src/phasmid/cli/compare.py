@@ -59,9 +59,12 @@ def compare_log(options: argparse.Namespace) -> int:
 
 def _scenario(options: argparse.Namespace, path: Path) -> Scenario | None:
     """Return the scenario of the options; None: that of the recording."""
+    if path.suffix.lower() == ".csv" and options.scenario is options.robot is None:
+        raise InvalidInput(
+            f"{plain(path.name)} does not name its robot.", hint="--robot phantomx-ax"
+        )
     if options.scenario is options.robot is options.servo is None:
         return None
-
     robot = None if options.robot is None else load_robot(options.robot)
     if options.scenario is None and path.suffix.lower() == ".csv":
         scenario = load_scenario("paper")
@@ -90,7 +93,6 @@ def _write_numbers(found: Comparison, path: Path) -> None:
 
 
 def _print(found: Comparison) -> None:
-
     duration = float(found.log.time[-1])
     say(
         f"{plain(found.log.name)}: {duration:.3g} s of {plain(found.robot.name)}, "

@@ -57,9 +57,10 @@ FIT = {
 
 OPTIONS: dict[str, str | tuple[str, str] | Number] = {
     "--robot ROBOT": "the logs are of this robot, its legs in the air, and not of a pendulum; with "
-    "--compare default: the robot of the log",
+    "--compare default: the robot of the recording",
     "--compare": "compare a log of the robot with the replay of its joint targets in simulation",
-    "--scenario SCENARIO": "preset or file for --compare; default: that of the recording, or paper",
+    "--scenario SCENARIO": "preset or file for --compare; default: that of the recording, or paper "
+    "with --robot",
     "--out PATH": "write the servo as a table for robot files, .toml; with --compare the folder "
     "of figures and numbers; default of that: results/NAME_compare",
     "--force": "replace older files",
