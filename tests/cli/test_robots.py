@@ -131,7 +131,7 @@ def test_a_robot_file_is_no_scenario(here, capsys):
         error = f"phasmid: {name} is a robot file, no scenario.\n  try  --robot {name}\n"
         assert answered(capsys, "walk", name) == (2, "", error)
     Path("mine.usd").write_text("#usda 1.0", encoding="utf-8")
-    assert answered(capsys, "walk", "mine.usd")[2].startswith("phasmid: mine.usd is a USD file;")
+    assert answered(capsys, "walk", "mine.usd")[2].startswith("phasmid: mine.usd ends in .usd;")
 
 
 def test_a_kits_lengths_and_masses_make_a_robot(here):

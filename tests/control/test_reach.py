@@ -43,14 +43,17 @@ def test_the_margin_of_a_foot_is_the_least_of_stretch_and_joint_limits(robot):
         stretch = (1 - length / (femur + tibia)) / 0.02
         limits = np.minimum(q - model.limits[..., 0], model.limits[..., 1] - q) / width
         for leg, foot in enumerate(feet):
-            *angles, margin = joints_at(model, leg, *foot)
+            *angles, margin = joints_at(record_behind(model), leg, *foot)
             out = model.lengths[leg, 0] + femur[leg] * np.cos(q[leg, 1])
             # The inverse returns legs outwards.
             if out + tibia[leg] * np.cos(q[leg, 1] + q[leg, 2]) > 0.01:
                 np.testing.assert_allclose(angles, q[leg], atol=1e-9)
                 assert margin == pytest.approx(min(stretch[leg], *limits[leg]), abs=1e-7)
         # Out of reach, beyond the full length.
-        assert joints_at(model, 0, *(feet[0] * 1.01 * model.lengths.sum() / 0.01))[3] == -math.inf
+        assert (
+            joints_at(record_behind(model), 0, *(feet[0] * 1.01 * model.lengths.sum() / 0.01))[3]
+            == -math.inf
+        )
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda r: r.name)
@@ -68,9 +71,9 @@ def test_the_edge_along_a_ray_is_the_first_place_that_is_too_far(robot):
             way /= np.linalg.norm(way)
 
             def margin(r, leg=leg, start=start, way=way):
-                return joints_at(model, leg, *(start + r * way))[3]
+                return joints_at(record_behind(model), leg, *(start + r * way))[3]
 
-            edge = region_edge(model, leg, start, way)
+            edge = region_edge(record_behind(model), leg, start, way)
             at = np.arange(0.0, far, 1e-3)
             too_far = np.array([margin(r) < 1 for r in at])
             if np.abs(np.diff(too_far)).sum() > 1:
@@ -104,4 +107,4 @@ def test_a_foot_reaches_all_of_its_region(robot, pose):
             foot = np.append(model.neutral[leg, :2] + 0.95 * reach * way, -model.height)
             body = np.tile(R.T @ (foot - pose[:3]), (len(robot.legs), 1))
             p_hip = hip_from_body(robot, body)[leg]
-            assert reach < 1e-6 or joints_at(model, leg, *p_hip)[3] > 0.9
+            assert reach < 1e-6 or joints_at(record_behind(model), leg, *p_hip)[3] > 0.9

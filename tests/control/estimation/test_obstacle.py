@@ -9,6 +9,7 @@ from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.estimation.estimator import GroundEstimator, write_reference
 from phasmid.control.estimation.terrain_adaptation import FORGETTING
 from phasmid.control.memory import MEMORY
+from phasmid.control.records import record_behind
 from phasmid.control.types import Contact, LegPhase
 
 STEP = 0.03
@@ -71,7 +72,13 @@ class Stage:
         estimator.feet["contact"][:6], estimator.feet["obstacle_hits"][:6] = Contact.GROUND, hits
         state.foot[:] = foot
         engine = self.engine.memory.view(np.recarray)[0]
-        write_reference(state, engine.model, self.reference, estimator, memory.estimator_parameters)
+        write_reference(
+            record_behind(state),
+            engine.model,
+            record_behind(self.reference),
+            estimator,
+            memory.estimator_parameters,
+        )
         return self.reference
 
 

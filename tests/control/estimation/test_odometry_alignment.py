@@ -4,6 +4,7 @@ import numpy as np
 
 from phasmid.control.engine import LocomotionEngine
 from phasmid.control.estimation.odometry_alignment import align_odometry
+from phasmid.control.records import record_behind
 from phasmid.experiment import Command, Observation
 from phasmid.kinematics import hip_from_body, joint_angles
 from phasmid.robot import load_robot
@@ -53,7 +54,7 @@ def test_odom_turns_upright_and_no_joint_moves():
     normal = body.T @ [-0.1, 0.2, 1.0]
     parameters = new_parameters(attitude_delay=2)
     for _ in range(2000):
-        align_odometry(state, estimator, parameters)
+        align_odometry(record_behind(state), estimator, parameters)
     assert np.arccos(estimator.levelling.up[2]) < 1e-6
     np.testing.assert_allclose(seen_by_joints(state), before, atol=1e-12)
     np.testing.assert_allclose(state.R_odom_body @ up_body, [0.0, 0.0, 1.0], atol=1e-6)
