@@ -1,6 +1,7 @@
 """Studies: points of axes, rows of runs, and what survives interruptions and bad runs."""
 
 import errno
+import hashlib
 import os
 import shutil
 import signal
@@ -21,7 +22,7 @@ from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import load_recording
 from phasmid.scenario import load_scenario
 from phasmid.studies import load_study, load_study_file, repeat_run, study
-from phasmid.studies.results import PARTS, DamagedPart, read_rows, write_rows
+from phasmid.studies.results import MOST_BYTES, PARTS, DamagedPart, read_rows, write_rows
 from phasmid.studies.runs import Run, Runner
 from phasmid.studies.search import best_points, search
 from phasmid.studies.webpage import failure_table, main_effects
@@ -373,7 +374,7 @@ def searching(tmp_path, **options):
         return True
 
     search(one, {}, tmp_path, make)
-    return one, made, best_points(one, read_rows(tmp_path))
+    return one, made, best_points(one, read_rows(tmp_path, one))
 
 
 @pytest.mark.parametrize("algorithm", ["tpe", "cma-es"])
@@ -504,7 +505,8 @@ def test_bad_files_and_options_are_status_2(tmp_path, capsys, monkeypatch):
 def damage(folder, table, kind, number):
     """Write a run's row as a part of its own, and damage it."""
     before = set((folder / "parts").iterdir())
-    write_rows(folder, [table.iloc[number].to_dict()])
+    lost = {"lost axis": "gait", "lost metric": COST}.get(kind)
+    write_rows(folder, [table.iloc[number].drop(lost or []).to_dict()])
     (part,) = set((folder / "parts").iterdir()) - before
     content = part.read_bytes()
     middle = len(content) // 2
@@ -515,14 +517,25 @@ def damage(folder, table, kind, number):
     }
     if kind in damaged:
         part.write_bytes(damaged[kind])
-    else:
+    elif kind == "too large":
+        os.truncate(part, MOST_BYTES + 1)
+    elif kind == "checked nonsense":
+        # Its checksum is right, and Parquet's reader raises an OSError.
+        nonsense = b"PAR1" + 40 * b"\xff" + (40).to_bytes(4, "little") + b"PAR1"
+        name = f"{part.stem.partition('-')[0]}-{hashlib.sha256(nonsense).hexdigest()[:16]}"
+        part = part.replace(part.with_stem(name))
+        part.write_bytes(nonsense)
+    elif not lost:
         part.unlink()
         make = {"link": lambda path: path.symlink_to(os.devnull), "pipe": os.mkfifo}
         make.get(kind, Path.mkdir)(part)
     return part.name
 
 
-DAMAGES = ["cut", "empty", "flipped bit", "link", "pipe", "folder"]
+DAMAGES = [
+    *("cut", "empty", "flipped bit", "link", "pipe", "folder"),
+    *("too large", "checked nonsense", "lost axis", "lost metric"),
+]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes in folders")
@@ -538,6 +551,7 @@ def test_damaged_parts_are_named_and_their_runs_are_made_again(whole, tmp_path, 
     assert [len(str(one.message).splitlines()) for one in caught] == [1] * len(DAMAGES)
     for name, one in zip(names, caught, strict=True):
         assert name in str(one.message)
+    assert f"it has {MOST_BYTES + 1} bytes" in str(caught[DAMAGES.index("too large")].message)
     (tmp_path / "s.toml").write_text(tomlkit.dumps(GRID))
     assert main(["study", str(tmp_path / "s.toml"), "--out", str(folder), "--workers", "1"]) == 0
     printed = capsys.readouterr().err

@@ -113,7 +113,7 @@ def study(
 
     def make(runs: list[Run]) -> bool:
         nonlocal done
-        rows = read_rows(folder, set_aside=True)
+        rows = read_rows(folder, table, set_aside=True)
         known = rows[rows["status"] != "failed"] if retry_failed else rows
         made = set(known["run"])
         missing = [run for run in runs if run.id not in made]
@@ -187,7 +187,7 @@ def repeat_run(
     changed = _changes(read_definition(folder)["parts"], fingerprint(runner))
     if changed:
         raise InvalidInput(f"the study has changed since: {', '.join(changed[:4])}.")
-    rows = read_rows(folder)
+    rows = read_rows(folder, table)
     rows = rows[rows["number"] == number]
     if rows.empty:
         raise InvalidInput(f"{folder} has no run {number}.", hint="a number of its table")

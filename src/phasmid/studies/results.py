@@ -31,6 +31,9 @@ PARTS, RECORDINGS, DEFINITION, PAGE = "parts", "recordings", "study.json", "stud
 DIGEST_LETTERS = 16
 """Letters of the SHA-256 in the name of a part: 64 bits."""
 
+MOST_BYTES = 100_000_000
+"""Size of the largest part that is read [bytes]; 500 rows take less than a megabyte."""
+
 
 class DamagedPart(UserWarning):
     """A part of a study could not be read."""
@@ -98,7 +101,7 @@ def load_study(folder: str | Path) -> StudyResults:
     """
     folder = Path(folder)
     study = Study(**read_definition(folder)["study"])
-    table = read_rows(folder)
+    table = read_rows(folder, study)
     if table.empty:
         raise InvalidInput(f"{folder} has no row of a study.", hint="phasmid study FILE")
     return StudyResults(study, folder, table)
@@ -144,11 +147,12 @@ def write_rows(folder: Path, rows: Sequence[Row]) -> None:
     write_whole(folder / PARTS / name, content)
 
 
-def read_rows(folder: Path, *, set_aside: bool = False) -> pd.DataFrame:
+def read_rows(folder: Path, study: Study, *, set_aside: bool = False) -> pd.DataFrame:
     """Return the newest row of each run, in the order of the study.
 
     Args:
         folder: The folder of the study.
+        study: The study.
         set_aside: Rename damaged parts, so that they are not read again.
 
     Warns:
@@ -157,12 +161,16 @@ def read_rows(folder: Path, *, set_aside: bool = False) -> pd.DataFrame:
     tables = [pd.DataFrame({"run": [], "status": [], "number": []})]
     for path in sorted((folder / PARTS).glob("*.parquet")):
         try:
-            tables.append(_read_part(path))
+            tables.append(_read_part(path, study))
         except FileNotFoundError:
             # Another machine has set it aside.
             continue
-        except ValueError as error:
-            sentence = f"the part {path} of a study is damaged: {error}"
+        except (InvalidInput, MemoryError):
+            raise
+        except Exception as error:
+            # Damaged bytes raise any exception in the reader.
+            reason = " ".join(str(error).split())[:160].rstrip(".") or type(error).__name__
+            sentence = f"the part {path} of a study is damaged: {reason}"
             if set_aside:
                 aside = path.with_name(f"{path.name}.damaged")
                 with suppress(OSError):
@@ -180,18 +188,21 @@ def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:DIGEST_LETTERS]
 
 
-def _read_part(path: Path) -> pd.DataFrame:
+def _read_part(path: Path, study: Study) -> pd.DataFrame:
     """Return the rows of a part.
 
     Raises:
         FileNotFoundError: There is no such part.
         InvalidInput: The system cannot read it; it may be sound.
-        ValueError: It is damaged.
+        ValueError: It is damaged; other exceptions too.
     """
     try:
-        if not stat.S_ISREG(path.lstat().st_mode):
+        state = path.lstat()
+        if not stat.S_ISREG(state.st_mode):
             # A pipe never ends.
             raise ValueError("it is not a file")
+        if state.st_size > MOST_BYTES:
+            raise ValueError(f"it has {state.st_size} bytes")
         content = path.read_bytes()
     except FileNotFoundError:
         raise
@@ -200,7 +211,12 @@ def _read_part(path: Path) -> pd.DataFrame:
         raise InvalidInput(f"cannot read the part {path} of a study: {reason}.") from None
     if path.stem.rpartition("-")[2] != _digest(content):
         raise ValueError("it fails its checksum")
-    return pd.read_parquet(io.BytesIO(content))
+    table = pd.read_parquet(io.BytesIO(content))
+    columns = ["run", "number", "status", "ending", "error", *study.axes]
+    columns += [metric.name for metric in study.metrics]
+    if absent := [name for name in columns if name not in table]:
+        raise ValueError(f"it has no {', '.join(absent)}")
+    return table
 
 
 def causes(failed: pd.DataFrame) -> list[tuple[int, Any]]:

@@ -49,7 +49,7 @@ def search(
             for _ in range(2):
                 if not make(runs):
                     return
-                rows = read_rows(folder).set_index("run")
+                rows = read_rows(folder, study).set_index("run")
                 if rows.index.isin(ids).sum() == len(ids):
                     break
             else:
