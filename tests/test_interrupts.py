@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 import weakref
+from contextlib import suppress
 
 import pytest
 
@@ -139,3 +140,11 @@ def test_an_exception_that_is_raised_again_waits_for_the_end_of_a_held_body():
                 time.sleep(10 * interrupts.RAISE_AGAIN_TIME)
                 steps.append("whole")
     assert steps == ["whole"]
+
+
+def test_held_work_does_not_go_on_after_a_signal_that_was_swallowed():
+    with StopSignals():
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+        with pytest.raises(KeyboardInterrupt), held_signals() as noticed:
+            assert noticed == [signal.SIGTERM]

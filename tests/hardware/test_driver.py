@@ -23,6 +23,7 @@ from phasmid.hardware import (
     model,
 )
 from phasmid.hardware.paced_targets import PacedTargets
+from phasmid.hardware.stages import Stage
 from phasmid.recording import load_recording
 from phasmid.robot import load_robot
 from support.virtual_bus import folded, goal_of, new_driver, virtual_bus
@@ -140,6 +141,22 @@ def test_a_robot_stands_up_slowly_walks_and_lies_limp_at_the_end(monkeypatch, na
     lowered = event(report, "limits are lowered") + driver.settings.ramp_time - 0.2
     assert enabled[(time > begun) & (time < lowered)].all()
     assert not enabled[-1].any()
+
+
+def test_the_output_rises_and_falls_gradually(monkeypatch):
+    limits = []
+
+    def watch(driver, emulator, bus):
+        limits.append(emulator.servos[0].torque_limit)
+
+    driven(monkeypatch, at=[(0.4 + 0.1 * k, watch) for k in range(200)])
+    changes = np.sign(np.diff(limits))
+    turn = np.flatnonzero(changes < 0)[0]
+    # Each ramp takes 1 s: some ten of the looks fall on it.
+    assert not (changes[:turn] < 0).any()
+    assert (changes[:turn] > 0).sum() >= 8
+    assert not (changes[turn:] > 0).any()
+    assert (changes[turn:] < 0).sum() >= 8
 
 
 def test_goals_stay_within_the_limits_of_robot_and_calibration(monkeypatch):
@@ -265,13 +282,26 @@ def test_a_fault_ends_in_its_reaction(monkeypatch, fault, seed):
     assert not emulator.traces()[1][-1].any()
 
 
-def test_a_failing_controller_lowers_the_robot_and_raises_its_error(monkeypatch):
+def test_a_walk_on_five_legs_after_an_overload_ends_as_a_whole_one(monkeypatch):
+    _, emulator, report, _ = driven(monkeypatch, faults=[f"5 overload {W}"], duration=6.0)
+    assert report.ending is None
+    assert report.walked == pytest.approx(6.0, abs=1.5 / RATE)
+    time, enabled, _, _ = emulator.traces()
+    assert not enabled[time > WALKS_AT + 0.3][:, 4].any()
+
+
+@pytest.mark.parametrize("failing", ["commands", "controller"])
+def test_a_failing_controller_lowers_the_robot_and_raises_its_error(monkeypatch, failing):
+    def fail(*_):
+        raise ArithmeticError("a user's own")
+
+    class Failing(Still):
+        def update(self, observation, command):
+            return (fail if driver.stage is Stage.WALK else super().update)(observation, command)
+
+    given = {"commands": fail, "controller": Failing()}
     with virtual_bus(monkeypatch, plant=folded()) as (*robot, bus, emulator, _):
-
-        def command(time, observation):
-            raise ArithmeticError("a user's commands")
-
-        driver = new_driver(*robot, bus, commands=command)
+        driver = new_driver(*robot, bus, **{failing: given[failing]})
         with pytest.raises(ArithmeticError):
             driver.drive(3.0)
         event(driver.report, "the controller failed")
@@ -377,6 +407,15 @@ def test_servos_hold_the_measured_angles_even_if_packets_are_lost(monkeypatch):
                 assert speed == pytest.approx(math.radians(30), abs=0.012)
                 assert servo["torque_limit"] == 0
                 assert servo["torque_enable"] == 1
+
+
+def test_heat_begins_with_the_measured_temperature(monkeypatch):
+    plant = folded()
+    plant.temperature[:] = 50.0
+    with virtual_bus(monkeypatch, plant=plant) as (*robot, bus, _, _):
+        report = new_driver(*robot, bus).drive(1.0)
+    assert report.hottest == 50.0
+    assert report.hottest_predicted >= 49.0
 
 
 def test_a_lost_link_of_a_steering_client_stops_the_robot(monkeypatch):
