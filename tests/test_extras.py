@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import sys
 
 import pytest
 
+from phasmid.cli import main
 from phasmid.extras import install_hint
 
 
@@ -27,3 +29,12 @@ def test_an_extra_comes_from_where_phasmid_came(origin, command, tmp_path, monke
         (info / "direct_url.json").write_text(json.dumps(origin))
     monkeypatch.syspath_prepend(tmp_path)
     assert install_hint("video") == command
+
+
+def test_one_sentence_says_what_the_live_view_lacks(monkeypatch, capsys, tmp_path):
+    for name in [name for name in sys.modules if name.startswith("phasmid.live")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    assert main(["walk", "--live", "--out", str(tmp_path / "walk")]) == 2
+    assert f"  try  {install_hint('live')}" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
