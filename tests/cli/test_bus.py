@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from phasmid.cli import main
-from phasmid.cli.bus import _emulator
+from phasmid.cli.bus import emulator_of
 from phasmid.cli.parser import build_parser
 from phasmid.extras import install_hint
 from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
@@ -96,8 +96,8 @@ def test_emulated_servos_are_mounted_as_calibrated(tmp_path):
     ]
     save_calibration(path, rows, robot.name)
     parser, words = build_parser("bus"), ["bus", "emulate", "--robot", "phantomx-ax"]
-    plain, _ = _emulator(parser.parse_args(words))
-    emulator, table = _emulator(parser.parse_args([*words, "--calibration", str(path)]))
+    plain, _ = emulator_of(parser.parse_args(words))
+    emulator, table = emulator_of(parser.parse_args([*words, "--calibration", str(path)]))
     assert [servo.id for servo in emulator.servos] == [row.id for row in rows]
     assert table[1] == ["199", "right_front.coxa", "-45", "256 to 768"]
     # Both have advanced by one step, with sums of angles rounded at 1e-15 rad.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from phasmid.cli import main
-from phasmid.cli.bus_calibrate import _turn
+from phasmid.cli.bus_calibrate import turn_words
 from phasmid.hardware import load_calibration
 from phasmid.hardware.calibrator import pose_angles
 from phasmid.kinematics import foot_position
@@ -185,7 +185,7 @@ def test_the_words_for_a_turn_are_those_of_larger_angles(name):
     q = pose_angles(robot, "square")
     ways = {"forward": (0, 1), "backward": (0, -1), "up": (2, 1)}
     for joint in (0, 1):
-        words = _turn(robot, ("coxa", "femur")[joint]).removeprefix("Swing each ")
+        words = turn_words(robot, ("coxa", "femur")[joint]).removeprefix("Swing each ")
         larger = q.copy()
         larger[:, joint] += math.radians(1)
         moved = foot_position(robot.arrays, larger) - foot_position(robot.arrays, q)
@@ -193,7 +193,7 @@ def test_the_words_for_a_turn_are_those_of_larger_angles(name):
             phrase = next((part for part in words.split(", or ") if leg.name in part), words)
             axis, sign = next(ways[word] for word in phrase.split() if word in ways)
             assert sign * (leg.X_body_hip[:3, :3] @ p)[axis] > 0
-    assert _turn(robot, "tibia") == "Swing each foot tip outwards and up about its tibia axis"
+    assert turn_words(robot, "tibia") == "Swing each foot tip outwards and up about its tibia axis"
     larger = q + np.radians([0, 0, 1])
     moved = foot_position(robot.arrays, larger) - foot_position(robot.arrays, q)
     # Along x and z of the hip frame.

@@ -92,7 +92,7 @@ def test_keys_stop_the_robot(key, reaction, monkeypatch):
     master, slave = os.openpty()
     with os.fdopen(slave) as terminal:
         monkeypatch.setattr(sys, "stdin", terminal)
-        with drive_bus._keys(driver):
+        with drive_bus.stop_keys(driver):
             os.write(master, b"x" + key)
             assert driver.changed.wait(PATIENCE)
         assert driver.requests == [reaction]
@@ -106,7 +106,7 @@ def test_a_lost_terminal_is_no_key(monkeypatch):
     master, slave = os.openpty()
     with os.fdopen(slave) as terminal:
         monkeypatch.setattr(sys, "stdin", terminal)
-        with drive_bus._keys(driver):
+        with drive_bus.stop_keys(driver):
             os.close(master)
             wait(lambda: all(thread.name != "keys" for thread in threading.enumerate()))
         assert driver.requests == []
@@ -119,7 +119,7 @@ def test_an_event_without_a_reader_raises_nothing(monkeypatch):
             raise BrokenPipeError
 
     monkeypatch.setattr(sys, "stdout", Unread())
-    drive_bus._print_event(1.0, "the robot walks.")
+    drive_bus.print_event(1.0, "the robot walks.")
 
 
 def command(port, *arguments):

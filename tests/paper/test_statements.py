@@ -41,7 +41,7 @@ def doctored(trial: Trial, **channels: Change) -> Trial:
 def evidence_with(trial: Trial, name: str = "the paper's walk") -> Evidence:
     """Evidence whose walk of this name is the given one."""
     evidence = Evidence(SHORT)
-    evidence._trials[name] = trial
+    evidence.trials[name] = trial
     return evidence
 
 
@@ -132,13 +132,13 @@ def test_a_walk_without_the_limit_earns_the_whole_grade(
 def test_one_gait_or_ground_that_falls_short_is_enough(walk: Trial, measure: Measure) -> None:
     names = [f"{gait} gait" for gait in GAITS] + [*walking.TERRAINS, "friction 0.3", "friction 1"]
     good = Evidence(SHORT)
-    good._trials = dict.fromkeys(names, walk)
+    good.trials = dict.fromkeys(names, walk)
     # The plan knows the ground, which is a condition that the paper does not make.
     best = Grade.HOLDS if measure is walking.gaits else Grade.WITH_A_LIMIT
     assert measure(good).grade is best
     for name in ("ripple gait", "stairs", "friction 1"):
         bad = Evidence(SHORT)
-        bad._trials = good._trials | {name: doctored(walk, body_position=lambda p: 0.9 * p)}
+        bad.trials = good.trials | {name: doctored(walk, body_position=lambda p: 0.9 * p)}
         mine = name in names[:3] if measure is walking.gaits else name in names[3:]
         assert measure(bad).grade is (Grade.FAILS if mine else best)
 

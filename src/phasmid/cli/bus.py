@@ -311,7 +311,7 @@ def _robot_ids(options: argparse.Namespace, robot: Robot) -> list[int] | None:
 
 def _emulate(options: argparse.Namespace) -> int:
     """Emulate servos until Ctrl-C."""
-    emulator, rows = _emulator(options)
+    emulator, rows = emulator_of(options)
     with suppress(KeyboardInterrupt), emulator:
         say(f"The port is {emulator.port}\nCtrl-C ends it.")
         if rows:
@@ -322,7 +322,7 @@ def _emulate(options: argparse.Namespace) -> int:
     return 0
 
 
-def _emulator(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[str]]]:
+def emulator_of(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequence[str]]]:
     """Return the emulator of the options, and a table of a robot's servos."""
     baud, rows, plant = options.baud or 1_000_000, [], None
     if options.robot:

@@ -73,7 +73,7 @@ def calibrate(
             say("Then press Enter.")
             _await_enter()
             sweep = Sweep(calibrator.positions())
-            say(f"{_turn(robot, joint)}, by 10° or more, leg by leg. Then press Enter.")
+            say(f"{turn_words(robot, joint)}, by 10° or more, leg by leg. Then press Enter.")
             _follow(calibrator, sweep, calibrator.turns)
             pending = calibrator.set_directions(sweep, pending)
             if pending:
@@ -104,7 +104,7 @@ def _print_feet(robot: Robot) -> None:
     print_table(rows, right=(1, 2, 3))
 
 
-def _turn(robot: Robot, joint: str) -> str:
+def turn_words(robot: Robot, joint: str) -> str:
     """Return how to turn a joint of all legs towards larger angles."""
     if joint == "tibia":
         return "Swing each foot tip outwards and up about its tibia axis"

@@ -136,8 +136,8 @@ def run(
                 if port == options.bus:
                     say("Compare the angles above with the robot, then press Enter.")
                     input()
-            driver.on_event = _print_event
-        with _keys(driver), served_driver(driver, options):
+            driver.on_event = print_event
+        with stop_keys(driver), served_driver(driver, options):
             try:
                 report = driver.drive(scenario.duration)
             except Exception as error:
@@ -299,14 +299,15 @@ def _print_unconfirmed(report: DriveReport) -> None:
         say(f"phasmid: {report.ending.sentence}", file=sys.stderr)
 
 
-def _print_event(time: float, sentence: str) -> None:
+def print_event(time: float, sentence: str) -> None:
+    """Print an event of the drive at its time [s]."""
     # A robot must not fall because its terminal or the reader of a pipe is gone.
     with suppress(OSError):
         say(f"{time:6.1f} s  {plain(sentence)}")
 
 
 @contextmanager
-def _keys(driver: Driver) -> Iterator[None]:
+def stop_keys(driver: Driver) -> Iterator[None]:
     """Stop the robot at a key, where the standard input is a terminal."""
     if not sys.stdin.isatty():
         yield

@@ -71,6 +71,9 @@ class Evidence:
     Args:
         scenario: Scenario of the statements; the paper's by default.
         announce: Receives a sentence before each simulation.
+
+    Attributes:
+        trials: Those made so far, by name.
     """
 
     def __init__(
@@ -78,7 +81,7 @@ class Evidence:
     ) -> None:
         self.scenario = scenario or load_scenario("paper")
         self._announce = announce or (lambda _: None)
-        self._trials: dict[str, Trial] = {}
+        self.trials: dict[str, Trial] = {}
 
     @cached_property
     def robot(self) -> Robot:
@@ -128,11 +131,11 @@ class Evidence:
             name: Name of the variant; one name always has the same changes.
             **changes: As of `Scenario.replace`.
         """
-        if name not in self._trials:
+        if name not in self.trials:
             self._announce(name)
             scenario = self.scenario.replace(**changes)
             walk = plan(scenario)
             recording = simulate(scenario, walk)
             fine = walk.sample(np.asarray(recording["time"].values))
-            self._trials[name] = Trial(scenario, fine, recording, summarise(recording))
-        return self._trials[name]
+            self.trials[name] = Trial(scenario, fine, recording, summarise(recording))
+        return self.trials[name]
