@@ -12,13 +12,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from mcap.writer import Writer
 
 from phasmid.cli import main
 from phasmid.motion import plan
-from phasmid.recording import DamagedRecording, load_recording, save_recording
+from phasmid.recording import DamagedRecording, RecordingLog, load_recording, save_recording
 from phasmid.robot import load_robot, robot_to_toml
 from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, new_run
+from phasmid.simulation import new_run
 from support.hostile import UNSEEN, hostile_files
 
 
@@ -124,20 +125,20 @@ def test_a_fallen_robot_is_status_3_and_its_record_is_kept(here, capsys):
 
 
 def interrupting(monkeypatch, *, at):
-    """Ctrl-C arrives in the run after so many samples."""
-    whole = Run._keep
+    """Ctrl-C arrives in the run after a time [s]."""
+    whole = RecordingLog.append
 
-    def keep(run, *arguments):
-        whole(run, *arguments)
-        if run.done > at:
-            monkeypatch.setattr(Run, "_keep", whole)
+    def append(log, time, channels):
+        whole(log, time, channels)
+        if time[-1] > at:
+            monkeypatch.setattr(RecordingLog, "append", whole)
             signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(Run, "_keep", keep)
+    monkeypatch.setattr(RecordingLog, "append", append)
 
 
 def test_an_interrupted_walk_is_status_130_and_its_record_is_kept(here, capsys, monkeypatch):
-    interrupting(monkeypatch, at=1000)
+    interrupting(monkeypatch, at=1.0)
     status, text = answered(capsys, "walk", "--out", "stopped", "--quiet")
     assert status == 130
     assert text.startswith("phasmid: The run was stopped by the user at 1.")
@@ -231,16 +232,14 @@ def test_a_report_of_a_damaged_log_says_what_was_lost(here, capsys):
 
 
 def test_a_full_disk_is_status_1_and_says_what_was_saved(here, capsys, monkeypatch):  # C6
-    from phasmid.recording import RecordingLog
+    whole = Writer.add_message
 
-    whole = RecordingLog._write
-
-    def full(log, *message):
-        if log._done > 1000:
+    def full(writer, channel, time, data, published, number):
+        if number >= 1024:
             raise OSError(errno.ENOSPC, "No space left on device")
-        whole(log, *message)
+        whole(writer, channel, time, data, published, number)
 
-    monkeypatch.setattr(RecordingLog, "_write", full)
+    monkeypatch.setattr(Writer, "add_message", full)
     status, text = answered(capsys, "walk", "--duration", "4", "--out", "a")
     assert status == 1
     assert text == (

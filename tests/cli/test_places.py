@@ -7,7 +7,6 @@ import tempfile
 import pytest
 
 from phasmid.cli import main
-from phasmid.paper import reproduction
 from phasmid.paper.evidence import Evidence
 from phasmid.simulation import Run
 from phasmid.studies.executor import LocalExecutor
@@ -72,22 +71,4 @@ def test_a_walk_without_room_for_its_folder_is_refused_before_its_first_step(
     monkeypatch.setattr(Run, "advance", lambda *_, **__: pytest.fail("the work began"))
     assert main(["walk", "--duration", "5", "--out", str(tmp_path / "out"), "--quiet"]) == 1
     assert "0.012 GB are free" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_reproduction_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
-    written = []
-
-    def write(path, content):
-        if len(written) == 3:
-            raise reproduction.OutputError("the disk is full.")
-        written.append(path)
-        path.write_bytes(content)
-
-    folder = tmp_path / "out"
-    files = {folder / f"paper/{k}.png": b"figure" for k in range(5)}
-    monkeypatch.setattr(reproduction, "write_whole", write)
-    with pytest.raises(reproduction.OutputError, match="the disk is full"):
-        reproduction._write(files | {folder / "paper.md": b"page"}, folder)
-    assert len(written) == 3
     assert list(tmp_path.iterdir()) == []

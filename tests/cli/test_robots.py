@@ -149,18 +149,18 @@ def test_a_kits_lengths_and_masses_make_a_robot(here):
     assert robot_to_toml(phasmid.load_robot("mine.toml")) == robot_to_toml(robot)
 
 
+@pytest.mark.usefixtures("compiled_engine")
 @pytest.mark.parametrize("robot", ["markwtech", "sticks.urdf"])
-def test_check_gaits_and_walk_tell_one_longest_stride(here, capsys, monkeypatch, robot):
+def test_check_gaits_and_walk_tell_one_longest_stride(here, capsys, robot):
     """A hexapod of hobby servos, whose joints turn by ±90°, and a kit."""
     if robot.endswith(".urdf"):
         quarter = '<limit lower="-1.5708" upper="1.5708" effort="2.2" velocity="6"/>'
         saved(here, hexapod(quarter, (0.04, 0.1, 0.1)))
-    monkeypatch.setattr("phasmid.cli.gaits._fastest", lambda scenario, gait: 0.05)
     _, out, _ = answered(capsys, "check", "--robot", robot)
     stride = int(re.search(r"longest step: (\d+) mm forward", out)[1])
     assert out.endswith("possible.\n")
     _, out, _ = answered(capsys, "gaits", "--gait", "tripod", "--robot", robot)
-    assert int(re.search(r"^tripod .* (\d+) +50$", out, re.MULTILINE)[1]) == stride
+    assert int(re.search(r"^tripod .* (\d+) +\d+$", out, re.MULTILINE)[1]) == stride
     walk = ["walk", "--robot", robot, "--period", "9", "--duration", "1", "--no-figures"]
     # The table rounds to the nearest millimetre, the refusal down.
     assert answered(capsys, *walk, "--step-length-mm", stride - 1)[0] == 0
