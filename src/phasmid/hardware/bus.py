@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from phasmid.extras import install_hint
 from phasmid.hardware.control_table import Model, Register, model_of_number
 from phasmid.hardware.rates import FACTORY_LATENCY, exchange_time, wire_time
 from phasmid.hardware.status import StatusError, hardware_error, status_error
+
+if TYPE_CHECKING:
+    from phasmid.hardware.port import Port
 
 BAUDS = 1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000
 """Baud rates that a scan tries, those of the factories first."""
@@ -106,7 +109,7 @@ class Bus:
     Attributes:
         models: Models of the servos that are known, by id; `scan` adds some.
         traffic: Counters of packets.
-        port: The open port, see `phasmid.hardware.port.Port`.
+        port: The open port.
 
     Raises:
         InvalidInput: The extra is not installed, or the port cannot be opened.
@@ -124,7 +127,7 @@ class Bus:
         try:
             import dynamixel_sdk
 
-            from phasmid.hardware.port import FAILURES, Port, open_error
+            from phasmid.hardware import port
         except ModuleNotFoundError:
             raise InvalidInput(
                 "the servo bus needs the extra hardware, which is not installed.",
@@ -135,9 +138,9 @@ class Bus:
             self.latency = usb_latency(self.path) or FACTORY_LATENCY
         self._packets: Any = dynamixel_sdk.PacketHandler(float(self.protocol))
         try:
-            self.port: Any = Port(self.path, self.baud, exclusive=self.exclusive)
-        except FAILURES as error:
-            raise InvalidInput(open_error(self.path, error)) from None
+            self.port: Port = port.Port(self.path, self.baud, exclusive=self.exclusive)
+        except port.FAILURES as error:
+            raise InvalidInput(port.open_error(self.path, error)) from None
 
     def close(self) -> None:
         """Close the port."""

@@ -9,12 +9,27 @@ import errno
 import os
 import time
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import serial
-from dynamixel_sdk import PortHandler
 from serial.tools import list_ports
 
 from phasmid.hardware.bus import PortLost
+
+if TYPE_CHECKING:
+
+    class PortHandler:
+        """What `Port` has of the library's port, which has no types."""
+
+        is_open: bool
+        is_using: bool
+        port_name: str
+        ser: serial.Serial
+
+        def __init__(self, port_name: str) -> None: ...
+
+else:
+    from dynamixel_sdk import PortHandler
 
 try:
     import termios
@@ -45,7 +60,7 @@ LONGEST_DRAIN = 0.5
 """Time after which a line that is never silent is used again [s]."""
 
 
-class Port(PortHandler):  # type: ignore[misc]
+class Port(PortHandler):
     """A serial port.
 
     Args:
@@ -56,8 +71,6 @@ class Port(PortHandler):  # type: ignore[misc]
     Attributes:
         patience: Time for which an answer is awaited [s].
     """
-
-    is_open: bool
 
     def __init__(self, path: str, baud: int, *, exclusive: bool = True) -> None:
         super().__init__(path)
