@@ -124,7 +124,7 @@ ROBOT = ["--robot", "phantomx-ax", "--out", "a.urdf"]
 @pytest.mark.parametrize(
     ("arguments", "error"),
     [
-        ([], "no recording is named;"),
+        ([], "no recording is named."),
         (["c.nc"], "recording c.nc does not exist."),
         (["b.nc", "--out", "a.txt"], '"a.txt" does not end in one of .csv, .nc, .mcap, .toml,'),
         (["b.nc", "--channels", "joint_torqe"], 'no channel "joint_torqe".'),

@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src/phasmid"
 PAGE = (ROOT / "docs/architecture.md").read_text("utf-8")
 
 
@@ -16,3 +17,9 @@ def test_every_name_on_the_page_is_in_the_named_file():
     for file, name in spans:
         module = import_module("phasmid." + file.replace("/", "."))
         assert reduce(getattr, name.split("."), module) is not None
+
+
+def test_the_table_lists_every_package_once():
+    """A package is a folder with source files."""
+    named = re.findall(r"^\|[^|]*\| `(\w+)` \|", PAGE, re.M)
+    assert sorted(named) == sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))

@@ -86,11 +86,9 @@ def _recording(options: argparse.Namespace) -> int:
     from phasmid.reporting.data_file import check_export, export
 
     if options.scenario is None:
-        robot = "" if given_fields(options).get("robot") is None else "; of a robot .urdf"
-        raise InvalidInput(
-            f"no recording is named; a robot or a walk needs --out FILE{robot}.",
-            hint="phasmid export results/paper",
-        )
+        if given_fields(options).get("robot") is not None:
+            raise InvalidInput("the file of the robot is not named.", hint="--out robot.urdf")
+        raise InvalidInput("no recording is named.", hint="phasmid export results/paper")
     _refuse_fields(options, "a recording")
     if is_foreign(options.scenario):
         raise InvalidInput(
