@@ -21,5 +21,5 @@ def test_every_name_on_the_page_is_in_the_named_file():
 
 def test_the_table_lists_every_package_once():
     """A package is a folder with source files."""
-    named = re.findall(r"^\|[^|]*\| `(\w+)` \|", PAGE, re.M)
+    named = re.findall(r"^\|[^|]*\| `(\w+)` \|", PAGE, re.MULTILINE)
     assert sorted(named) == sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))
