@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import pytest
 
@@ -110,8 +110,7 @@ def test_it_waits_while_another_program_has_the_port_open(tmp_path):
         holder.kill()
         holder.wait()
         # For the first attempts the second process keeps others out.
-        wait(lambda: opens(cable.path))
-        with Bus(str(cable.path)):
+        with opened(cable.path):
             # An attempt that had begun ends within 0.5 s.
             time.sleep(1.0)
             cable.is_cut = False
@@ -121,13 +120,17 @@ def test_it_waits_while_another_program_has_the_port_open(tmp_path):
         wait(lambda: is_off(servos) and not runs(second))
 
 
-def opens(path):
-    """Return whether a port can be opened."""
-    try:
-        Bus(str(path)).close()
-    except InvalidInput:
-        return False
-    return True
+def opened(path):
+    """Open a port as soon as it is free; between two attempts another process may open it."""
+    buses = []
+
+    def attempt():
+        with suppress(InvalidInput):
+            buses.append(Bus(str(path)))
+        return buses
+
+    wait(attempt)
+    return buses[0]
 
 
 def test_a_stopped_second_process_does_not_block_the_driver(tmp_path):

@@ -59,7 +59,8 @@ def compare_log(options: argparse.Namespace) -> int:
 
 def _scenario(options: argparse.Namespace, path: Path) -> Scenario | None:
     """Return the scenario of the options; None: that of the recording."""
-    if path.suffix.lower() == ".csv" and options.scenario is options.robot is None:
+    is_table = path.suffix.lower() == ".csv" and path.exists()
+    if is_table and options.scenario is options.robot is None:
         raise InvalidInput(
             f"{plain(path.name)} does not name its robot.", hint="--robot phantomx-ax"
         )

@@ -77,8 +77,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _ending(out: str) -> str:
-    """Return the ending of a file; none of a folder, which exists or ends in a slash."""
-    return "" if out.endswith("/") or Path(out).is_dir() else Path(out).suffix.lower()
+    """Return the ending of a file; none of a folder, which ends in a slash or has another."""
+    ending = Path(out).suffix.lower()
+    is_folder = Path(out).is_dir() and ending not in {*RECORDING, *ROBOT, ".h"}
+    return "" if out.endswith("/") or is_folder else ending
 
 
 def _recording(options: argparse.Namespace) -> int:
