@@ -31,7 +31,7 @@ from phasmid.kinematics.tracking import (
     track_twist,
     track_velocity,
 )
-from phasmid.kinematics.workspace import within_reach
+from phasmid.kinematics.workspace import reach, within_reach
 
 __all__ = [
     "CommandTracking",
@@ -56,6 +56,7 @@ __all__ = [
     "posture_feet",
     "quaternion_rotation",
     "quaternion_yaw",
+    "reach",
     "rotated",
     "rotation_rpy",
     "rpy_quaternion",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 
@@ -14,6 +16,28 @@ ARC_STEP = np.radians(3.0)
 
 LIMIT_TOLERANCE = 1e-9
 """An angle may pass a joint limit by this much, which is round-off [rad]."""
+
+
+@explained
+def reach(leg: Leg, height: float) -> tuple[float, float]:
+    """Nearest and farthest distance of the foot from the coxa axis.
+
+    Args:
+        leg: The leg; its joint limits are not regarded.
+        height: Height of the foot over the hip along that axis, which is vertical unless the hip
+            is tilted [m], negative below it.
+
+    Returns:
+        Nearest and farthest distance [m]; both NaN where the leg cannot reach that height.
+    """
+    coxa, femur, tibia = map(float, leg.lengths)
+    left = float(leg.lateral_offsets.sum())
+    if abs(height) > femur + tibia:
+        return math.nan, math.nan
+    far = math.sqrt((femur + tibia) ** 2 - height**2)
+    hole = (femur - tibia) ** 2 - height**2
+    near = coxa + math.sqrt(hole) if hole > 0 else max(coxa - far, 0.0)
+    return math.hypot(near, left), math.hypot(coxa + far, left)
 
 
 @explained
