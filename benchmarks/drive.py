@@ -23,9 +23,10 @@ from run import address_as_void_pointer
 
 from phasmid import Scenario, load_scenario
 from phasmid.experiment import Command
+from phasmid.servo.law import SERVO_STATE
+from phasmid.servo.law_kernels import servo_step
 from phasmid.simulation.closed_loop import ClosedLoopRun
 from phasmid.simulation.drive import new_drive
-from phasmid.simulation.servo import SERVO_STATE, servo_step
 
 ROUNDS = 3
 COMMAND = Command(velocity=(0.05, 0.0, 0.1))

@@ -22,7 +22,7 @@ from phasmid.errors import PhasmidError
 from phasmid.formats import load_robot
 from phasmid.identification import identify
 from phasmid.identification.parameters import start_values
-from phasmid.robot import load_servo
+from phasmid.servo import load_servo
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 

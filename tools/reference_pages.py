@@ -13,6 +13,7 @@ from phasmid.cli.parser import COMMANDS, build_parser
 
 PACKAGES = (
     "phasmid.robot",
+    "phasmid.servo",
     "phasmid.kinematics",
     "phasmid.gait",
     "phasmid.motion",

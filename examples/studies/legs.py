@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from phasmid.reporting.run import read_run
-from phasmid.robot import load_servo
+from phasmid.servo import load_servo
 
 SERVO = 0.0546
 """Mass of an AX-12A [kg]."""

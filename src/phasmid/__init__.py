@@ -43,9 +43,9 @@ if TYPE_CHECKING:
     from phasmid.robot import Leg as Leg
     from phasmid.robot import Link as Link
     from phasmid.robot import Robot as Robot
-    from phasmid.robot import Servo as Servo
     from phasmid.scenario import Scenario as Scenario
     from phasmid.scenario import load_scenario as load_scenario
+    from phasmid.servo import Servo as Servo
     from phasmid.simulation import replay as replay
     from phasmid.simulation import sense as sense
     from phasmid.simulation import simulate as simulate
@@ -68,8 +68,9 @@ _NAMES = {
     "motion": "JointTrajectory Walk load_trajectory plan",
     "recording": "load_recording save_mcap save_recording",
     "reporting": "export plot report save_video summarise",
-    "robot": "Body Leg Link Robot Servo",
+    "robot": "Body Leg Link Robot",
     "scenario": "Scenario load_scenario",
+    "servo": "Servo",
     "simulation": "drive replay sense simulate simulate_many",
     "studies": "load_study study",
 }

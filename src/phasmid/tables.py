@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_origin
 
 from annotated_types import Gt
-from pydantic import BaseModel, ConfigDict, Strict, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Strict,
+    StringConstraints,
+    ValidationError,
+    model_validator,
+)
 from pydantic.fields import FieldInfo
 from pydantic_core import InitErrorDetails
 
@@ -82,6 +89,19 @@ Weight = Annotated[Number, Quantity("n")]
 Density = Annotated[Number, Quantity("kg_m3")]
 Voltage = Annotated[Number, Quantity("v")]
 Temperature = Annotated[Number, Quantity("degc")]
+
+LONGEST_NAME = 64
+"""Robots and legs with longer names than this make no readable tables."""
+
+_PRINTABLE = r"[^\p{C}\p{Z}]"
+Name = Annotated[
+    str,
+    # Formats of XML know no blanks at the ends.
+    StringConstraints(
+        pattern=rf"^{_PRINTABLE}((?:{_PRINTABLE}| ){{0,{LONGEST_NAME - 2}}}{_PRINTABLE})?$"
+    ),
+    Hint(f"1 to {LONGEST_NAME} printable characters, without a blank at the ends"),
+]
 
 
 Loc: TypeAlias = tuple[str | int, ...]

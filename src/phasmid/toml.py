@@ -246,6 +246,11 @@ def toml_value(value: Any) -> str:
     return repr(float(value) if isinstance(value, float) else int(value))
 
 
+def toml_lines(values: Mapping[str, Any]) -> list[str]:
+    """Return the lines of a table."""
+    return [f"{key} = {toml_value(value)}" for key, value in values.items()]
+
+
 def toml_key(name: str) -> str:
     """Return a name as a TOML key, quoted where it must be."""
     return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else toml_string(name)

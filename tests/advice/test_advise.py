@@ -13,9 +13,9 @@ from phasmid.advice.advice import MEASURED, USABLE, WARM_UP, plan_cycles
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
 from phasmid.forces import Holding
-from phasmid.robot import load_servo, robot_to_toml
-from phasmid.robot.file import servo_names
+from phasmid.robot import robot_to_toml
 from phasmid.scenario import Scenario
+from phasmid.servo import load_servo, servo_names
 
 ROBOT = Scenario(robot="phantomx-ax").replace(gait="tripod", period=1.0)
 

@@ -11,8 +11,9 @@ import pytest
 from phasmid.cli import main
 from phasmid.gait import gaits_of
 from phasmid.kinematics import foot_position
-from phasmid.robot import complete_servo, load_robot, load_servo, robot_to_toml, with_payload
+from phasmid.robot import load_robot, robot_to_toml, with_payload
 from phasmid.scenario import load_scenario
+from phasmid.servo import complete_servo, load_servo
 from phasmid.studio.setting import setting_of
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")

@@ -13,8 +13,9 @@ from phasmid import drive, summarise
 from phasmid.control import LocomotionEngine
 from phasmid.experiment import Command
 from phasmid.kinematics import quaternion_yaw
-from phasmid.robot import load_robot, load_servo
+from phasmid.robot import load_robot
 from phasmid.scenario import Scenario
+from phasmid.servo import load_servo
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ import pytest
 from phasmid.forces import Holding, servo_verdict
 from phasmid.gait import load_gait
 from phasmid.kinematics import neutral_feet
-from phasmid.robot import load_robot, load_servo, with_payload
+from phasmid.robot import load_robot, with_payload
+from phasmid.servo import load_servo
 
 PAPER = load_robot("phantomx-paper")
 TRIPOD = load_gait("tripod")

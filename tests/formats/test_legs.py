@@ -32,9 +32,10 @@ from phasmid.formats import (
     tree_of,
 )
 from phasmid.gait import load_gait
-from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot, load_servo
+from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot
 from phasmid.robot.inertial import Inertial
 from phasmid.scenario import Scenario
+from phasmid.servo import load_servo
 from phasmid.simulation import build_model
 from support.general_robot import general_robot
 

@@ -24,7 +24,7 @@ from phasmid.identification.parameters import (
     start_values,
 )
 from phasmid.identification.simulation import STEP
-from phasmid.robot import Friction, load_servo
+from phasmid.servo import Friction, load_servo
 
 AX = load_servo("AX-12A")
 LOAD = Pendulum(0.3, 0.15, 0.02)

@@ -10,7 +10,7 @@ from identification.synthetic_bench import held_out, synthetic_logs
 from phasmid.cli import main
 from phasmid.errors import InvalidInput
 from phasmid.identification import Determined, identify
-from phasmid.robot import load_servo
+from phasmid.servo import load_servo
 
 AX, XL = load_servo("AX-12A"), load_servo("XL430-W250")
 

@@ -18,8 +18,9 @@ from phasmid.identification import BenchLog, Determined, Pendulum, identify, sim
 from phasmid.identification.logs import compared_rows
 from phasmid.identification.parameters import servo_records, start_values
 from phasmid.identification.simulation import STEP, time_step
+from phasmid.servo.law import SERVO_STATE
+from phasmid.servo.law_kernels import servo_step
 from phasmid.simulation.model import model_specification
-from phasmid.simulation.servo import SERVO_STATE, servo_step
 
 ROBOT = load_robot("phantomx-ax")
 SERVO, LEG = ROBOT.servo, ROBOT.legs[0]

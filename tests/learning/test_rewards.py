@@ -10,7 +10,7 @@ from phasmid.learning.control_period import reference_leg
 from phasmid.learning.task import TERMS
 from phasmid.scenario import Scenario
 from phasmid.simulation.model import build_model
-from phasmid.simulation.servo import ServoDrive
+from phasmid.simulation.servo_drive import ServoDrive
 from phasmid.simulation.start import standing
 
 WEIGHTS = dict.fromkeys(TERMS, 1.0)

@@ -23,7 +23,8 @@ from phasmid.reporting.path_figures import (
 from phasmid.reporting.time_figures import LEAST_LOAD, friction_demand
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
-from phasmid.simulation.servo import SERVO_STATE, servo_parameters, servo_step
+from phasmid.servo.law import SERVO_STATE, servo_parameters
+from phasmid.servo.law_kernels import servo_step
 
 NAMES = ("right front", "right middle", "right rear", "left rear", "left middle", "left front")
 DRAWN = [name for name in CATALOGUE if name not in ("walk", "fig13", "fig14", "fig15", "fig16")]

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from phasmid.robot import load_robot, load_servo
+from phasmid.robot import load_robot
 from phasmid.scenario import idle_fields, load_scenario
+from phasmid.servo import load_servo
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from phasmid import Scenario, load_robot, plan
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command
 from phasmid.kinematics import joint_angles
-from phasmid.robot import load_servo
+from phasmid.servo import load_servo
 from phasmid.simulation import with_time_step
 from phasmid.simulation.drive import new_drive
 from phasmid.simulation.start import step_limit

@@ -31,8 +31,9 @@ from phasmid.control import LocomotionEngine
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command, Ending
 from phasmid.reporting.style import RUN_COLOURS, save_figure, styled
-from phasmid.robot import Robot, load_robot, load_servo
+from phasmid.robot import Robot, load_robot
 from phasmid.scenario import Scenario
+from phasmid.servo import load_servo
 from support.kinematic_world import drive, random_commands, worst
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
-from phasmid.robot import Servo, load_servo, servo_names
+from phasmid.servo import Servo, load_servo, servo_names
 
 RPM, DEGREE = math.pi / 30, math.pi / 180
 

@@ -16,10 +16,10 @@ from phasmid.arguments import checked
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.forces.servo_verdict import Holding, ServoVerdict, duration_words, servo_verdict
 from phasmid.motion import Walk, plan
-from phasmid.robot import JOINTS, Robot, Servo, load_servo, with_payload, with_servo
-from phasmid.robot.file import servo_names
-from phasmid.robot.servo import HEAT_RANGE
+from phasmid.robot import JOINTS, Robot, with_payload, with_servo
 from phasmid.scenario import Scenario
+from phasmid.servo import Servo, load_servo, servo_names
+from phasmid.servo.servo import HEAT_RANGE
 from phasmid.toml import toml_value
 from phasmid.units import rounded_down
 

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.motion import Walk
-from phasmid.robot.motor import Motor
 from phasmid.scenario import Scenario
+from phasmid.servo.motor import Motor
 from phasmid.simulation import new_run
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.loop import Samples

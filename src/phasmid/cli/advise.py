@@ -13,7 +13,7 @@ from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import SCENARIO, print_idle, scenario_of, scenario_options
 from phasmid.errors import InfeasibleWalk, InvalidInput, plain
-from phasmid.robot.servo_words import servo_label
+from phasmid.servo.words import servo_label
 
 OPTIONS = {
     "--speed-mm-s MM/S": Number("forward speed; default: by the period", 0.1, 10_000),

@@ -33,9 +33,9 @@ from phasmid.hardware.bus import BAUDS, MOST_LATENCY, latency_advice
 from phasmid.hardware.rates import achievable_rate
 from phasmid.recording.file import check_new_file
 from phasmid.robot import Robot
-from phasmid.robot.file import servo_names
-from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import load_scenario
+from phasmid.servo import servo_names
+from phasmid.servo.words import servo_words
 
 ACTIONS = ("scan", "monitor", "calibrate", "emulate")
 

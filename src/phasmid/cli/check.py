@@ -31,10 +31,11 @@ from phasmid.formats import Finding, FoundLeg, Severity, import_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import joint_angles
 from phasmid.motion import explain_walk, fastest, longest_stride, plan
-from phasmid.robot import JOINTS, Robot, Servo
-from phasmid.robot.servo_words import servo_label, servo_words
+from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario, option_keys
 from phasmid.scenario.tables import StrideTable
+from phasmid.servo import Servo
+from phasmid.servo.words import servo_label, servo_words
 from phasmid.units import STANDARD_GRAVITY, plain_number
 
 OPTIONS = {

@@ -19,8 +19,8 @@ from phasmid.identification import Comparison, Quantity, compare
 from phasmid.identification.replay_fit import REPLAYS
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file, write_whole
-from phasmid.robot.servo_words import servo_label
 from phasmid.scenario import Scenario, load_scenario, recorded_scenario
+from phasmid.servo.words import servo_label
 
 SHOWN = {
     "s": ("ms", 1e3),

@@ -31,8 +31,9 @@ from phasmid.identification.parameters import PARAMETERS, table_slope
 from phasmid.identification.robot_log import log_of_recording, read_csv_log
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file, write_whole
-from phasmid.robot import Robot, load_servo
-from phasmid.robot.file import servo_table
+from phasmid.robot import Robot
+from phasmid.servo import load_servo
+from phasmid.servo.catalogue import servo_table
 
 BENCH: dict[str, str | tuple[str, str] | Number] = {
     "--mass-g G": "mass of the weight; several with commas between, one for each log",

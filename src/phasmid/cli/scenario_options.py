@@ -90,7 +90,8 @@ def add_servo_option(parser: argparse._ActionsContainer) -> None:
 
 def with_named_servo(robot: Robot, options: argparse.Namespace) -> Robot:
     """Return a robot with the servo of the options."""
-    from phasmid.robot import load_servo, with_servo
+    from phasmid.robot import with_servo
+    from phasmid.servo import load_servo
 
     return robot if options.servo is None else with_servo(robot, load_servo(options.servo))
 

@@ -16,7 +16,7 @@ from phasmid.experiment.observation import Observation
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Robot
-from phasmid.robot.servo import AMBIENT
+from phasmid.servo.servo import AMBIENT
 
 GRAVITY = 9.81
 """Acceleration of free fall, for the time in which a robot tips over [m/s²]."""

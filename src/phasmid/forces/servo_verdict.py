@@ -27,10 +27,11 @@ from phasmid.kinematics import (
     within_reach,
 )
 from phasmid.motion import longest_stride
-from phasmid.robot import JOINTS, Robot, Servo
-from phasmid.robot.servo import AMBIENT, HEAT_RANGE
-from phasmid.robot.servo_words import servo_label
+from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
+from phasmid.servo import Servo
+from phasmid.servo.servo import AMBIENT, HEAT_RANGE
+from phasmid.servo.words import servo_label
 from phasmid.units import STANDARD_GRAVITY
 
 STEP = 0.04

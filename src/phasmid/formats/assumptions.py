@@ -14,11 +14,12 @@ from phasmid.formats.findings import Findings
 from phasmid.formats.import_options import ImportOptions
 from phasmid.formats.legs import FoundLeg
 from phasmid.formats.tree import TreeJoint
-from phasmid.robot import JOINTS, Part, Servo, load_servo
+from phasmid.robot import JOINTS, Part
 from phasmid.robot.inertial import Inertial
 from phasmid.robot.link import solid_box
-from phasmid.robot.servo_rules import ASSUMED, OWN_FILE, UNKNOWN, complete_servo
-from phasmid.robot.servo_words import UNNAMED
+from phasmid.servo import Servo, load_servo
+from phasmid.servo.rules import ASSUMED, OWN_FILE, UNKNOWN, complete_servo
+from phasmid.servo.words import UNNAMED
 from phasmid.units import plain_number
 
 LIKE = "AX-12A"

@@ -28,8 +28,9 @@ from phasmid.formats.judge import judge_links, judge_robot
 from phasmid.formats.legs import FoundLeg, found_leg, names_in_order
 from phasmid.formats.stance import with_stance
 from phasmid.formats.tree import RigidLink, Tree, inverse
-from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot, Servo, load_servo
-from phasmid.robot.table import LONGEST_NAME
+from phasmid.robot import JOINTS, Appearance, Body, Leg, Link, Robot
+from phasmid.servo import Servo, load_servo
+from phasmid.tables import LONGEST_NAME
 
 STAND_IN = 0.1
 """Mass of a link that stands in for an impossible one while the rest is judged [kg]."""

@@ -24,7 +24,7 @@ from phasmid.kinematics import (
     trunk_clearance,
 )
 from phasmid.robot import JOINTS, Leg, Robot
-from phasmid.robot.servo_rules import contradictions
+from phasmid.servo.rules import contradictions
 from phasmid.units import STANDARD_GRAVITY, plain_number
 
 SMALLEST = 0.04

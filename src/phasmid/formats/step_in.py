@@ -20,10 +20,12 @@ from phasmid.errors import InvalidInput, located, nearest
 from phasmid.formats.findings import Findings
 from phasmid.formats.solids.drawing import Cylinder, DrawnPart, read_drawing
 from phasmid.formats.tree import Tree, TreeJoint, TreeLink, inverse
-from phasmid.robot import Part, Servo
+from phasmid.robot import Part
 from phasmid.robot.inertial import Inertial, merged
-from phasmid.robot.table import Limits, Name, ServoTable, Tensor, Vector
-from phasmid.tables import Angle, Density, Length, Mass, Number, Table, in_file, validate
+from phasmid.robot.table import Limits, Tensor, Vector
+from phasmid.servo import Servo
+from phasmid.servo.catalogue import ServoTable
+from phasmid.tables import Angle, Density, Length, Mass, Name, Number, Table, in_file, validate
 from phasmid.toml import read_toml
 
 LONGEST_PATTERN = 400

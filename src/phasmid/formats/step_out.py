@@ -15,9 +15,10 @@ from phasmid.formats.solids import Assembly, build, meshes
 from phasmid.formats.solids.assembly import build123d, location, unique
 from phasmid.formats.step_in import sidecar_of
 from phasmid.kinematics import joint_angles
-from phasmid.robot import JOINTS, Body, Link, Robot, servo_names
-from phasmid.robot.file import servo_table
+from phasmid.robot import JOINTS, Body, Link, Robot
 from phasmid.robot.glb import glb
+from phasmid.servo import servo_names
+from phasmid.servo.catalogue import servo_table
 from phasmid.toml import toml_key, toml_string
 
 

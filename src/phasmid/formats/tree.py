@@ -14,8 +14,9 @@ from jaxtyping import Float
 from phasmid.errors import InvalidRobot, Unreachable
 from phasmid.formats.findings import Finding
 from phasmid.kinematics import joint_angles
-from phasmid.robot import JOINTS, Leg, Link, Part, Robot, Servo
+from phasmid.robot import JOINTS, Leg, Link, Part, Robot
 from phasmid.robot.inertial import Inertial, merged
+from phasmid.servo import Servo
 
 HINGES = frozenset({"revolute", "continuous"})
 """Kinds of joints that turn; a continuous one has no limits."""

@@ -18,8 +18,7 @@ from phasmid.errors import InvalidInput, located, nearest
 from phasmid.hardware.control_table import Model, model
 from phasmid.recording.file import check_new_file, write_whole
 from phasmid.robot import JOINTS, Robot, preset_names
-from phasmid.robot.table import Name
-from phasmid.tables import Count, Table, in_file, validate
+from phasmid.tables import Count, Name, Table, in_file, validate
 from phasmid.toml import LARGEST_FILE, parse_toml, read_text, toml_key, toml_value
 
 POSITIONS = "max_position_limit"

@@ -16,7 +16,6 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control import CommandScript, SafetyFilter, Sequencer
-from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torque, inverse_law
 from phasmid.control.sequences.sequencer import Stage as Sequence
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.control.waypoints import WaypointFollower, plane_pose
@@ -44,6 +43,8 @@ from phasmid.hardware.torque_off import Guard, NoGuard, torque_off_after_exit
 from phasmid.interrupts import handled_signals
 from phasmid.recording.channels import CHANNELS, COMMANDED, OBSERVED
 from phasmid.scenario import Scenario
+from phasmid.servo.law import inverse_law
+from phasmid.servo.law_kernels import goal_memory, goals_for_torque
 from phasmid.simulation.closed_loop import Commanded
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from phasmid.hardware.status import (
     hardware_byte,
     hardware_error,
 )
-from phasmid.robot import Servo
+from phasmid.servo import Servo
 
 STOPPED = -1
 """Value of ``bus_watchdog`` after it has stopped the servo."""

@@ -27,7 +27,7 @@ from phasmid.hardware.packets import Packet, decode
 from phasmid.hardware.plant import Bench, Plant
 from phasmid.hardware.rates import BLOCK, wire_time
 from phasmid.hardware.status import StatusError
-from phasmid.robot import Servo, load_servo
+from phasmid.servo import Servo, load_servo
 
 TICK = 2e-3
 """Longest time between two advances of the motion [s]."""

@@ -14,7 +14,7 @@ from phasmid.hardware.robot_bus import servo_range
 from phasmid.hardware.status import StatusError, shutdown_errors
 from phasmid.motion.trajectory import joint_names
 from phasmid.robot import Robot
-from phasmid.robot.servo_words import servo_words
+from phasmid.servo.words import servo_words
 
 LIMIT_TOLERANCE = math.radians(5)
 """Excess of a measured angle over its joint's limit that is accepted [rad]: limp legs sag."""

@@ -15,17 +15,12 @@ from phasmid.compiled import compiled
 from phasmid.control.sequences import packing
 from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.emulated_servo import Reading
-from phasmid.robot import Servo
-from phasmid.robot.servo import AMBIENT
 from phasmid.scenario import Scenario
+from phasmid.servo import Servo
+from phasmid.servo.law import OVERLOADED, RUNNING, SERVO_STATE, servo_parameters
+from phasmid.servo.law_kernels import servo_step
+from phasmid.servo.servo import AMBIENT
 from phasmid.simulation.run import Run
-from phasmid.simulation.servo import (
-    OVERLOADED,
-    RUNNING,
-    SERVO_STATE,
-    servo_parameters,
-    servo_step,
-)
 from phasmid.simulation.start import standing, with_time_step
 
 STEP = 1e-3
@@ -38,7 +33,7 @@ SUPPLY = 12.0
 """Supply of a bench [V]."""
 
 OFF = 4.0
-"""Shutdown of a servo whose torque is off, after those of `phasmid.simulation.servo`."""
+"""Shutdown of a servo whose torque is off, after those of `phasmid.servo.law`."""
 
 
 class Plant(Protocol):

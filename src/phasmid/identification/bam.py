@@ -11,7 +11,7 @@ from typing import Any
 
 from phasmid.errors import InvalidInput, nearest
 from phasmid.recording.file import write_whole
-from phasmid.robot import Friction
+from phasmid.servo import Friction
 from phasmid.toml import LARGEST_FILE, read_text
 
 MODELS = ("m1", "m2", "m3", "m4", "m5", "m6")

@@ -19,9 +19,10 @@ from phasmid.identification.robot_log import RobotLog, log_of_recording, read_cs
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.motion.trajectory import joint_names
 from phasmid.recording import Recording, load_recording
-from phasmid.robot import Robot, Servo
-from phasmid.robot.servo import FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
+from phasmid.robot import Robot
 from phasmid.scenario import Scenario, load_scenario, recorded_scenario
+from phasmid.servo import Servo
+from phasmid.servo.servo import FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
 
 LEAST_EXCITATION = math.radians(2)
 """Least range of the joint that moves most [rad]."""

@@ -20,8 +20,8 @@ from phasmid.identification.parameters import (
 )
 from phasmid.identification.result import QUANTILE, Identification
 from phasmid.identification.simulation import simulate_logs, time_step
-from phasmid.robot import Servo
-from phasmid.robot.servo import FULL_PUNCH
+from phasmid.servo import Servo
+from phasmid.servo.servo import FULL_PUNCH
 
 CHANGE, LEAST_CHANGE, LAST_CHANGE = 0.3, 0.005, 0.05
 """Changes of a parameter for a derivative, by the share of the squared errors that they make:

@@ -11,16 +11,16 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, nearest
-from phasmid.robot import Friction, Motor, Servo, complete_servo
-from phasmid.robot.servo import (
+from phasmid.servo import Friction, Motor, Servo, complete_servo
+from phasmid.servo.law import servo_parameters
+from phasmid.servo.servo import (
     FLATTEST_SLOPE,
     FULL_PUNCH,
     FULL_PWM,
     P_GAIN_UNIT,
     STEEPEST_SLOPE,
 )
-from phasmid.robot.servo_words import servo_label
-from phasmid.simulation.servo import servo_parameters
+from phasmid.servo.words import servo_label
 
 Model: TypeAlias = Literal["own", "m1", "m2", "m3", "m4", "m5", "m6"]
 

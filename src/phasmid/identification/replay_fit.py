@@ -11,7 +11,7 @@ from phasmid.errors import PhasmidError
 from phasmid.identification.bootstrap import BlockBootstrap
 from phasmid.identification.replays import Replayer, Simulated
 from phasmid.identification.robot_log import RobotLog
-from phasmid.robot import Servo
+from phasmid.servo import Servo
 
 PARAMETERS = ("delay", "gain_scale", "backlash", "friction")
 """Fields of a servo that are fitted: the delay beyond the scenario's, the gain by its logarithm."""

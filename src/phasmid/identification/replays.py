@@ -13,8 +13,9 @@ from phasmid.experiment import Ending
 from phasmid.identification.robot_log import RobotLog, body_measurements
 from phasmid.motion import JointTrajectory
 from phasmid.recording import Recording
-from phasmid.robot import Robot, Servo
+from phasmid.robot import Robot
 from phasmid.scenario import Scenario
+from phasmid.servo import Servo
 from phasmid.simulation import simulate
 from phasmid.simulation.sensors.models import Sampling
 

@@ -20,7 +20,7 @@ from phasmid.identification.parameters import (
     identified_servo,
     parameter_sizes,
 )
-from phasmid.robot import Motor, Servo
+from phasmid.servo import Motor, Servo
 
 QUANTILE = 1.96
 """Half width of a 95 % interval in standard deviations."""

@@ -14,14 +14,9 @@ from phasmid.dynamics import leg_matrices
 from phasmid.dynamics.leg_kernels import leg_acceleration
 from phasmid.dynamics.matrices import hip_gravity, link_moments
 from phasmid.identification.logs import BenchLog, LegLog, Log, joint_columns
-from phasmid.robot import Servo
-from phasmid.simulation.servo import (
-    FAILED,
-    RUNNING,
-    SERVO_STATE,
-    longest_servo_step,
-    servo_step,
-)
+from phasmid.servo import Servo
+from phasmid.servo.law import FAILED, RUNNING, SERVO_STATE, longest_servo_step
+from phasmid.servo.law_kernels import servo_step
 from phasmid.units import STANDARD_GRAVITY
 
 STEP = 1e-3

@@ -8,12 +8,6 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control import LocomotionEngine
-from phasmid.control.feed_forward.servo_goal import (
-    SLOW,
-    goal_memory,
-    goals_for_torque,
-    inverse_law,
-)
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command, JointTargets, Observation
 from phasmid.learning.episodes import Episodes
@@ -22,6 +16,8 @@ from phasmid.learning.physics import Physics
 from phasmid.learning.task import CORRECTIONS, Task
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario
+from phasmid.servo.law import inverse_law
+from phasmid.servo.law_kernels import SLOW, goal_memory, goals_for_torque
 
 UPDATE_PERIOD = 0.008
 """Update period of a batch's controllers, a multiple of both time steps of the physics [s]."""

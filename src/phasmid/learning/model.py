@@ -11,9 +11,9 @@ from phasmid.kinematics import joint_angles
 from phasmid.learning.terrain import Terrain
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
+from phasmid.servo.law import servo_parameters
 from phasmid.simulation.contact import CONTACT_POINTS, point_name
 from phasmid.simulation.model import compile_model, model_specification
-from phasmid.simulation.servo import servo_parameters
 from phasmid.simulation.start import step_limit
 
 FAST_STEP, FULL_STEP = 0.004, 0.001

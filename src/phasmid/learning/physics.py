@@ -24,8 +24,9 @@ from phasmid.learning.model import (
 )
 from phasmid.learning.observation import action_names
 from phasmid.learning.task import Task
+from phasmid.servo.law import FAILED, SERVO_STATE, servo_parameters
+from phasmid.servo.law_kernels import servo_step
 from phasmid.simulation.loop import collect_engine_warnings
-from phasmid.simulation.servo import FAILED, SERVO_STATE, servo_parameters, servo_step
 
 SLOW = 1.0
 """Speed from which on a motor's whole friction acts [rad/s]; below it, a part of it, so that time

@@ -19,10 +19,11 @@ from phasmid.kinematics import (
     within_reach,
 )
 from phasmid.motion.course import Course, LevelCourse, place
-from phasmid.robot import JOINTS, Robot, Servo
-from phasmid.robot.servo_words import servo_words
+from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import Stride
+from phasmid.servo import Servo
+from phasmid.servo.words import servo_words
 from phasmid.units import beyond
 
 CHECKED_SAMPLES = 60

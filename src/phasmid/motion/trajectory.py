@@ -20,8 +20,8 @@ from phasmid.kinematics import body_from_hip, foot_position, rotated
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.motion.walk import Walk
 from phasmid.robot import JOINTS, Robot, robot_to_toml
-from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import Scenario
+from phasmid.servo.words import servo_words
 
 LATEST = 1e10
 """Latest time of a row [s]; a clock that counts seconds from 1970 is at 2e9."""

@@ -11,7 +11,7 @@ from phasmid.paper.evidence import GAITS, Evidence, Trial
 from phasmid.paper.statement import Finding, Grade, Statement, judged
 from phasmid.paper.trajectory import FIRST, SECOND
 from phasmid.reporting.steps import SETTLING, away_from_switches, rms
-from phasmid.robot.servo_words import servo_quantity
+from phasmid.servo.words import servo_quantity
 
 CLOSE = 0.1
 """Forces whose rms difference is less are alike [N]."""

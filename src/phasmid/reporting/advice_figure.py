@@ -10,7 +10,7 @@ from phasmid.advice.advice import MINUTES, Advice
 from phasmid.reporting.panels import Entry, Panels
 from phasmid.reporting.style import INK, JOINT_COLOURS, LIMIT_COLOUR, Figure, Layout, styled
 from phasmid.robot import JOINTS
-from phasmid.robot.servo_words import servo_label
+from phasmid.servo.words import servo_label
 
 WIDTH = 0.26
 """Width of a joint's bar [distances between legs]."""

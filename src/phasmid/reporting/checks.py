@@ -9,9 +9,9 @@ from typing import Any
 from phasmid.errors import plain
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.run import Source, short
-from phasmid.robot.servo_words import servo_quantity
 from phasmid.scenario import idle_fields
 from phasmid.scenario.sliding import Slide
+from phasmid.servo.words import servo_quantity
 
 NOTABLE_SLIP = 5e-3
 """Notable mean slip per step of ``phantomx-ax`` [m]; that of other robots follows their leg

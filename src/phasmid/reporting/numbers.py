@@ -26,8 +26,8 @@ from phasmid.reporting.steps import (
     middle_halves,
     rms,
 )
-from phasmid.robot.servo import HEAT_RANGE
 from phasmid.scenario.sliding import find_slide
+from phasmid.servo.servo import HEAT_RANGE
 
 SHORTEST_DISTANCE = 1e-3
 """Shortest distance with a cost of transport [m]."""

@@ -15,8 +15,8 @@ from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs
 from phasmid.reporting.run import Run, Source
 from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, Layout, leg_colour
 from phasmid.reporting.time_figures import Legs, leg_entries
-from phasmid.robot import Servo
-from phasmid.robot.motor import Motor
+from phasmid.servo import Servo
+from phasmid.servo.motor import Motor
 
 MOST_MARKS = 20_000
 """Most samples of a joint that are drawn, besides those beyond the envelope."""

@@ -17,10 +17,10 @@ from phasmid.recording.channels import LARGEST_VALUE
 from phasmid.reporting.steps import settling
 from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
-from phasmid.robot.servo_words import servo_words
 from phasmid.robot.similarity import Scale
 from phasmid.scenario import recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
+from phasmid.servo.words import servo_words
 
 LEAST = 1e-6
 """Least stall torque [N·m] and no-load speed [rad/s], so that shares of them are finite."""

@@ -13,7 +13,7 @@ from phasmid.errors import InvalidInput, plain
 from phasmid.kinematics import share_words
 from phasmid.reporting.checks import largest_joint
 from phasmid.reporting.summary import Summary
-from phasmid.robot.servo_words import servo_words
+from phasmid.servo.words import servo_words
 
 WIDTH = 80
 """Largest width of the tables [columns]."""

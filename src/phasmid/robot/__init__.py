@@ -1,21 +1,10 @@
 """The robot: body, legs, links and servos."""
 
 from phasmid.robot.appearance import Appearance, Part
-from phasmid.robot.file import (
-    load_robot,
-    load_servo,
-    preset_names,
-    robot_to_toml,
-    servo_names,
-    with_values,
-)
-from phasmid.robot.friction import Friction
+from phasmid.robot.file import load_robot, preset_names, robot_to_toml, with_values
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link
-from phasmid.robot.motor import Motor
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, LegArrays, Robot
-from phasmid.robot.servo import Servo
-from phasmid.robot.servo_rules import complete_servo
 from phasmid.robot.variants import (
     with_mass_model,
     with_mounts,
@@ -23,6 +12,11 @@ from phasmid.robot.variants import (
     with_payload,
     with_servo,
 )
+from phasmid.servo import load_servo, servo_names
+from phasmid.servo.friction import Friction
+from phasmid.servo.motor import Motor
+from phasmid.servo.rules import complete_servo
+from phasmid.servo.servo import Servo
 
 __all__ = [
     "HEXAPOD_LEGS",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Mapping
-from dataclasses import fields
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -21,12 +20,11 @@ from phasmid.robot.glb import read_glb
 from phasmid.robot.leg import JOINTS, Leg
 from phasmid.robot.link import Link, check_length, solid_box
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
-from phasmid.robot.servo import LAW_FIELDS, Servo
-from phasmid.robot.servo_rules import RULES, UNKNOWN
-from phasmid.robot.table import MOST_LEGS, LegTable, RobotTable, ServoTable, known_servos
+from phasmid.robot.table import MOST_LEGS, LegTable, RobotTable
 from phasmid.robot.unread import refuse_unread
+from phasmid.servo.catalogue import servo_table
 from phasmid.tables import Locator, dotted, validate
-from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_value
+from phasmid.toml import find_file, line_of, read_toml, toml_key, toml_lines
 from phasmid.units import STANDARD_GRAVITY, split_unit
 
 OTHER_FORMATS = (".urdf", ".xml", ".mjcf", ".step", ".stp")
@@ -39,21 +37,6 @@ MOST_SHARED = 1000
 def preset_names() -> tuple[str, ...]:
     """Return the names of the preset robots."""
     return toml.preset_names("phasmid.robot")
-
-
-def servo_names() -> tuple[str, ...]:
-    """Return the names of the known servos."""
-    return tuple(known_servos())
-
-
-def load_servo(name: str) -> Servo:
-    """Return a servo by its name, one of `servo_names`.
-
-    Raises:
-        InvalidInput: There is no such servo.
-    """
-    servo: Servo = ServoTable.model_validate(name).servo()
-    return servo
 
 
 @checked
@@ -317,15 +300,15 @@ def robot_to_toml(robot: Robot) -> str:
     lines = [
         "# Lengths in m, masses in kg, inertias in kg m^2, angles in rad, torques in N m,",
         "# temperatures in degrees Celsius.",
-        *_lines({"name": robot.name, "description": robot.description}),
-        *(_lines({"appearance": look.name}) if look and look.name else []),
+        *toml_lines({"name": robot.name, "description": robot.description}),
+        *(toml_lines({"appearance": look.name}) if look and look.name else []),
         f"leg_count = {len(robot.legs)}",
-        *(_lines({"foot_radius": robot.foot_radius}) if robot.foot_radius else []),
+        *(toml_lines({"foot_radius": robot.foot_radius}) if robot.foot_radius else []),
         "",
         *servo_table(robot.servo),
         "",
         "[body]",
-        *_lines({key: getattr(body, key) for key in (*box, "mass", "com", "inertia")}),
+        *toml_lines({key: getattr(body, key) for key in (*box, "mass", "com", "inertia")}),
     ]
     for leg in robot.legs:
         lines += ["", f"[legs.{toml_key(leg.name)}]"]
@@ -347,38 +330,5 @@ def robot_to_toml(robot: Robot) -> str:
                 values[f"links.{link.name}.{key}"] = getattr(link, key)
             if link.lateral_offset:
                 values[f"links.{link.name}.lateral_offset"] = link.lateral_offset
-        lines += _lines(values)
+        lines += toml_lines(values)
     return "\n".join(lines) + "\n"
-
-
-def servo_table(servo: Servo) -> list[str]:
-    """Return a servo as the lines of a table ``[servo]``, with exact numbers and their sources."""
-    other_laws = {n for law, names in LAW_FIELDS.items() if law != servo.law for n in names}
-    written = set(RULES) - other_laws | set(servo.sources)
-    values = {
-        field.name: getattr(servo, field.name)
-        for field in fields(servo)
-        if field.name in written or getattr(servo, field.name) != field.default
-    }
-    del values["sources"]
-    sources = dict(servo.sources)
-    if servo.stall_current is None:
-        # Else a rule would give one.
-        sources["stall_current"] = UNKNOWN
-    by_source: dict[str, list[str]] = {}
-    for name, source in sorted(sources.items()):
-        by_source.setdefault(source, []).append(name)
-    return [
-        "[servo]",
-        *_lines({key: v for key, v in values.items() if v is not None}),
-        "",
-        "[servo.sources]",
-        *(f"{toml_key(source)} = {toml_value(names)}" for source, names in by_source.items()),
-    ]
-
-
-def _lines(values: Mapping[str, Any]) -> list[str]:
-    plain = {
-        k: v if isinstance(v, str) else np.asarray(v, float).tolist() for k, v in values.items()
-    }
-    return [f"{key} = {toml_value(value)}" for key, value in plain.items()]

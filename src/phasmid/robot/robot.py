@@ -16,7 +16,7 @@ from phasmid.errors import InvalidRobot, nearest
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.leg import Leg
 from phasmid.robot.link import check_inertia, check_length, check_mass, frozen_array
-from phasmid.robot.servo import Servo
+from phasmid.servo.servo import Servo
 from phasmid.units import plain_number
 
 HEXAPOD_LEGS = (

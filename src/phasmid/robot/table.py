@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from importlib import resources
-from pathlib import Path
 from typing import Annotated, Any
 
 from annotated_types import Ge, Gt, Len
-from pydantic import BeforeValidator, ConfigDict, StringConstraints, model_validator
+from pydantic import BeforeValidator, ConfigDict, StringConstraints
 
-from phasmid.errors import InvalidInput, nearest
-from phasmid.robot.servo import KnownNumbers, Positive, Servo
-from phasmid.robot.servo_rules import complete_servo
+from phasmid.errors import InvalidInput
+from phasmid.servo.catalogue import ServoTable
+from phasmid.servo.servo import Positive
 from phasmid.tables import (
     Angle,
     Count,
@@ -21,17 +19,13 @@ from phasmid.tables import (
     Inertia,
     Length,
     Mass,
+    Name,
     Table,
     Weight,
-    in_si,
 )
-from phasmid.toml import read_toml
 
 MOST_LEGS = 100
 """Most legs of a robot, a gait or a file."""
-
-LONGEST_NAME = 64
-"""Robots and legs with longer names than this make no readable tables."""
 
 
 def _matrix(tensor: Any) -> Any:
@@ -48,15 +42,6 @@ def _matrix(tensor: Any) -> Any:
     return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
 
-_PRINTABLE = r"[^\p{C}\p{Z}]"
-Name = Annotated[
-    str,
-    # Formats of XML know no blanks at the ends.
-    StringConstraints(
-        pattern=rf"^{_PRINTABLE}((?:{_PRINTABLE}| ){{0,{LONGEST_NAME - 2}}}{_PRINTABLE})?$"
-    ),
-    Hint(f"1 to {LONGEST_NAME} printable characters, without a blank at the ends"),
-]
 FileName = Annotated[
     Annotated[str, StringConstraints(pattern=r"^[^\p{C}/\\:]+\.glb$")] | None,
     Hint("the name of a .glb file beside the robot file, without a folder"),
@@ -135,54 +120,6 @@ class BodyTable(RobotPart):
     inertia: Tensor | None = None
 
 
-class ServoTable(KnownNumbers):
-    """``servo = "AX-12A"``, or a table of data-sheet numbers: the fields of `Servo`.
-
-    Attributes:
-        sources: Names of the numbers that have a source, by the source.
-    """
-
-    name: Name
-    sources: dict[str, list[str]] = {}
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_name(cls, raw: Any) -> Any:
-        if not isinstance(raw, str):
-            return raw
-        known = known_servos()
-        if raw not in known:
-            guess = nearest(raw, known)
-            raise InvalidInput(
-                f'no servo called "{raw}".',
-                hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
-            )
-        return {"name": raw} | _catalogue_entry(known[raw])
-
-    def servo(self) -> Servo:
-        """Build the servo; rules give the numbers that are absent.
-
-        Raises:
-            InvalidRobot: No servo can have these numbers.
-        """
-        stated = {name: source for source, names in self.sources.items() for name in names}
-        return complete_servo(self.model_dump(exclude={"sources"}), stated)
-
-
-def _catalogue_entry(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return a servo of ``servos.toml`` as a table ``[servo]`` with sources."""
-    numbers: dict[str, Any] = {}
-    sources: dict[str, list[str]] = {}
-    for status, group in groups.items():
-        own = {key: value for key, value in group.items() if key != "source"}
-        statement = status.replace("_", " ")
-        if "source" in group:
-            statement += f" ({group['source']})"
-        sources[statement] = list(in_si(KnownNumbers, own))
-        numbers |= own
-    return numbers | {"sources": sources}
-
-
 class RobotTable(RobotPart):
     """A robot file."""
 
@@ -195,8 +132,3 @@ class RobotTable(RobotPart):
     servo: ServoTable
     body: BodyTable
     legs: dict[Name, LegTable]
-
-
-def known_servos() -> dict[str, Any]:
-    """Return the tables of ``servos.toml``: by servo and by the kind of source."""
-    return read_toml(Path(str(resources.files("phasmid.robot") / "servos.toml")))[0]

@@ -13,7 +13,7 @@ from phasmid.robot.inertial import Inertial, merged
 from phasmid.robot.leg import Leg
 from phasmid.robot.link import Link
 from phasmid.robot.robot import Robot
-from phasmid.robot.servo import Servo
+from phasmid.servo.servo import Servo
 
 MassModel = Literal["as-given", "mid-length"]
 MountLayout = Literal["as-given", "perpendicular"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Set
 
 from phasmid.robot import Robot
-from phasmid.robot.servo_words import servo_label
 from phasmid.scenario.scenario import Scenario, option_keys
+from phasmid.servo.words import servo_label
 from phasmid.tables import Of, Table
 
 GAINS = {"compliance": {"p_gain", "d_gain"}, "pid": {"compliance_margin", "compliance_slope"}}

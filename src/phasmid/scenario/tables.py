@@ -16,10 +16,10 @@ from pydantic import BeforeValidator, Field, model_validator
 from phasmid.errors import InvalidInput
 from phasmid.experiment.contact_law import ContactKind, ContactLaw
 from phasmid.gait import Gait, is_gait_file, read_gait
-from phasmid.robot import Servo
-from phasmid.robot.servo import AMBIENT, both_directions
 from phasmid.robot.similarity import Scale
 from phasmid.robot.table import MOST_LEGS
+from phasmid.servo import Servo
+from phasmid.servo.servo import AMBIENT, both_directions
 from phasmid.tables import (
     Angle,
     AngularVelocity,

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.control.feed_forward.servo_goal import SLOW
 from phasmid.errors import InvalidInput
 from phasmid.forces import holding_forces, planned_load
 from phasmid.motion import Motion, SampledMotion, Walk
 from phasmid.scenario import Scenario
+from phasmid.servo.law_kernels import SLOW
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains, joint_gains
 
 if TYPE_CHECKING:

@@ -12,13 +12,14 @@ from jaxtyping import Bool, Float
 
 from phasmid.experiment import Observation
 from phasmid.recording.channels import OBSERVED
+from phasmid.servo.law import RUNNING
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import present_sample
 from phasmid.simulation.sensors.depth import DepthSensor
 from phasmid.simulation.sensors.measurement import SensorStream
 from phasmid.simulation.sensors.models import INVERSE, ROUNDING, robot_sensors
-from phasmid.simulation.servo import RUNNING, ServoDrive
+from phasmid.simulation.servo_drive import ServoDrive
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run

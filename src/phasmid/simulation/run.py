@@ -47,7 +47,7 @@ from phasmid.simulation.loop import (
 )
 from phasmid.simulation.model import build_model
 from phasmid.simulation.model_reference import ModelReference
-from phasmid.simulation.servo import ServoDrive
+from phasmid.simulation.servo_drive import ServoDrive
 from phasmid.simulation.shortfall import CommandFollowing, shortfall_cause
 from phasmid.simulation.start import start_offset
 from phasmid.simulation.termination import check_termination

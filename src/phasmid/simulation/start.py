@@ -21,12 +21,12 @@ from phasmid.kinematics import (
 )
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, SampledTrajectory, TrunkMotion
 from phasmid.robot import Robot
-from phasmid.robot.servo_words import servo_words
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import USUAL_STEP
+from phasmid.servo.law import longest_servo_step
+from phasmid.servo.words import servo_words
 from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME
 from phasmid.simulation.model import foot_mobility, joint_mobility
-from phasmid.simulation.servo import longest_servo_step
 
 DEEPEST_START = 0.002
 """Allowed depth of a foot of ``phantomx-ax`` in the terrain at the start [m]; that of other robots

@@ -17,7 +17,7 @@ from phasmid.kinematics import explain_foot, foot_position, jacobian, leg_frames
 from phasmid.kinematics.printed import printed_dh_transform, printed_joint_angles
 from phasmid.kinematics.workspace import LIMIT_TOLERANCE, arc, plane_outline
 from phasmid.robot import JOINTS, Leg, Robot, with_mass_model
-from phasmid.robot.servo_words import servo_label, servo_words
+from phasmid.servo.words import servo_label, servo_words
 from phasmid.studio.messages import Answer, Bench
 from phasmid.units import STANDARD_GRAVITY
 

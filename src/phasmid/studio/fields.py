@@ -10,10 +10,11 @@ from typing import Any, TypeAlias, get_args
 from phasmid.arguments import described
 from phasmid.errors import InvalidInput, nearest
 from phasmid.gait import gaits_of
-from phasmid.robot import preset_names, servo_names
+from phasmid.robot import preset_names
 from phasmid.scenario import Scenario
 from phasmid.scenario.relevance import is_used
 from phasmid.scenario.terrain import START, TerrainTable
+from phasmid.servo import servo_names
 from phasmid.studio.setting import (
     LOCOMOTION,
     MOST_PAYLOAD,

@@ -12,8 +12,9 @@ from phasmid.forces import scenario_verdict
 from phasmid.formats import ImportOptions, load_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import body_height
-from phasmid.robot import Robot, load_servo, preset_names, with_payload, with_servo
+from phasmid.robot import Robot, preset_names, with_payload, with_servo
 from phasmid.scenario import Scenario, with_robot
+from phasmid.servo import load_servo
 from phasmid.units import rounded_down
 
 Walks = Literal["by itself", "by hand", "the plan"]

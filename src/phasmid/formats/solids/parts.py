@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from phasmid.formats.solids.assembly import build123d
-from phasmid.robot import Servo
+from phasmid.servo import Servo
 
 SHEET = 0.055
 """Thickness of bent brackets, in widths of a servo."""

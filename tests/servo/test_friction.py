@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.robot import Friction, Motor, load_servo
+from phasmid.servo import Friction, Motor, load_servo
 
 RNG = np.random.default_rng(5)
 MOTOR, EXTERNAL = RNG.uniform(-3, 3, (2, 10_000))

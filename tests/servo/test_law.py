@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from phasmid.robot import load_servo, servo_names
-from phasmid.simulation.servo import (
-    longest_servo_step,
-)
-from simulation.servo_bench import Bench
+from phasmid.servo import load_servo, servo_names
+from phasmid.servo.law import longest_servo_step
+from support.servo_bench import Bench
 
 AX = load_servo("AX-12A")
 TICK = AX.resolution

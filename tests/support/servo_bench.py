@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from phasmid.simulation.servo import SERVO_STATE, servo_parameters, servo_step
+from phasmid.servo.law import SERVO_STATE, servo_parameters
+from phasmid.servo.law_kernels import servo_step
 
 
 class Bench:

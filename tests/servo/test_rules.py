@@ -5,10 +5,11 @@ from dataclasses import fields, replace
 
 import pytest
 
-from phasmid.robot import load_robot, load_servo, robot_to_toml, servo_names
-from phasmid.robot.servo import LAW_FIELDS
-from phasmid.robot.servo_rules import contradictions
-from phasmid.robot.table import ServoTable
+from phasmid.robot import load_robot, robot_to_toml
+from phasmid.servo import load_servo, servo_names
+from phasmid.servo.catalogue import ServoTable
+from phasmid.servo.rules import contradictions
+from phasmid.servo.servo import LAW_FIELDS
 
 OPTIONAL_TERMS = {
     "external_loss",

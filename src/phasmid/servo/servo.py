@@ -12,9 +12,9 @@ from pydantic import BeforeValidator, create_model
 
 from phasmid.arguments import check_kind
 from phasmid.errors import InvalidInput, InvalidRobot, PhasmidError
-from phasmid.robot.friction import Friction
-from phasmid.robot.motor import Motor
-from phasmid.robot.servo_words import servo_words
+from phasmid.servo.friction import Friction
+from phasmid.servo.motor import Motor
+from phasmid.servo.words import servo_words
 from phasmid.tables import (
     Angle,
     AngularVelocity,
@@ -82,8 +82,8 @@ class Servo:
     """Position servo with the numbers of its data sheet; the types carry the units of files.
 
     The drive ``ideal-servo`` uses `stiffness` and `damping`, the drive ``servo`` the servo's own
-    position law. `phasmid.robot.complete_servo` builds a servo of the numbers that are known, by
-    the rules of ``servo_rules`` for the others.
+    position law. `phasmid.servo.complete_servo` builds a servo of the numbers that are known, by
+    the rules of ``rules`` for the others.
 
     Attributes:
         name: Maker's name.

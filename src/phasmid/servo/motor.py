@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from phasmid.robot.friction import Friction
+from phasmid.servo.friction import Friction
 
 Array = TypeVar("Array", float, np.ndarray)
 

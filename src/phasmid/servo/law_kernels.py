@@ -1,4 +1,4 @@
-"""Goals of position servos that give a feed-forward torque, by their inverted control law."""
+"""The servos' position law, motor and gears, and the inverse of that law; compiled."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled
-from phasmid.robot import Servo
-from phasmid.robot.servo import D_GAIN_UNIT, FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
+from phasmid.servo.friction_kernels import dry_friction
 
 SLOW = 0.02
 """Speed from which friction acts fully against the motion [rad/s]. Joints of a leg in stance turn
@@ -53,39 +52,110 @@ class InverseLaw(NamedTuple):
     delay: float
 
 
-def inverse_law(servo: Servo, voltage: float) -> InverseLaw:
-    """Return the constants of a servo's inverted law.
+@compiled
+def servo_step(
+    target: np.ndarray,
+    joint_angle: np.ndarray,
+    joint_speed: np.ndarray,
+    limits: np.ndarray,
+    parameters: np.ndarray,
+    servos: np.ndarray,
+    delayed: np.ndarray,
+    applied: np.ndarray,
+) -> None:
+    """Advance the servos of J joints by one step; compiled.
+
+    The rotor is integrated by symplectic Euler, its friction implicitly: friction never turns the
+    speed around, so that a rotor at rest stays so. The gears transmit at most the stall torque in
+    either direction; beyond it the joint drags the rotor along.
 
     Args:
-        servo: The servo; its stall current must be known.
-        voltage: Supply [V].
-
-    Raises:
-        InvalidInput: The servo's stall current is not known.
-        InvalidRobot: No motor has the servo's numbers.
+        target: Goals [rad], shape (J,).
+        joint_angle: [rad], shape (J,).
+        joint_speed: [rad/s], shape (J,).
+        limits: Lowest and highest goal [rad], shape (2, J).
+        parameters: From `servo_parameters`.
+        servos: Records of `SERVO_STATE`, changed in place, shape (J,).
+        delayed: Goals on their way [rad], changed in place, shape (J, steps of the delay).
+        applied: Torques on the joints [N·m], written, shape (J,).
     """
-    motor, gain, lead, lag = servo.motor, 0.0, 0.0, 0.0
-    if servo.law == "pid":
-        gain, lead = servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM, servo.derivative_time
-        lag = lead + servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period / gain
-    low, high = servo.compliance_margin
-    low_slope, high_slope = servo.effective_slope
-    return InverseLaw(
-        servo.resolution,
-        gain,
-        (float(low), float(high)),
-        (float(low_slope), float(high_slope)),
-        servo.punch / FULL_PUNCH,
-        servo.torque_limit,
-        motor.resistance / (motor.constant * voltage),
-        motor.constant / voltage,
-        motor.load_loss,
-        motor.coulomb,
-        motor.viscous,
-        lead,
-        lag,
-        servo.delay,
-    )
+    p = parameters[0]
+    for j in range(len(target)):
+        servo, goal = servos[j], target[j]
+        if delayed.shape[1] > 0:
+            due = int(servo.due)
+            goal, delayed[j, due] = delayed[j, due], goal
+            servo.due = (due + 1) % delayed.shape[1]
+        if servo.wait <= 0.0:
+            servo.wait = p.steps
+            goal = min(max(goal, limits[0, j]), limits[1, j])
+            error = math.floor(goal / p.tick + 0.5) - math.floor(joint_angle[j] / p.tick + 0.5)
+            if p.is_pid > 0.0:
+                slope = (error - servo.error) / (p.steps * p.dt)
+                servo.change += p.smoothing * (slope - servo.change)
+                duty = p.gain * error + p.change_gain * servo.change
+            else:
+                side = 0 if error < 0.0 else 1
+                beyond = abs(error) - p.margin[side]
+                duty = 0.0
+                if beyond > 0.0:
+                    duty = p.punch + (1.0 - p.punch) * beyond / p.slope[side]
+                    if error < 0.0:
+                        duty = -duty
+            servo.error = error
+            servo.duty = min(max(duty, -p.most), p.most)
+        servo.wait -= 1.0
+
+        angle, speed, running = servo.angle, servo.speed, servo.shutdown == 0.0
+        current = 0.0
+        if running:
+            current = (servo.duty * p.voltage - p.constant * speed) / p.resistance
+        else:
+            servo.duty = 0.0
+
+        twist = angle - joint_angle[j]
+        rate = speed - joint_speed[j]
+        torque = 0.0
+        if twist > p.play:
+            torque = max(p.stiffness * (twist - p.play) + p.damping * rate, 0.0)
+        elif twist < -p.play:
+            torque = min(p.stiffness * (twist + p.play) + p.damping * rate, 0.0)
+        is_dragged = abs(torque) > p.limit
+        if is_dragged:
+            torque = p.limit if torque > 0.0 else -p.limit
+
+        push = p.constant * current
+        hold = p.dt / p.inertia * dry_friction(p, push, -torque, speed)
+        speed += p.dt / p.inertia * (push - p.viscous * speed - torque)
+        if speed > hold:
+            speed -= hold
+        elif speed < -hold:
+            speed += hold
+        else:
+            speed = 0.0
+        if is_dragged:
+            speed = joint_speed[j]
+            wound = p.play + p.limit / p.stiffness
+            angle = joint_angle[j] + min(max(twist, -wound), wound)
+
+        # Friction is what closes the balance of the rotor.
+        friction = p.inertia / p.dt * (speed - servo.speed) + torque - push
+
+        final = p.ambient + p.warming * current * current
+        temperature = final + (servo.temperature - final) * p.fading
+        if running:
+            servo.overloaded = servo.overloaded + p.dt if abs(servo.duty) >= p.most else 0.0
+            if temperature >= p.hottest:
+                servo.shutdown = 2.0
+            elif servo.overloaded > p.patience:
+                servo.shutdown = 1.0
+        servo.angle = angle + p.dt * speed
+        servo.speed = speed
+        servo.current = current
+        servo.torque = torque
+        servo.friction = friction
+        servo.temperature = temperature
+        applied[j] = torque
 
 
 def goal_memory(joints: int) -> Float[np.ndarray, "2 joints"]:

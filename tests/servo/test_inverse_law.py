@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phasmid.control.feed_forward.servo_goal import goal_memory, goals_for_torque, inverse_law
 from phasmid.robot import load_robot
-from simulation.servo_bench import Bench
+from phasmid.servo.law import inverse_law
+from phasmid.servo.law_kernels import goal_memory, goals_for_torque
+from support.servo_bench import Bench
 
 # The bench without delay; `test_a_goal_is_ahead...` has it.
 AX = replace(load_robot("phantomx-ax").servo, delay=0.0)

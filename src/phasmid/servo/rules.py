@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from phasmid.robot.servo import FULL_PWM, LAW_FIELDS, P_GAIN_UNIT, Servo
+from phasmid.servo.servo import FULL_PWM, LAW_FIELDS, P_GAIN_UNIT, Servo
 
 ASSUMED = "assumed"
 """Source of a number that follows from a rule, or that the catalogue assumes for other reasons."""

@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 
 from phasmid.errors import InvalidInput, InvalidRobot
-from phasmid.robot import load_robot, load_servo, robot_to_toml, servo_names
+from phasmid.robot import load_robot, robot_to_toml
+from phasmid.servo import load_servo, servo_names
 
 RPM = math.pi / 30
 

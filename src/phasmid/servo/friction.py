@@ -77,7 +77,7 @@ class Friction:
             speed: Of the output [rad/s].
         """
         # Lazy import: robots are read without the compiler.
-        from phasmid.robot.friction_kernels import dry_frictions
+        from phasmid.servo.friction_kernels import dry_frictions
 
         states = np.broadcast_arrays(*map(np.float64, (motor_torque, external_torque, speed)))
         dry = np.empty(states[0].size)

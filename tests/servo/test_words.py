@@ -11,9 +11,9 @@ from phasmid.errors import PhasmidError
 from phasmid.forces import scenario_verdict
 from phasmid.formats import load_robot, save_robot
 from phasmid.motion import JointTrajectory, plan
-from phasmid.robot.servo_words import UNNAMED, servo_label, servo_quantity, servo_words
 from phasmid.scenario import load_scenario
 from phasmid.scenario.relevance import idle_fields
+from phasmid.servo.words import UNNAMED, servo_label, servo_quantity, servo_words
 from phasmid.studio.bench import bench
 from phasmid.studio.messages import Bench
 

@@ -1,0 +1,140 @@
+"""A servo's numbers in the units of its compiled law and of the inverse law."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from phasmid.servo.law_kernels import InverseLaw
+from phasmid.servo.servo import D_GAIN_UNIT, FULL_PUNCH, FULL_PWM, P_GAIN_UNIT, Servo
+
+FIELDS = (
+    "angle",
+    "speed",
+    "duty",
+    "current",
+    "torque",
+    "friction",
+    "temperature",
+    "overloaded",
+    "shutdown",
+    "wait",
+    "error",
+    "change",
+    "due",
+)
+"""State of a servo: rotor angle [rad] and speed [rad/s] at the output; duty (share of the supply),
+current [A], torque on the joint and friction torque on the rotor [N·m] of this step; temperature
+[°C]; time at the largest duty
+[s]; reason of a shutdown; steps until the next reading of the position; position error [ticks] and
+its filtered rate [ticks/s]; which of the delayed goals is due."""
+
+SERVO_STATE = np.dtype([(name, np.float64) for name in FIELDS])
+
+RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
+"""Values of ``shutdown``."""
+
+REASONS = {OVERLOADED: "overload", OVERHEATED: "overheating", FAILED: "failure"}
+
+MOST_OF_LIMIT = 0.75
+"""Allowed share of the largest stable step: legs are lighter in other poses."""
+
+
+def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) -> np.ndarray:
+    """Return a servo's parameters in the units of `servo_step`, one record in an array.
+
+    Args:
+        servo: With its settings.
+        dt: Time step [s].
+        voltage: Supply [V].
+        ambient: Temperature of the air [°C].
+    """
+    motor, steps = servo.motor, max(1, round(servo.control_period / dt))
+    look = steps * dt
+    values: dict[str, Any] = {
+        "dt": dt,
+        "tick": servo.resolution,
+        "steps": steps,
+        "is_pid": servo.law == "pid",
+        "margin": servo.compliance_margin,
+        "slope": servo.effective_slope,
+        "most": servo.torque_limit,
+        "gain": servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM,
+        "change_gain": servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period,
+        "smoothing": look / (look + servo.derivative_time),
+        "punch": servo.punch / FULL_PUNCH,
+        "voltage": voltage,
+        "resistance": motor.resistance,
+        "constant": motor.constant,
+        **vars(motor.friction),
+        "inertia": servo.armature,
+        "play": servo.backlash / 2,
+        "stiffness": servo.gear_stiffness,
+        "damping": servo.gear_stiffness * servo.gear_damping_time,
+        "ambient": ambient,
+        "warming": servo.thermal_resistance * motor.resistance,
+        "fading": math.exp(-dt / (servo.thermal_resistance * servo.heat_capacity)),
+        "hottest": servo.temperature_limit,
+        "patience": servo.overload_time,
+        "limit": servo.stall_at(voltage),
+    }
+    kind = [(name, np.float64, np.shape(value)) for name, value in values.items()]
+    return np.array([tuple(values.values())], dtype=kind)
+
+
+def longest_servo_step(servo: Servo, mobility: float) -> float:
+    """Return the longest time step that resolves a servo's gears on a robot's legs [s].
+
+    In coordinates scaled by the masses the gears are a symmetric stiffness matrix K, gears and
+    motor a damping matrix C. For an eigenvector u of a step of symplectic Euler, with k = u*Ku and
+    c = u*Cu, its eigenvalue z obeys z² - (2 - c dt - k dt²) z + 1 - c dt = 0, and |z| < 1 where
+    k dt² + 2 c dt < 4. No k or c exceeds the largest eigenvalue of its matrix.
+
+    Args:
+        servo: The servo.
+        mobility: Largest eigenvalue of the joints' part of the inverse mass matrix
+            [rad/s² per N·m].
+    """
+    motor = servo.motor
+    k = servo.gear_stiffness * (mobility + 1 / servo.armature)
+    brake = motor.constant**2 / motor.resistance + motor.viscous
+    c = servo.gear_damping_time * k + brake / servo.armature
+    limit = 4 * MOST_OF_LIMIT
+    return limit / (math.sqrt(c * c + limit * k) + c)
+
+
+def inverse_law(servo: Servo, voltage: float) -> InverseLaw:
+    """Return the constants of a servo's inverted law.
+
+    Args:
+        servo: The servo; its stall current must be known.
+        voltage: Supply [V].
+
+    Raises:
+        InvalidInput: The servo's stall current is not known.
+        InvalidRobot: No motor has the servo's numbers.
+    """
+    motor, gain, lead, lag = servo.motor, 0.0, 0.0, 0.0
+    if servo.law == "pid":
+        gain, lead = servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM, servo.derivative_time
+        lag = lead + servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period / gain
+    low, high = servo.compliance_margin
+    low_slope, high_slope = servo.effective_slope
+    return InverseLaw(
+        servo.resolution,
+        gain,
+        (float(low), float(high)),
+        (float(low_slope), float(high_slope)),
+        servo.punch / FULL_PUNCH,
+        servo.torque_limit,
+        motor.resistance / (motor.constant * voltage),
+        motor.constant / voltage,
+        motor.load_loss,
+        motor.coulomb,
+        motor.viscous,
+        lead,
+        lag,
+        servo.delay,
+    )
