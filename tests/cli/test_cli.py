@@ -115,7 +115,7 @@ def test_an_existing_folder_is_not_touched_without_force(here, capsys):  # C5
 
 def test_a_fallen_robot_is_status_3_and_its_record_is_kept(here, capsys):
     robot = load_robot("phantomx-paper")
-    weak = replace(robot, servo=replace(robot.servo, stall_torque=0.2))
+    weak = replace(robot, servo=replace(robot.servo, rated_stall_torque=0.2))
     (here / "weak.toml").write_text(robot_to_toml(weak), encoding="utf-8")
     arguments = ["walk", "--robot", "weak.toml", "--drive", "ideal-servo", "--no-figures"]
     status, text = answered(capsys, *arguments, "--out", "fell")

@@ -73,7 +73,7 @@ TEXTS = {"name", "description"}
 SELDOM = {
     "a simulated walk": {"belly_contact", "voltage", "ambient_temperature", "torque_limit"},
     "a driven robot": {"belly_contact", "drive", "torque_limit"},
-    "a C header": {"drive", "payload_g"},
+    "a C header": {"drive", "payload_g", "torque_limit", "voltage"},
 }
 """Fields that count in the servo verdict, when the trunk touches the ground or a servo reaches its
 limit, or for which a plan is refused; the drive of a driven robot is the servo's already."""

@@ -18,6 +18,7 @@ from phasmid.control.records import fill
 from phasmid.errors import InvalidInput
 from phasmid.forces import Contacts, FrictionCone, JointLoad, MinimumNorm, share_load
 from phasmid.robot import Robot, load_robot
+from phasmid.units import STANDARD_GRAVITY
 from support.general_robot import general_robot
 
 ROBOTS = ["phantomx-ax", "quadruped", "octopod", "general"]
@@ -32,7 +33,7 @@ class Instant(FeedForward):
 
     def __init__(self, robot: Robot, settings=None, armature: float | None = None) -> None:
         self.memory = np.zeros(1, MEMORY)
-        super().__init__(robot, settings, memory=self.memory)
+        super().__init__(robot, settings, gravity=STANDARD_GRAVITY, memory=self.memory)
         if armature is not None:
             self.parameters.armature = armature
 
@@ -85,7 +86,7 @@ def test_an_instant_has_the_torques_and_forces_of_the_batch(name: str) -> None:
     robot = robot_called(name)
     settings = FeedForwardSettings(friction=10.0, friction_used=1.0)
     # Servos without limits, and feet that may pull: what is made least is all that counts.
-    servo = replace(robot.servo, stall_torque=1e6, no_load_speed=1e6)
+    servo = replace(robot.servo, rated_stall_torque=1e6, rated_no_load_speed=1e6)
     feed = Instant(replace(robot, servo=servo), settings, armature=0.01)
     feed.parameters.friction = np.inf
     for state in states(robot, 40):

@@ -12,6 +12,7 @@ from phasmid.control.safety_filter import BRAKING, SafetyFilter
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.experiment import Command, JointTargets, Observation, Posture
 from phasmid.kinematics import rpy_quaternion
+from phasmid.units import STANDARD_GRAVITY
 from support.sequence_runs import DT
 
 ROBOT = load_robot("phantomx-ax")
@@ -98,7 +99,7 @@ def test_the_tilt_that_counts_is_the_one_that_a_turning_body_will_have():
     """Tilted by 20 degrees and turning at w it is where 20 degrees plus w times the time are."""
     monitor = SafetyMonitor(ROBOT)
     monitor.reset(Observation(0.0, HOME))
-    rate = np.array([0.5 / tipping(ROBOT)[1], 0.0, 0.0])
+    rate = np.array([0.5 / tipping(ROBOT, STANDARD_GRAVITY)[1], 0.0, 0.0])
     monitor.check(Observation(DT, HOME, orientation=tilted(20), angular_velocity=rate), AHEAD)
     # The vertical goes along its tangent.
     assert monitor.tilt == pytest.approx(math.radians(20) + math.atan(0.5), abs=1e-12)

@@ -17,6 +17,7 @@ from phasmid.formats import import_robot
 from phasmid.kinematics import body_from_hip, foot_position, rotation_rpy
 from phasmid.scenario import load_scenario
 from phasmid.terrain import Ground, Slope
+from phasmid.units import STANDARD_GRAVITY
 from support.ball_dog import ball_dog
 
 CROUCH = (0.1, 0.9, -1.8)
@@ -108,7 +109,7 @@ def test_the_controller_shares_the_same_loads(tmp_path):
     slope = 0.3
     normal = np.array([-slope, 0.0, 1.0]) / np.hypot(1, slope)
     dog = Dog(tmp_path, (0.05, -np.arctan(slope), 0.0), normal, vertical=False)
-    stage = FeedForward(dog.robot)
+    stage = FeedForward(dog.robot, gravity=STANDARD_GRAVITY)
     state = stage.state
     state.motion.R_world_body[:], state.motion.q[:] = dog.rotation, dog.q
     state.normals[:] = normal

@@ -70,10 +70,10 @@ def test_a_robot_is_held_up_to_the_stall_torque_and_for_long_up_to_the_continuou
         return servo_verdict(with_servo(PAPER, stall_current=None, **numbers), TRIPOD).holding
 
     torque, rms = needed.torque, needed.rms_torque
-    assert holding(stall_torque=0.999 * torque) is Holding.DOES_NOT_HOLD
-    assert holding(stall_torque=1.001 * torque, continuous_torque=0.1) is Holding.LIMITED
-    assert holding(stall_torque=9.0, continuous_torque=0.999 * rms) is Holding.LIMITED
-    assert holding(stall_torque=9.0, continuous_torque=1.001 * rms) is Holding.HOLDS
+    assert holding(rated_stall_torque=0.999 * torque) is Holding.DOES_NOT_HOLD
+    assert holding(rated_stall_torque=1.001 * torque, continuous_torque=0.1) is Holding.LIMITED
+    assert holding(rated_stall_torque=9.0, continuous_torque=0.999 * rms) is Holding.LIMITED
+    assert holding(rated_stall_torque=9.0, continuous_torque=1.001 * rms) is Holding.HOLDS
     # A tripod bears for half of the cycle: its rms torque is the largest over the root of two.
     assert rms == pytest.approx(torque / math.sqrt(2), rel=0.02)
 
@@ -92,17 +92,21 @@ def test_a_heavy_robot_on_small_servos_is_told_with_joint_torque_and_feet():
 
 def test_a_supply_above_the_data_sheet_adds_no_torque_and_is_a_warning():
     small = with_servo(PAPER, name="MG996R", rated_voltage=6.0, maximum_voltage=6.0)
-    at_rated, above = servo_verdict(small, TRIPOD), servo_verdict(small, TRIPOD, voltage=12.0)
+    at_rated, above = (
+        servo_verdict(small, TRIPOD),
+        servo_verdict(with_servo(small, supply=12.0), TRIPOD),
+    )
     assert at_rated.voltage == 6.0
     assert above.stall_torque == at_rated.stall_torque == pytest.approx(1.5)
     assert above.holding is at_rated.holding
     assert above.lines[-1].startswith("WARNING: the supply of 12 V is above the 6 V of the MG996R;")
     assert not any("WARNING" in line for line in at_rated.lines)
     # The maker of the MX-28 gives 3.1 N·m at 14.8 V, the end of its range.
-    strong = replace(PAPER, servo=load_servo("MX-28"))
-    assert servo_verdict(strong, TRIPOD, voltage=14.8).stall_torque == pytest.approx(3.1, rel=0.01)
+    strong = replace(PAPER, servo=load_servo("MX-28").at(14.8))
+    assert servo_verdict(strong, TRIPOD).stall_torque == pytest.approx(3.1, rel=0.01)
     # Less than the rated voltage is less torque.
-    assert servo_verdict(PAPER, TRIPOD, voltage=9.0).stall_torque == pytest.approx(1.114, abs=1e-3)
+    low = with_servo(PAPER, supply=9.0)
+    assert servo_verdict(low, TRIPOD).stall_torque == pytest.approx(1.114, abs=1e-3)
 
 
 def test_heat_and_hot_air_limit_servos_whose_torque_is_continuous():

@@ -162,12 +162,12 @@ REAR = MK4.leg("left_rear")
         ),
         # Times of the weight at a leg's length: 1000 N·m over 31.6 N times 0.246 m.
         (
-            replace(MK4, servo=replace(MK4.servo, stall_torque=1000.0)),
+            replace(MK4, servo=replace(MK4.servo, rated_stall_torque=1000.0)),
             "servo",
             "effort 1000 N·m would lift 129 such robots at a leg's length; the limit is 10.",
         ),
         (
-            replace(MK4, servo=replace(MK4.servo, no_load_speed=100.0)),
+            replace(MK4, servo=replace(MK4.servo, rated_no_load_speed=100.0)),
             "servo",
             "speed is 100 rad/s; the limit is",
         ),

@@ -104,7 +104,7 @@ def test_a_converted_robot_keeps_the_numbers_of_its_file_whatever_its_legs_are_c
     """Names that are patterns, paths, the trunk's, another's, not of the first plane, and long."""
     names = ["leg[1]*?", "a/b", "a_b", "body", 'ü\U0001f600"', 64 * "l"]
     legs = tuple(replace(leg, name=name) for leg, name in zip(ROBOT.legs, names, strict=True))
-    motor = replace(ROBOT.servo, name="of no maker", stall_torque=1.7)
+    motor = replace(ROBOT.servo, name="of no maker", rated_stall_torque=1.7)
     changed = replace(ROBOT, legs=legs, servo=motor)
     drawn = build(changed).links
     for name, data in step_files(changed, "own.step").items():

@@ -129,18 +129,18 @@ def test_a_walk_can_be_sampled_beyond_its_duration():
 def test_a_walk_over_terrain_serves_no_other_terrain():
     _, walk = walk_over("stairs")
     same = PAPER.replace(**TERRAINS["stairs"])
-    walk.check_planned_for(same)
+    walk.for_scenario(same)
     with pytest.raises(InvalidInput, match="planned with another terrain"):
-        walk.check_planned_for(PAPER.replace(**TERRAINS["step"]))
+        walk.for_scenario(PAPER.replace(**TERRAINS["step"]))
     with pytest.raises(InvalidInput, match="planned with another footing"):
-        walk.check_planned_for(same.replace(search_radius_mm=30))
+        walk.for_scenario(same.replace(search_radius_mm=30))
     with pytest.raises(InvalidInput, match="planned with another terrain"):
-        plan(PAPER).check_planned_for(same)
+        plan(PAPER).for_scenario(same)
     # A plan that assumes level ground is the level walk.
     unaware = plan(PAPER.replace(**TERRAINS["stairs"], planned_on="level"))
     assert np.array_equal(unaware.q, plan(PAPER).q)
     # On ground that both take for level friction may differ.
-    plan(PAPER).check_planned_for(PAPER.replace(friction=0.5))
+    plan(PAPER).for_scenario(PAPER.replace(friction=0.5))
 
 
 @pytest.mark.parametrize(

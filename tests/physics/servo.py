@@ -81,19 +81,17 @@ def _motor(scenario, recording):
     i = (duty V - k w')/R its inertia takes J (w - w')/dt = k i - b w' - torque - friction, and the
     friction is no more than c0 + c1 |k i|. Gears at the stall torque drag the rotor along.
     """
-    table = scenario.servo
-    servo = table.set_up(scenario.load_robot().servo)
+    servo = scenario.load_robot().servo
     motor = servo.motor
     duty, current = (recording[f"servo_{name}"].values[1:] for name in ("duty", "current"))
     torque, speed = recording["joint_torque"].values[1:], recording["servo_speed"].values
     running = ~recording["servo_shutdown"].values[:-1]
     before, change = speed[:-1], np.diff(speed, axis=0) / scenario.simulation.time_step
-    law = running * (duty * table.supply(servo) - motor.constant * before) / motor.resistance
+    law = running * (duty * servo.voltage - motor.constant * before) / motor.resistance
     push = motor.constant * current
     friction = push - motor.viscous * before - servo.armature * change - torque
     most = motor.friction.limit(push, -torque, before) - motor.viscous * np.abs(before)
-    stall = servo.stall_at(table.supply(servo))
-    beyond = np.abs(torque) - stall
+    beyond = np.abs(torque) - servo.stall_torque
     supply = np.abs(duty) - servo.torque_limit
     loss = np.where(beyond < 0, np.abs(friction) - most, 0.0)
     off = np.abs(current - law)

@@ -130,9 +130,9 @@ def test_the_sheet_of_a_motor_gives_the_same_motor():
         load_servo("AX-12A"),
         **EXTENDED,
         quadratic_load_loss=0.01,
-        stall_torque=motor.stall_torque(voltage),
+        rated_stall_torque=motor.stall_torque(voltage),
         stall_current=voltage / motor.resistance,
-        no_load_speed=motor.no_load_speed(voltage),
+        rated_no_load_speed=motor.no_load_speed(voltage),
     )
     again = servo.motor
     assert again.constant == pytest.approx(motor.constant, rel=1e-10)
@@ -148,9 +148,9 @@ def test_gears_without_load_losses_are_no_perpetual_motion():
             load_servo("AX-12A"),
             friction=0.02,
             viscous_friction=0.01,
-            stall_torque=motor.stall_torque(12.0),
+            rated_stall_torque=motor.stall_torque(12.0),
             stall_current=1.5,
-            no_load_speed=motor.no_load_speed(12.0),
+            rated_no_load_speed=motor.no_load_speed(12.0),
         )
         assert servo.motor.load_loss == pytest.approx(0.0, abs=1e-12)
         assert math.isfinite(servo.motor.constant)

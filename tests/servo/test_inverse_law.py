@@ -18,7 +18,7 @@ PID = replace(AX, law="pid", p_gain=800.0)
 
 
 def goal(servo, q, qd, torque, voltage=12.0):
-    law = inverse_law(servo, voltage)
+    law = inverse_law(servo.at(voltage))
     rows = (np.array([[value]]) for value in (q, qd, torque))
     return float(goals_for_torque(*rows, law, 1e-3, goal_memory(1))[0, 0])
 
@@ -30,7 +30,7 @@ def test_a_turning_servo_gives_the_torque_that_is_fed_forward(servo, voltage, qd
     # b w. The law sees whole ticks of goal and angle, so the output misses by up to one tick of
     # slope: 1/32 of full output for AX (1/885 * 6.25 for PID), hence that share of the stall push.
     for torque in (-0.6, -0.2, 0.3, 0.7):
-        law = inverse_law(servo, voltage)
+        law = inverse_law(servo.at(voltage))
         wanted = goal(servo, 0.0, qd, torque, voltage)
         error = wanted / servo.resolution
         duty = _output(servo, error)
@@ -66,7 +66,7 @@ def test_a_servo_that_is_fed_forward_follows_a_fast_swing(robot) -> None:
     servo, inertia, w, most = load_robot(robot).servo, 3e-3, 4 * np.pi, 4.0
     # In the play of the gears no law moves the joint.
     servo = replace(servo, delay=0.0, backlash=0.0)
-    law, memory = inverse_law(servo, 12.0), goal_memory(1)
+    law, memory = inverse_law(servo.at(12.0)), goal_memory(1)
     worst = {}
     for fed in (False, True):
         bench, errors = Bench(servo, inertia=inertia), []
@@ -89,7 +89,7 @@ def test_a_goal_is_ahead_of_the_motion_by_the_servos_delay() -> None:
     # 4.3 ticks. With it the joint is as far from its target as that of a servo without delay.
     servo, speed, errors = load_robot("phantomx-ax").servo, 2.0, []
     for known, delayed in ((servo, True), (replace(servo, delay=0.0), True), (AX, False)):
-        bench, law = Bench(servo, delayed=delayed), inverse_law(known, 12.0)
+        bench, law = Bench(servo, delayed=delayed), inverse_law(known.at(12.0))
         memory, away = goal_memory(1), []
         bench.speed[:] = bench["speed"] = speed
         for k in range(1000):

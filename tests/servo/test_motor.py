@@ -19,8 +19,8 @@ def test_both_points_of_the_data_sheet_are_met_at_once(name):
     servo = load_servo(name)
     motor = servo.motor
     voltage = servo.rated_voltage
-    assert motor.stall_torque(voltage) == pytest.approx(servo.stall_torque, rel=1e-12)
-    assert motor.no_load_speed(voltage) == pytest.approx(servo.no_load_speed, rel=1e-12)
+    assert motor.stall_torque(voltage) == pytest.approx(servo.rated_stall_torque, rel=1e-12)
+    assert motor.no_load_speed(voltage) == pytest.approx(servo.rated_no_load_speed, rel=1e-12)
     assert voltage / motor.resistance == pytest.approx(servo.stall_current, rel=1e-12)
     assert 0 < motor.load_loss < 1
 

@@ -56,14 +56,14 @@ def test_friction_of_a_turning_rotor_is_that_of_its_motor_and_gears(runs):
     # under the motor's and the gears' torque. The balance J w' = k i + friction - torque holds by
     # construction; that it has the right friction shows here, within the rounding of J w'/dt.
     scenario, run = WALK.replace(drive="servo"), runs["servo"]
-    servo = scenario.servo.set_up(scenario.load_robot().servo)
+    servo = scenario.load_robot().servo
     law, speed = servo.motor.friction, run.servo_speed.values
     before, after = speed[:-1], speed[1:]
     motor = run.servo_motor_torque.values[1:]
     torque, friction = run.joint_torque.values[1:], run.servo_friction_torque.values[1:]
     dry = law.limit(motor, -torque, before) - law.viscous * np.abs(before)
     expected = -np.sign(after) * dry - law.viscous * before
-    turns = (before * after > 0) & (np.abs(torque) < servo.stall_at(scenario.servo.supply(servo)))
+    turns = (before * after > 0) & (np.abs(torque) < servo.stall_torque)
     assert turns.mean() > 0.3
     assert np.abs(friction - expected)[turns].max() < 1e-12
     assert motor == pytest.approx(servo.motor.constant * run.servo_current.values[1:], rel=1e-12)
@@ -79,7 +79,7 @@ def test_motors_work_becomes_joint_work_friction_and_the_energy_of_rotors(runs, 
     # 1 % of the motors' positive work.
     run = runs[drive]
     is_servo = drive == "servo"
-    servo = WALK.servo.set_up(WALK.load_robot().servo) if is_servo else WALK.load_robot().servo
+    servo = WALK.load_robot().servo
     speed = run["servo_speed" if is_servo else "joint_velocity"].values
     mean = (speed[1:] + speed[:-1]) / 2
     # A recorded servo's speed is that after the step.

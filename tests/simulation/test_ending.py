@@ -58,7 +58,7 @@ def test_a_trunk_tilted_past_60_degrees_has_fallen(degrees, falls, axis):
 
 
 def test_weak_servos_let_the_robot_fall_and_the_run_says_so():
-    scenario = PAPER.replace(robot=with_servo(stall_torque=0.2), drive="ideal-servo")
+    scenario = PAPER.replace(robot=with_servo(rated_stall_torque=0.2), drive="ideal-servo")
     run = simulate(scenario, plan(scenario))
     assert run.attrs["ending"] == "FELL"
     assert run.attrs["ending_reason"].startswith("The robot fell at ")
@@ -89,7 +89,7 @@ def test_errors_and_warnings_of_the_engine_end_the_run():
 
 def test_engines_warn_the_thread_whose_run_it_is_and_nobody_else(capfd, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    wild = with_servo(stiffness=1e7, damping=0.0, armature=1e-9, stall_torque=1e7)
+    wild = with_servo(stiffness=1e7, damping=0.0, armature=1e-9, rated_stall_torque=1e7)
     scenario = PAPER.replace(robot=wild, drive="ideal-servo", dt=0.0022)
     good, bad = simulate_many([PAPER.replace(duration=1.0), scenario], workers=2)
     assert (good.attrs["ending"], bad.attrs["ending"]) == ("COMPLETED", "DIVERGED")

@@ -64,7 +64,7 @@ def test_a_second_interrupt_ends_the_run_at_once_and_its_log_is_readable(tmp_pat
 
 
 def test_the_state_that_ends_a_run_is_its_last_sample(tmp_path):
-    scenario = PAPER.replace(robot=with_servo(stall_torque=0.2), drive="ideal-servo")
+    scenario = PAPER.replace(robot=with_servo(rated_stall_torque=0.2), drive="ideal-servo")
     walk = plan(scenario)
     run = Run(scenario, walk)
     # Put low above the ground with servos that cannot hold it: it comes down within the run.

@@ -38,7 +38,7 @@ def test_a_robot_walks_on_its_own_servos(preset):
 def test_saturation_load_and_heat_are_in_the_summary():
     # Servos that may use 30 % of 9 V. Shares of the time by counting samples, against those by the
     # trapezoidal rule: half a sample at either end, 1/2000.
-    scenario = PAPER.replace(voltage=9.0, torque_limit=0.3)
+    scenario = PAPER.replace(voltage=9.0, torque_limit=0.3, period=3.0)
     run = simulate(scenario, plan(scenario))
     servos = summarise(run)["servos"]
     # A fifth of the maker's stall torque heats the winding alike at any supply.
@@ -78,7 +78,8 @@ def test_a_robot_whose_servos_shut_down_falls_and_says_so():
 
 def test_servos_at_full_output_for_too_long_shut_down():
     # A fifth of the output holds the robot on six feet and not on three.
-    scenario = PAPER.replace(robot=with_servo(overload_time=0.3), torque_limit=0.2)
+    weak = with_servo(overload_time=0.3)
+    scenario = PAPER.replace(robot=weak, torque_limit=0.2, period=3.5)
     run = simulate(scenario, plan(scenario))
     assert "(overload)" in run.attrs["ending_reason"]
 

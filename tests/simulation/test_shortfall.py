@@ -65,7 +65,8 @@ def test_a_command_that_no_gait_can_follow_gets_one_that_can_be_followed(velocit
 def test_servos_too_slow_for_the_period_get_a_longer_one():
     """At 0.4 rad/s they cannot lift a foot in the robot's own period."""
     ax = load_robot("phantomx-ax")
-    slow = AX.replace(robot=replace(ax, servo=replace(ax.servo, no_load_speed=0.4)), duration=8.0)
+    servo = replace(ax.servo, rated_no_load_speed=0.4)
+    slow = AX.replace(robot=replace(ax, servo=servo), duration=8.0)
     velocity = (0.02, 0.0, 0.0)
     run = drive(slow, commands=Command(velocity=velocity))
     assert run.attrs["ending"] == "SHORT"

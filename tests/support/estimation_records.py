@@ -13,6 +13,7 @@ from phasmid.control.estimation.state import (
 )
 from phasmid.control.records import fill, view_of
 from phasmid.robot import load_robot
+from phasmid.units import STANDARD_GRAVITY
 
 ROBOT = load_robot("phantomx-mk4")
 
@@ -32,7 +33,7 @@ def new_parameters(settings=None, dt=0.005, robot=ROBOT, **changed):
     records = np.zeros(1, ESTIMATOR_PARAMETERS)
     parameters = records.view(np.recarray)[0]
     view = view_of(records, EstimatorParameters, len(robot.legs))
-    fill(view, parameters_of(robot, settings or EstimatorSettings(), dt))
+    fill(view, parameters_of(robot, settings or EstimatorSettings(), dt, STANDARD_GRAVITY))
     for name, value in changed.items():
         setattr(parameters, name, value)
     return parameters

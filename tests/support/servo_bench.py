@@ -16,7 +16,7 @@ class Bench:
     ):
         servo = servo if delayed else replace(servo, delay=0.0)
         self.servo, self.dt, self.inertia, self.load = servo, dt, inertia, load
-        self.parameters = servo_parameters(servo, dt, voltage, ambient)
+        self.parameters = servo_parameters(servo.at(voltage), dt, ambient)
         self.limits = np.array([[-1e3], [1e3]])
         self.state, self.delayed = np.zeros(1, SERVO_STATE), np.zeros((1, round(servo.delay / dt)))
         self["temperature"] = ambient

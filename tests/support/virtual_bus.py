@@ -67,9 +67,8 @@ class FollowingPlant:
         self.position, self.velocity = np.zeros(count), np.zeros(count)
         self.temperature, self.voltage = np.full(count, 25.0), np.full(count, 12.0)
 
-    def set_law(self, index, servo, voltage):
-        del servo
-        self.voltage[index] = voltage
+    def set_law(self, index, servo):
+        self.voltage[index] = servo.voltage
 
     def advance(self, steps, goal, enabled):
         way = np.clip(goal - self.position, -6.0 * steps * self.dt, 6.0 * steps * self.dt)

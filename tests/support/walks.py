@@ -144,7 +144,7 @@ def scaled_robot(robot: Robot, factor: float) -> Robot:
     # Torques follow weight times length; joints turn with the inverse root of the length.
     servo = replace(
         robot.servo,
-        stall_torque=factor**4 * robot.servo.stall_torque,
-        no_load_speed=robot.servo.no_load_speed / math.sqrt(factor),
+        rated_stall_torque=factor**4 * robot.servo.stall_torque,
+        rated_no_load_speed=robot.servo.no_load_speed / math.sqrt(factor),
     )
     return replace(robot, body=body, legs=legs, servo=servo, appearance=None)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 
 from phasmid.servo import Servo, load_servo, servo_names
@@ -12,16 +11,19 @@ from phasmid.servo import Servo, load_servo, servo_names
 RPM, DEGREE = math.pi / 30, math.pi / 180
 
 COLUMNS: dict[str, tuple[str, Callable[[Servo], str]]] = {
-    "supply [V]": ("rated_voltage", lambda servo: f"{servo.rated_voltage:g}"),
-    "stall torque [N·m]": ("stall_torque", lambda servo: f"{servo.stall_torque:.3g}"),
-    "no-load speed [rpm]": ("no_load_speed", lambda servo: f"{servo.no_load_speed / RPM:.3g}"),
-    "stall current [A]": ("stall_current", lambda servo: f"{servo.stall_current:.3g}"),
-    "armature [g·m²]": ("armature", lambda servo: f"{1000 * servo.armature:.3g}"),
-    "friction [N·m]": ("friction", lambda servo: f"{servo.friction:.2g}"),
-    "viscous [mN·m·s]": ("viscous_friction", lambda servo: f"{1000 * servo.viscous_friction:.2g}"),
-    "stiffness [N·m/rad]": ("stiffness", lambda servo: f"{servo.stiffness:.3g}"),
-    "delay [ms]": ("delay", lambda servo: f"{1000 * servo.delay:.2g}"),
-    "backlash [°]": ("backlash", lambda servo: f"{servo.backlash / DEGREE:.2g}"),
+    "supply [V]": ("rated_voltage", lambda one: f"{one.rated_voltage:g}"),
+    "stall torque [N·m]": ("stall_torque", lambda one: f"{one.rated_stall_torque:.3g}"),
+    "no-load speed [rpm]": (
+        "no_load_speed",
+        lambda one: f"{one.rated_no_load_speed / RPM:.3g}",
+    ),
+    "stall current [A]": ("stall_current", lambda one: f"{one.stall_current:.3g}"),
+    "armature [g·m²]": ("armature", lambda one: f"{1000 * one.armature:.3g}"),
+    "friction [N·m]": ("friction", lambda one: f"{one.friction:.2g}"),
+    "viscous [mN·m·s]": ("viscous_friction", lambda one: f"{1000 * one.viscous_friction:.2g}"),
+    "stiffness [N·m/rad]": ("stiffness", lambda one: f"{one.stiffness:.3g}"),
+    "delay [ms]": ("delay", lambda one: f"{1000 * one.delay:.2g}"),
+    "backlash [°]": ("backlash", lambda one: f"{one.backlash / DEGREE:.2g}"),
 }
 """Columns of numbers: field, and its text."""
 
@@ -47,7 +49,7 @@ def sources() -> str:
     for servo in map(load_servo, servo_names()):
         found: dict[str, list[str]] = {"data sheet": [], "identified": [], "assumed": []}
         publication = dict.fromkeys(found, "")
-        for name in (field.name for field in fields(servo) if field.name in servo.sources):
+        for name in filter(servo.sources.__contains__, servo.numbers):
             kind, _, rest = servo.sources[name].partition(" (")
             found[kind].append(name.replace("_", " "))
             publication[kind] = rest.removesuffix(")")

@@ -86,7 +86,7 @@ class Advice:
     @property
     def voltage(self) -> float:
         """Supply voltage [V]."""
-        return self.scenario.servo.supply(self.servo)
+        return self.servo.voltage
 
     def temperature(self, minutes: float) -> Float[np.ndarray, "3 legs 3"] | None:
         """Return the servos' temperatures after a time of walking from cold [°C].
@@ -141,28 +141,25 @@ def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = 
     scenario, walk, speed = plan_cycles(scenario, speed)
     if not (math.isfinite(capacity) and capacity > 0):
         raise InvalidInput(f"capacity is {capacity:g} A h; it must be greater than 0.")
-    robot, table = walk.robot, scenario.servo
-    servo = table.set_up(robot.servo)
-    air, gravity = table.ambient_temperature, scenario.model.gravity
+    robot, gravity = walk.robot, scenario.model.gravity
+    air = scenario.servo.ambient_temperature
 
-    def judge(robot: Robot, servo: Servo, voltage: float | None) -> ServoVerdict:
-        return servo_verdict(
-            robot, walk.gait, servo=servo, voltage=voltage, gravity=gravity, ambient=air
-        )
+    def judge(robot: Robot) -> ServoVerdict:
+        return servo_verdict(robot, walk.gait, gravity=gravity, ambient=air)
 
     fastest = float(np.abs(walk.qd).max())
     choices = []
     for other in map(load_servo, servo_names()):
-        verdict = judge(with_servo(_with_servo_mass(robot, other), other), other, None)
+        verdict = judge(with_servo(_with_servo_mass(robot, other), other))
         price = None if other.price is None else 3 * len(robot.legs) * other.price
         choices.append(ServoChoice(other, verdict, _lack(verdict, other, fastest), price))
     return Advice(
         scenario=scenario,
         robot=robot,
-        servo=servo,
+        servo=robot.servo,
         speed=speed,
         load=simulate_load(scenario, walk, skip=WARM_UP * scenario.period),
-        verdict=judge(robot, servo, table.voltage),
+        verdict=judge(robot),
         choices=tuple(choices),
         capacity=capacity,
     )

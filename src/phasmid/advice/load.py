@@ -53,7 +53,7 @@ def simulate_load(scenario: Scenario, walk: Walk, *, skip: float = 0.0) -> Servo
         skip: Time at the start that does not count [s]; nothing is skipped if the walk ends sooner.
     """
     run = new_run(scenario, walk)
-    servo = scenario.servo.set_up(walk.robot.servo)
+    servo = walk.robot.servo
     motor = servo.known_motor if scenario.simulation.planned_drive == "servo" else None
     sums = _Sums()
 

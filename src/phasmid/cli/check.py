@@ -30,7 +30,7 @@ from phasmid.forces import Holding, ServoVerdict, scenario_verdict
 from phasmid.formats import Finding, FoundLeg, Severity, import_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import joint_angles
-from phasmid.motion import explain_walk, fastest, longest_stride, plan
+from phasmid.motion import explain_walk, longest_stride, plan
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario, option_keys
 from phasmid.scenario.tables import StrideTable
@@ -299,7 +299,7 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         if not has_robot:
             _print_servos(verdict, walk.robot.servo)
         speed = float(np.abs(walk.qd).max())
-        limit, supply = fastest(scenario, walk.robot.servo)
+        servo = walk.robot.servo
         way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
         say(
             f"  planned displacement: {way[0]:.1f} mm forward, {way[1]:.1f} mm to the left, "
@@ -307,7 +307,8 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         )
         say(
             f"  fastest joint: {speed:.2f} rad/s; the "
-            f"{plain(servo_words(walk.robot.servo.name))} allows {limit:.2f} rad/s{supply}"
+            f"{plain(servo_words(servo.name))} allows {servo.no_load_speed:.2f} "
+            f"rad/s{servo.at_supply}"
         )
         say(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
         joint, room = found.feet[0].margin

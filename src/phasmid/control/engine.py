@@ -121,7 +121,11 @@ class LocomotionEngine:
         self.feed_forward: FeedForward | None = None
         if settings.dynamics == "feed-forward":
             self.feed_forward = FeedForward(
-                robot, settings.feed_forward, settings.update_period, memory=memory
+                robot,
+                settings.feed_forward,
+                settings.update_period,
+                gravity=settings.gravity,
+                memory=memory,
             )
             memory["computes_torque"] = 1
         self.estimator: GroundEstimator | None = None
@@ -129,7 +133,7 @@ class LocomotionEngine:
             from phasmid.control.estimation.estimator import GroundEstimator
 
             self.estimator = GroundEstimator(
-                robot, settings.estimator, settings.update_period, memory
+                robot, settings.estimator, settings.update_period, memory, settings.gravity
             )
         self.terrain_map: TerrainMapView | None = None
         clear_map(memory["terrain_map"])

@@ -17,9 +17,7 @@ from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Robot
 from phasmid.servo.servo import AMBIENT
-
-GRAVITY = 9.81
-"""Acceleration of free fall, for the time in which a robot tips over [m/s²]."""
+from phasmid.units import STANDARD_GRAVITY
 
 HEAT_STEP = 0.1
 """Time step of overload and temperature [s]."""
@@ -55,6 +53,7 @@ class SafetySettings:
         slow_time: Time in which the velocity goes from full to zero [s].
         crouch: Distance by which the body is lowered where it tilts [m].
         clear_time: Time for which a cause must be absent before its restriction ends [s].
+        gravity: Gravitational acceleration [m/s²].
     """
 
     command_time: float = 0.5
@@ -69,6 +68,7 @@ class SafetySettings:
     slow_time: float = 0.5
     crouch: float = 0.015
     clear_time: float = 1.0
+    gravity: float = STANDARD_GRAVITY
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -128,7 +128,7 @@ class SafetyMonitor:
     def __init__(self, robot: Robot, settings: SafetySettings | None = None) -> None:
         self.settings = settings or SafetySettings()
         self.events: list[tuple[float, str]] = []
-        self.tip_angle, self._tip_time = tipping(robot)
+        self.tip_angle, self._tip_time = tipping(robot, self.settings.gravity)
         self._servo, legs = robot.servo, len(robot.legs)
         reach = float(robot.arrays.lengths.sum(axis=1).max())
         fastest = self._servo.no_load_speed * reach
@@ -235,7 +235,8 @@ class SafetyMonitor:
         interval, self._load_interval = self._load_interval, 0.0
         overloaded = np.abs(load) > set_.load_share
         self._overload_time = np.where(overloaded, self._overload_time + interval, 0.0)
-        power = servo.rated_voltage * (servo.stall_current or 0.0)
+        # A share of the output draws that share of the stall current at the supply.
+        power = servo.voltage**2 / servo.rated_voltage * (servo.stall_current or 0.0)
         loss = (self.temperature - AMBIENT) / servo.thermal_resistance * interval
         self.temperature = self.temperature + (
             (self._squared_load * power - loss) / servo.heat_capacity
@@ -349,7 +350,7 @@ def predicted_tilt(orientation: Sequence[float], turn: Sequence[float]) -> float
     return math.atan2(math.hypot(a + b * r - c * q, b + c * p - a * r), c + a * q - b * p)
 
 
-def tipping(robot: Robot) -> tuple[float, float]:
+def tipping(robot: Robot, gravity: float) -> tuple[float, float]:
     """Return the tilt at which a robot tips over its neutral feet [rad], and the time it takes [s].
 
     The time is that of an inverted pendulum from edge to centre of mass: an upright body that tilts
@@ -357,6 +358,7 @@ def tipping(robot: Robot) -> tuple[float, float]:
 
     Args:
         robot: The robot, L legs.
+        gravity: Gravitational acceleration [m/s²].
     """
     feet = neutral_feet(robot)
     arrays = robot.arrays
@@ -364,4 +366,4 @@ def tipping(robot: Robot) -> tuple[float, float]:
     every = np.ones(len(feet), dtype=bool)
     margin = max(float(support_margin(feet[:, :2], every, com[:2])), 0.0)
     height = float(com[2] - feet[:, 2].mean())
-    return math.atan2(margin, height), math.sqrt(math.hypot(margin, height) / GRAVITY)
+    return math.atan2(margin, height), math.sqrt(math.hypot(margin, height) / gravity)

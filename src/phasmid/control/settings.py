@@ -13,6 +13,7 @@ from phasmid.control.feed_forward.settings import FeedForwardSettings
 from phasmid.control.terrain_map import SOURCES
 from phasmid.errors import InvalidInput, nearest
 from phasmid.gait import Gait
+from phasmid.units import STANDARD_GRAVITY
 
 DYNAMICS = ("feed-forward", "none")
 """Torques of the targets."""
@@ -37,6 +38,7 @@ class EngineSettings:
         feed_forward: Choice and limits of the foot forces.
         ground_sensing: Estimate contact and ground; otherwise the plan on level ground is trusted.
         estimator: Settings of these estimates.
+        gravity: Gravitational acceleration of the world in which the robot walks [m/s²].
         terrain_map: Source of a height map around the robot: ``none``; ``feet``: footholds, by
             ground sensing; ``points``: footholds and the ground points of a depth sensor.
 
@@ -55,6 +57,7 @@ class EngineSettings:
     ground_sensing: bool = True
     estimator: EstimatorSettings = field(default_factory=EstimatorSettings)
     terrain_map: str = "none"
+    gravity: float = STANDARD_GRAVITY
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -97,6 +100,7 @@ def with_settings(settings: EngineSettings, changes: Mapping[str, Any]) -> Engin
 
 
 _RANGES = {
+    "gravity": (0.01, 100.0),
     "period": (0.05, 60.0),
     "step_height": (0.0, 1.0),
     "update_period": (0.0005, 0.05),

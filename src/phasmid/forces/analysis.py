@@ -60,7 +60,7 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
         The planned motion with ``joint_torque_model``, ``foot_force_model`` and
         ``foot_normal_force_model`` at the walk's samples.
     """
-    walk.check_planned_for(scenario)
+    walk = walk.for_scenario(scenario)
     ending = {"ending": "COMPLETED", "ending_reason": "The walk was analysed."}
     attributes = recording_attributes(scenario, walk) | {"kind": "model"} | ending
     return new_recording(walk.time, model_channels(scenario, walk), attributes)

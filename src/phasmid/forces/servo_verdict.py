@@ -190,14 +190,12 @@ def scenario_verdict(scenario: Scenario) -> ServoVerdict:
     Raises:
         InvalidInput: Robot or gait cannot be read, or a neutral foot is out of reach.
     """
-    robot, table = scenario.load_robot(), scenario.servo
+    robot = scenario.load_robot()
     return servo_verdict(
         robot,
         scenario.load_gait(len(robot.legs), robot.leg_names),
-        servo=table.set_up(robot.servo),
-        voltage=table.voltage,
         gravity=scenario.model.gravity,
-        ambient=table.ambient_temperature,
+        ambient=scenario.servo.ambient_temperature,
     )
 
 
@@ -210,8 +208,6 @@ def servo_verdict(
     robot: Robot,
     gait: Gait,
     *,
-    servo: Servo | None = None,
-    voltage: float | None = None,
     gravity: float = STANDARD_GRAVITY,
     ambient: float = AMBIENT,
 ) -> ServoVerdict:
@@ -227,19 +223,15 @@ def servo_verdict(
     time where only the largest torque is within its bound.
 
     Args:
-        robot: The robot, L legs; a payload is part of its trunk.
+        robot: The robot as supplied, L legs; a payload is part of its trunk.
         gait: The gait.
-        servo: Servo with its settings; None: the robot's own.
-        voltage: Supply voltage [V]; None: the servo's rated voltage.
         gravity: Gravitational acceleration [m/s²].
         ambient: Temperature of the air [°C].
 
     Raises:
         Unreachable: A neutral foot is out of reach.
     """
-    servo = robot.servo if servo is None else servo
-    voltage = servo.rated_voltage if voltage is None else voltage
-    stall = servo.stall_at(voltage)
+    servo, stall = robot.servo, robot.servo.stall_torque
     continuous = min(servo.continuous_torque, stall)
     stance, feet = _instants(robot, gait)
     load, margin = _static_torque(robot, stance, feet, gravity)
@@ -281,7 +273,7 @@ def servo_verdict(
         stall_torque=strength * stall,
         continuous_torque=strength * continuous,
         is_continuous_assumed=servo.is_assumed("continuous_torque"),
-        voltage=voltage,
+        voltage=servo.voltage,
         highest_voltage=servo.maximum_voltage,
         heat=heat,
         time_to_limit=until,

@@ -173,9 +173,7 @@ class Driver:
         self._protection = Protection(robot, self.settings)
         servo = robot.robot.servo
         # A servo without a known motor is given the targets alone.
-        self._law = (
-            inverse_law(servo, scenario.servo.supply(servo)) if servo.stall_current else None
-        )
+        self._law = inverse_law(servo) if servo.stall_current else None
         self._memory = goal_memory(robot.position.size)
         self._written_at = 0.0
         self._shift = np.zeros_like(robot.position)

@@ -291,7 +291,7 @@ class Emulator:
             self._brown_out = brown_out is not None
             for index, servo in enumerate(self.servos):
                 voltage = brown_out.amount if brown_out else self._supply
-                self.plant.set_law(index, servo.law(), voltage)
+                self.plant.set_law(index, servo.law().at(voltage))
                 # A servo without supply forgets its RAM.
                 servo.reboot()
         for index, servo in enumerate(self.servos):
@@ -323,7 +323,7 @@ class Emulator:
             if servo.law_changed:
                 servo.law_changed = False
                 voltage = self.plant.reading(index).voltage
-                self.plant.set_law(index, servo.law(), voltage)
+                self.plant.set_law(index, servo.law().at(voltage))
             goals[index] = servo.advance_goal(dt)
             enabled[index] = servo.enabled and not self.faults.strikes("dead", servo.id)
         self.plant.advance(steps, goals, enabled)

@@ -45,8 +45,8 @@ class Plant(Protocol):
 
     dt: float
 
-    def set_law(self, index: int, servo: Servo, voltage: float) -> None:
-        """Set law and supply [V] of a servo."""
+    def set_law(self, index: int, servo: Servo) -> None:
+        """Set law and supply of a servo."""
 
     def advance(
         self, steps: int, goal: Float[np.ndarray, " servos"], enabled: Bool[np.ndarray, " servos"]
@@ -93,7 +93,6 @@ class ServoBank:
         servos: The servos.
         dt: Time step [s].
         position: Angles at the start [rad], shape (S,).
-        voltage: Supply [V].
     """
 
     def __init__(
@@ -101,23 +100,22 @@ class ServoBank:
         servos: Sequence[Servo],
         dt: float,
         position: Float[np.ndarray, " servos"],
-        voltage: float,
     ) -> None:
         self.dt, count = dt, len(servos)
         self.state = np.zeros(count, SERVO_STATE)
         self.state["angle"], self.state["temperature"] = position, AMBIENT
         self.torque = np.zeros(count)
-        self.voltage = np.full(count, voltage)
+        self.voltage = np.array([servo.voltage for servo in servos])
         self._delays = np.array([round(servo.delay / dt) for servo in servos])
         self._delayed = np.repeat(position[:, None], self._delays.max(), axis=1)
         self._parameters = np.concatenate(
-            [servo_parameters(servo, dt, voltage, AMBIENT) for servo in servos]
+            [servo_parameters(servo, dt, AMBIENT) for servo in servos]
         )
 
-    def set_law(self, index: int, servo: Servo, voltage: float) -> None:
-        """Set the settings and the supply [V] of a servo."""
-        self._parameters[index] = servo_parameters(servo, self.dt, voltage, AMBIENT)[0]
-        self.voltage[index] = voltage
+    def set_law(self, index: int, servo: Servo) -> None:
+        """Set the settings and the supply of a servo."""
+        self._parameters[index] = servo_parameters(servo, self.dt, AMBIENT)[0]
+        self.voltage[index] = servo.voltage
 
     def step(
         self,
@@ -170,7 +168,8 @@ class Bench:
     def __init__(self, servos: Sequence[Servo]) -> None:
         self.dt = STEP
         self.position, self.velocity = np.zeros((2, len(servos)))
-        self._bank = ServoBank(servos, STEP, self.position, SUPPLY)
+        at_supply = [servo.at(SUPPLY) for servo in servos]
+        self._bank = ServoBank(at_supply, STEP, self.position)
         self.set_law, self.heat = self._bank.set_law, self._bank.heat
 
     def advance(
@@ -211,12 +210,7 @@ class SimulatedRobot:
         self._q, self._qd, self._applied = data.qpos[7:], data.qvel[6:], data.qfrc_applied[6:]
         self._sign = np.array([c.direction for c in calibration], dtype=float)
         self._zero = np.array([c.zero for c in calibration])
-        self._bank = ServoBank(
-            [robot.servo] * len(calibration),
-            self.dt,
-            self.position,
-            scenario.servo.supply(robot.servo),
-        )
+        self._bank = ServoBank([robot.servo] * len(calibration), self.dt, self.position)
         self.set_law, self.heat = self._bank.set_law, self._bank.heat
 
     @property

@@ -219,7 +219,8 @@ def _compare(
     supply = log.measured.get("voltage")
     if supply is not None and scenario.servo.voltage is None:
         scenario = scenario.replace(voltage=float(np.nanmean(supply)))
-    servo = scenario.servo.set_up(robot.servo)
+        robot = scenario.load_robot()
+    servo = robot.servo
     used = log.time >= SKIPPED
     bootstrap = BlockBootstrap(log.time)
     replayer = Replayer(log, scenario, robot, progress)
@@ -233,7 +234,7 @@ def _compare(
     )
     differs = error >= LEAST_ERROR and fit.shares is not None
     quantities = [
-        *_causes(fit, servo, scenario.servo.supply(servo), replayer.lag, differs),
+        *_causes(fit, servo, servo.voltage, replayer.lag, differs),
         *_loads(log, fit, begun, fitted, servo.delay + replayer.lag, bootstrap, used),
         _sag(log, fit, begun, fitted, robot, servo.delay + replayer.lag, bootstrap, used),
         *_body(log, in_phase, bootstrap, used),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -14,6 +14,7 @@ from phasmid.errors import InvalidInput, nearest
 from phasmid.servo import Friction, Motor, Servo, complete_servo
 from phasmid.servo.law import servo_parameters
 from phasmid.servo.servo import (
+    AMBIENT,
     FLATTEST_SLOPE,
     FULL_PUNCH,
     FULL_PWM,
@@ -189,7 +190,9 @@ def servo_records(
         dt: Time step [s].
     """
     motor = identified_motor(model, values)
-    records = np.concatenate([servo_parameters(servo, dt, voltage, 25.0) for voltage in voltages])
+    records = np.concatenate(
+        [servo_parameters(servo.at(voltage), dt, AMBIENT) for voltage in voltages]
+    )
     changes = {
         **vars(motor.friction),
         "constant": motor.constant,
@@ -253,10 +256,9 @@ def identified_servo(servo: Servo, model: Model, values: Mapping[str, float]) ->
     )
     follow = {"stiffness", "damping", "continuous_torque"}
     kept = {
-        field.name: getattr(servo, field.name)
-        for field in fields(servo)
-        if field.name in {"name", *servo.sources}
-        and not (field.name in follow and servo.is_assumed(field.name))
+        key: value
+        for key, value in servo.numbers.items()
+        if key in {"name", *servo.sources} and not (key in follow and servo.is_assumed(key))
     }
     name = f"{servo_label(servo.name)} identified"
     return complete_servo(

@@ -15,7 +15,6 @@ from phasmid.learning.model import Motor
 from phasmid.learning.physics import Physics
 from phasmid.learning.task import CORRECTIONS, Task
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
 from phasmid.servo.law import inverse_law
 from phasmid.servo.law_kernels import SLOW, goal_memory, goals_for_torque
 
@@ -109,8 +108,7 @@ class Controllers:
         self._controllers = [new_controller(robot, task, UPDATE_PERIOD) for _ in range(count)]
         self._law = None
         if physics.is_full:
-            servo = Scenario().servo
-            self._law = inverse_law(robot.servo, servo.supply(robot.servo))
+            self._law = inverse_law(robot.servo)
         self._time = np.zeros(count)
         self._memory = np.stack([goal_memory(3 * len(robot.legs))] * count)
 

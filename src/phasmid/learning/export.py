@@ -25,7 +25,7 @@ def exported_specification(task: Task) -> mujoco.MjSpec:
     robot = scenario.load_robot()
     constants = task_constants(task, robot)
     spec = fast_specification(robot, scenario.replace(dt=FAST_STEP), constants.terrain)
-    motor = robot_motor(scenario, robot)
+    motor = robot_motor(robot)
     for name in joint_names(robot):
         actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
         actuator.set_to_position(kp=motor.gain)
@@ -61,7 +61,7 @@ def export_task(task: Task, folder: str | Path) -> tuple[Path, Path]:
         )
     scenario = task.scenario()
     robot = scenario.load_robot()
-    c, motor = task_constants(task, robot), robot_motor(scenario, robot)
+    c, motor = task_constants(task, robot), robot_motor(robot)
     constants = {
         "task": task.model_dump(),
         "control_period_s": c.dt,

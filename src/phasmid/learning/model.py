@@ -54,7 +54,7 @@ class Motor(NamedTuple):
     delay: float
 
 
-def robot_motor(scenario: Scenario, robot: Robot) -> Motor:
+def robot_motor(robot: Robot) -> Motor:
     """Return the motor of a robot's servos.
 
     It has the numbers of the servo's own law where its stall current is known, without margin,
@@ -72,8 +72,7 @@ def robot_motor(scenario: Scenario, robot: Robot) -> Motor:
             servo.armature,
             0.0,
         )
-    servo = scenario.servo.set_up(robot.servo)
-    p = servo_parameters(servo, FAST_STEP, scenario.servo.supply(servo), 0.0)[0]
+    p = servo_parameters(servo, FAST_STEP, 0.0)[0]
     stall = float(p["constant"] * p["voltage"] / p["resistance"])
     per_tick = p["gain"] if p["is_pid"] else 1 / p["slope"].mean()
     return Motor(
@@ -131,7 +130,7 @@ def fast_specification(robot: Robot, scenario: Scenario, terrain: Terrain) -> mu
     spec = model_specification(robot, scenario)
     _add_ground_and_payload(spec, robot, terrain)
     spec.option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
-    motor = robot_motor(scenario, robot)
+    motor = robot_motor(robot)
     for leg in robot.legs:
         for i in range(CONTACT_POINTS):
             spec.delete(spec.geom(point_name(leg.name, i)))

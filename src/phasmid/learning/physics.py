@@ -84,13 +84,12 @@ class Physics:
         self._friction = batch.expand("geom_friction")
         self._masses = [batch.expand(name) for name in ("body_mass", "body_inertia", "body_ipos")]
         self._feet = np.flatnonzero(model.geom_priority > 0)
-        self.motor = robot_motor(scenario, robot)
+        self.motor = robot_motor(robot)
         self._servos: Servos | None = None
         if self.is_full:
-            servo, joints = scenario.servo.set_up(robot.servo), 3 * len(robot.legs)
-            supply = scenario.servo.supply(servo)
-            self._supply, self._ambient = supply, scenario.servo.ambient_temperature
-            parameters = servo_parameters(servo, dt, supply, self._ambient)
+            servo, joints = robot.servo, 3 * len(robot.legs)
+            self._ambient = scenario.servo.ambient_temperature
+            parameters = servo_parameters(servo, dt, self._ambient)
             self._own = parameters[0].copy()
             self._servos = Servos(
                 np.tile(parameters, (count, 1)),
@@ -119,7 +118,7 @@ class Physics:
         if self._servos is not None:
             parameters, state, delayed = self._servos
             parameters[ids, 0] = self._own
-            parameters["voltage"][ids, 0] = self._supply * e.strength[ids]
+            parameters["voltage"][ids, 0] = self._own["voltage"] * e.strength[ids]
             for name in ("gain", "change_gain"):
                 parameters[name][ids, 0] = self._own[name] * e.gain[ids]
             parameters["slope"][ids, 0] = self._own["slope"] / e.gain[ids, None]

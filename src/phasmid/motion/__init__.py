@@ -8,7 +8,7 @@ from phasmid.motion.explanation import (
     explain_posture,
     explain_walk,
 )
-from phasmid.motion.feasibility import USUAL_STRIDE, fastest, has_room_for, longest_stride
+from phasmid.motion.feasibility import USUAL_STRIDE, has_room_for, longest_stride
 from phasmid.motion.remedies import plan
 from phasmid.motion.trajectory import (
     JointTrajectory,
@@ -37,7 +37,6 @@ __all__ = [
     "blend",
     "explain_posture",
     "explain_walk",
-    "fastest",
     "has_room_for",
     "join",
     "lift",

@@ -22,7 +22,6 @@ from phasmid.motion.course import Course, LevelCourse, place
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import Stride
-from phasmid.servo import Servo
 from phasmid.servo.words import servo_words
 from phasmid.units import beyond
 
@@ -236,33 +235,16 @@ def check_speed(
         InfeasibleWalk: A joint would turn faster than its servo without load.
     """
     servo, speed = course.robot.servo, np.abs(qd)
-    peak, (limit, supply) = float(speed.max()), fastest(scenario, servo)
+    peak, limit = float(speed.max()), servo.no_load_speed
     if peak <= limit:
         return
     t, leg, joint = _first_largest(speed, axis=1)
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
-    needed, allowed = beyond(peak, limit, 3)
+    needed, allowed = beyond(peak, round(limit, 4), 3)
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {needed} "
-        f"rad/s; the {servo_words(servo.name)} allows {allowed} rad/s{supply}."
+        f"rad/s; the {servo_words(servo.name)} allows {allowed} rad/s{servo.at_supply}."
     )
-
-
-def fastest(scenario: Scenario, servo: Servo) -> tuple[float, str]:
-    """Return a servo's no-load speed [rad/s], and its supply in words where that counts.
-
-    Args:
-        scenario: Servos that move the joints by their own law run at its voltage.
-        servo: The robot's.
-
-    Returns:
-        The speed, and words such as `` at 9 V``; empty where the servo counts as rated.
-    """
-    if scenario.simulation.drive != "servo":
-        return servo.no_load_speed, ""
-    voltage = scenario.servo.supply(servo)
-    own = scenario.servo.set_up(servo)
-    return own.motor.no_load_speed(voltage), f" at {voltage:g} V"
 
 
 def check_support(

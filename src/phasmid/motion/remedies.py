@@ -99,9 +99,8 @@ def _level_changes(scenario: Scenario) -> Iterator[Changes]:
     yield _nearest(lambda x: _shorter(scenario, 1 - x * (1 - least)), can_be_made)
     yield _nearest(lambda x: _lower(scenario, 1 - x * (1 - lowest)), can_be_made)
     yield _nearest(lambda x: _smaller(scenario, 1 - x * (1 - min(least, lowest))), can_be_made)
-    rated = scenario.base_robot().servo.rated_voltage
-    if scenario.simulation.drive == "servo" and rated is not None:
-        yield {"voltage": rated}
+    if scenario.servo.voltage is not None:
+        yield {"voltage": scenario.base_robot().servo.rated_voltage}
     yield from _gaits(scenario)
     for x, factor in product(COARSE, (2.0, 5.0, 20.0)):
         yield _shorter(scenario, x) | _slower(scenario, factor)

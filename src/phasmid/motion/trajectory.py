@@ -6,7 +6,7 @@ import base64
 import binascii
 import math
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -111,7 +111,7 @@ class JointTrajectory:
             raise InfeasibleWalk(
                 f"{joints[column]} jumps {jump[row, column]:.2g} rad between rows {row + 1} and "
                 f"{row + 2} ({speed.max():.3g} rad/s; the {servo_words(servo.name)} allows "
-                f"{servo.no_load_speed:.3g})."
+                f"{servo.no_load_speed:.3g}{servo.at_supply})."
             )
         limits = robot.arrays.joint_limits.reshape(-1, 2)
         over = np.maximum(q - limits[:, 1], limits[:, 0] - q)
@@ -129,17 +129,21 @@ class JointTrajectory:
         """Return False: a trajectory has no known cycle."""
         return False
 
-    def check_planned_for(self, scenario: Scenario) -> None:
-        """Refuse a scenario with another robot.
+    def for_scenario(self, scenario: Scenario) -> JointTrajectory:
+        """Return this trajectory of the robot as a scenario supplies it.
 
         Raises:
             InvalidInput: The robot differs.
+            InfeasibleWalk: A joint would be faster than its servo.
         """
-        if robot_to_toml(scenario.load_robot()) != robot_to_toml(self.robot):
+        robot = scenario.load_robot()
+        own = replace(self.robot, servo=scenario.servo.set_up(self.robot.servo))
+        if robot_to_toml(robot) != robot_to_toml(own):
             raise InvalidInput(
                 "the trajectory is of another robot than the scenario has.",
                 hint="load_trajectory(path, scenario.load_robot())",
             )
+        return replace(self, robot=robot)
 
     def sample(self, time: Float[np.ndarray, " times"]) -> SampledTrajectory:
         """Return the joints at other times, with a trunk at rest on its lowest feet.

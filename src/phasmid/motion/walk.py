@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -27,7 +27,6 @@ from phasmid.motion.feasibility import (
     check_speed,
     check_support,
     checked_times,
-    fastest,
 )
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.robot import Robot, robot_to_toml
@@ -94,11 +93,12 @@ class Walk:
         p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
         return rotated(self.trunk.rotation[:, None], p) + self.trunk.position[:, None]
 
-    def check_planned_for(self, scenario: Scenario) -> None:
-        """Refuse a scenario with another robot, gait or stride.
+    def for_scenario(self, scenario: Scenario) -> Walk:
+        """Return this walk of the robot as another scenario supplies it.
 
-        On planned uneven ground, terrain and footing must be equal, too. Drive and voltage may
-        differ where the servos are fast enough.
+        Robot, gait and stride must be equal, on planned uneven ground terrain and footing, too.
+        Payload, drive, settings and supply of the servos may differ where the servos are fast
+        enough.
 
         Raises:
             InvalidInput: They differ; the message names the first difference.
@@ -123,10 +123,12 @@ class Walk:
                     f"the walk was planned with another {name} than the scenario has.",
                     hint="walk = phasmid.plan(scenario)",
                 )
-        servo = self.robot.servo
-        if fastest(theirs, servo)[0] < fastest(ours, servo)[0]:
-            for times in checked_times(ours, self.course):
-                check_speed(theirs, self.course, times, self.sample(times).qd)
+        robot = theirs.load_robot()
+        walk = replace(self, robot=robot, course=replace(self.course, robot=robot))
+        if robot.servo.no_load_speed < self.robot.servo.no_load_speed:
+            for times in checked_times(ours, walk.course):
+                check_speed(theirs, walk.course, times, walk.sample(times).qd)
+        return walk
 
     @property
     def support_margin(self) -> Float[np.ndarray, " time"]:

@@ -403,7 +403,7 @@ def torque(run: Run, name: str) -> dict[str, Any]:
     if tau is None:
         return {}
     size, strength = np.abs(tau), run.robot.arrays.strength
-    stall, continuous = strength * run.stall_torque, strength * run.continuous_torque
+    stall, continuous = strength * run.robot.servo.stall_torque, strength * run.continuous_torque
     peak = size.max(axis=0)
     return {
         "peak": peak.tolist(),
@@ -455,7 +455,7 @@ def speed(run: Run) -> dict[str, Any]:
         "channel": name,
         "peak": peak.tolist(),
         "largest": float(peak.max()),
-        "largest_over_no_load": float(peak.max() / run.no_load_speed),
+        "largest_over_no_load": float(peak.max() / run.robot.servo.no_load_speed),
     }
 
 
@@ -496,8 +496,7 @@ def joint_power(run: Run) -> dict[str, np.ndarray]:
     if friction is not None:
         kinds["friction"] = -friction * (qd if rotor is None else rotor)
     if duty is not None and current is not None:
-        supply = run.scenario.servo.supply(run.robot.servo)
-        kinds["electrical"] = np.maximum(duty * supply * current, 0.0)
+        kinds["electrical"] = np.maximum(duty * run.robot.servo.voltage * current, 0.0)
     return {name: power.sum(axis=(1, 2)) for name, power in kinds.items()}
 
 
@@ -576,15 +575,14 @@ def servos(run: Run) -> dict[str, Any]:
     warmth, down = run.channel("servo_temperature"), run.channel("servo_shutdown")
     if duty is None or current is None or warmth is None or down is None:
         return {}
-    table, time = run.scenario.servo, run.time
-    servo, ambient = table.set_up(run.robot.servo), table.ambient_temperature
+    servo, ambient, time = run.robot.servo, run.scenario.servo.ambient_temperature, run.time
     motor, weights = servo.motor, durations(time) / durations(time).sum()
 
     def mean(values: np.ndarray) -> np.ndarray:
         return np.asarray(np.einsum("t,tlj->lj", weights, values.astype(float)))
 
     found: dict[str, Any] = {
-        "voltage": table.supply(servo),
+        "voltage": servo.voltage,
         "torque_limit": servo.torque_limit,
         "ambient_temperature": ambient,
         "temperature_limit": servo.temperature_limit,

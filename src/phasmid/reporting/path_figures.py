@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -57,19 +56,18 @@ def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
 def servo_limits(source: Source) -> tuple[Limits, str]:
     """Return the torque limits of an experiment's servos at steady speed, and their conditions.
 
-    Servos that move the joints by their own law have the scenario's voltage and torque limit.
-    Under another drive they are taken at the voltage of their data sheet; the ideal servo, and one
-    whose stall current is not known, follows the straight line that its drive follows.
+    The ideal servo, and one whose stall current is not known, follows the straight line that its
+    drive follows.
     """
     servo, drive = source.robot.servo, source.scenario.simulation.drive
     if servo.stall_current is None or drive in {"ideal-servo", "torque"}:
         return lambda speed: ideal_limits(servo, speed), "line from stall to no-load speed"
-    if drive == "servo":
-        table = source.scenario.servo
-        servo, voltage = table.set_up(servo), table.supply(servo)
-    else:
-        servo, voltage = replace(servo, torque_limit=1.0), servo.rated_voltage
-    motor, share, stall = servo.motor, servo.torque_limit, servo.stall_at(voltage)
+    motor, share, voltage, stall = (
+        servo.motor,
+        servo.torque_limit,
+        servo.voltage,
+        servo.stall_torque,
+    )
     words = f"limit at {voltage:g} V" + (f", {100 * share:g} % output" if share < 1 else "")
     return lambda speed: motor_limits(motor, share * voltage, stall, speed), words
 
@@ -126,7 +124,7 @@ def beyond(source: Source, tau: np.ndarray, qd: np.ndarray) -> np.ndarray:
     """Return which samples exceed the servos' steady limits, of the torques' shape."""
     lowest, highest = servo_limits(source)[0](qd)
     # A servo at its limit is on it up to round-off.
-    slack = 1e-6 * source.stall_torque
+    slack = 1e-6 * source.robot.servo.stall_torque
     return np.asarray((tau < lowest - slack) | (tau > highest + slack))
 
 
@@ -146,7 +144,7 @@ def _draw_joint(axis: Axes, run: Run, tau: np.ndarray, qd: np.ndarray, legs: Leg
     for leg in (leg - 1 for leg in legs):
         marks |= {"markeredgewidth": 0, "color": leg_colour(leg), "alpha": 0.5}
         axis.plot(qd[kept[:, leg], leg], tau[kept[:, leg], leg], **marks)
-    reach = 1.05 * max(run.no_load_speed, float(np.abs(qd).max(initial=0.0)))
+    reach = 1.05 * max(run.robot.servo.no_load_speed, float(np.abs(qd).max(initial=0.0)))
     tiny = np.nextafter(0.0, 1.0)
     speed = np.concatenate([np.linspace(-reach, 0.0, 60), [tiny], np.linspace(0.0, reach, 60)[1:]])
     limits = servo_limits(run)[0]

@@ -89,32 +89,15 @@ class Source:
 
     @property
     def supply(self) -> float | None:
-        """Supply of servos that move the joints by their own law [V]; None for other drives."""
-        own = self.scenario.simulation.drive == "servo"
-        known = self.robot.servo.stall_current is not None
-        return self.scenario.servo.supply(self.robot.servo) if own and known else None
-
-    @property
-    def stall_torque(self) -> float:
-        """Stall torque of the servos at their supply, or else as rated [N·m]."""
+        """Supply of the servos that move the joints by their own law, or that is stated [V]."""
         servo = self.robot.servo
-        if self.supply is None:
-            return servo.stall_torque
-        servo = self.scenario.servo.set_up(servo)
-        return max(servo.stall_at(self.supply), LEAST)
+        own = self.scenario.simulation.drive == "servo" and servo.stall_current is not None
+        return servo.voltage if own or servo.supply is not None else None
 
     @property
     def continuous_torque(self) -> float:
         """Torque that the servos hold continuously [N·m]."""
-        return min(self.robot.servo.continuous_torque, self.stall_torque)
-
-    @property
-    def no_load_speed(self) -> float:
-        """No-load speed of the servos at their supply, or else as rated [rad/s]."""
-        servo = self.robot.servo
-        if self.supply is None:
-            return servo.no_load_speed
-        return max(servo.motor.no_load_speed(self.supply), LEAST)
+        return min(self.robot.servo.continuous_torque, self.robot.servo.stall_torque)
 
     @property
     def title(self) -> str:

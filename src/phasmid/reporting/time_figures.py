@@ -151,7 +151,7 @@ def _conditions(runs: Sequence[Run], quantity: Quantity, used: Sequence[str]) ->
     if len(runs) > 1:
         return [" or ".join(dict.fromkeys(CHANNELS[name].long_name for name in used))]
     if quantity in SERVO_QUANTITIES:
-        return [f"{run.scenario.servo.supply(run.robot.servo):g} V"]
+        return [f"{run.robot.servo.voltage:g} V"]
     weight = f"weight {run.weight:.4g} N" if quantity is FORCES else ""
     return [run.model_words if quantity is not ANGLES else "", weight]
 

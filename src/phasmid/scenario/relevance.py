@@ -13,7 +13,7 @@ GAINS = {"compliance": {"p_gain", "d_gain"}, "pid": {"compliance_margin", "compl
 """Fields of the servo that a law does not use."""
 
 JUDGED = {"voltage", "ambient_temperature", "torque_limit"}
-"""Fields of the servo that its verdict uses with every drive."""
+"""Fields of the servo that count with every drive, in limits of the plan or in its verdict."""
 
 
 ANALYSIS = {
@@ -100,12 +100,9 @@ def idle_fields(
         A sentence on each field, such as ``punch has no effect with drive "prescribed".``
     """
     found: dict[str, str] = {}
-    # The supply counts in a plan for servos with their own law alone.
-    is_servo = scenario.simulation.drive == "servo"
-    used = REFUSABLE if is_servo else REFUSABLE - {"voltage", "torque_limit"}
     for name, unused in UNUSED[use].items() if use else ():
         table = getattr(scenario, name) if name else scenario
-        fields = set(type(table).model_fields) - used if "*" in unused else set(unused)
+        fields = set(type(table).model_fields) - REFUSABLE if "*" in unused else set(unused)
         found |= _idle(name, table, fields, f"on {use}")
     found = _idle_by_choice(scenario, robot) | found
     return [f"{key} has no effect {reason}." for key, reason in found.items()]

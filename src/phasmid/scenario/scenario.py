@@ -240,7 +240,9 @@ class Scenario(Table):
         return scenario
 
     def load_robot(self) -> Robot:
-        """Return the robot with this scenario's variants of mass, mounts, payload and stance.
+        """Return the robot as supplied: with this scenario's variants, payload, stance and servos.
+
+        Its servos have the settings and the supply of ``[servo]``.
 
         Raises:
             InvalidInput: The robot file is absent or not well formed.
@@ -286,6 +288,7 @@ class Scenario(Table):
         robot = with_mass_model(robot, self.model.mass_model)
         robot = with_mounts(robot, self.model.mounts)
         robot = with_payload(robot, self.model.payload)
+        robot = replace(robot, servo=self.servo.set_up(robot.servo))
         return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
 
     def for_robot(self, robot: str | Robot) -> Scenario:

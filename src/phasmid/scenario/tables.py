@@ -370,8 +370,8 @@ Pair = Annotated[
 class ServoTable(Table):
     """``[servo]``: settings of the robot's servos; those that are absent are the servo's own.
 
-    All of them concern ``drive = "servo"``; supply, air and torque limit also the verdict on the
-    servos.
+    Supply and torque limit count with every drive, the air for heat and its verdict. The others
+    concern ``drive = "servo"``.
 
     Attributes:
         voltage: Supply of the servos [V]; absent: the servo's rated voltage.
@@ -395,14 +395,11 @@ class ServoTable(Table):
     p_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
     d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
 
-    def supply(self, servo: Servo) -> float:
-        """Return the voltage at which a servo runs [V]."""
-        return servo.rated_voltage if self.voltage is None else self.voltage
-
     def set_up(self, servo: Servo) -> Servo:
-        """Return a servo with these settings in place of its own."""
+        """Return a servo with these settings in place of its own, at this supply."""
         outside = {"voltage", "ambient_temperature"}
-        return replace(servo, **self.model_dump(exclude=outside, exclude_none=True))
+        settings = self.model_dump(exclude=outside, exclude_none=True)
+        return replace(servo, **settings).at(self.voltage)
 
 
 SENSORS = ("joint", "imu", "foot")

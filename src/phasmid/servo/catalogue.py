@@ -89,12 +89,12 @@ def servo_table(servo: Servo) -> list[str]:
     """Return a servo as the lines of a table ``[servo]``, with exact numbers and their sources."""
     other_laws = {n for law, names in LAW_FIELDS.items() if law != servo.law for n in names}
     written = set(RULES) - other_laws | set(servo.sources)
+    default = {field.name: field.default for field in fields(servo)}
     values = {
-        field.name: getattr(servo, field.name)
-        for field in fields(servo)
-        if field.name in written or getattr(servo, field.name) != field.default
+        key: value
+        for key, value in servo.numbers.items()
+        if key in written or value != default.get(key)
     }
-    del values["sources"]
     sources = dict(servo.sources)
     if servo.stall_current is None:
         # Else a rule would give one.

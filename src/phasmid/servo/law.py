@@ -42,13 +42,12 @@ MOST_OF_LIMIT = 0.75
 """Allowed share of the largest stable step: legs are lighter in other poses."""
 
 
-def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) -> np.ndarray:
+def servo_parameters(servo: Servo, dt: float, ambient: float) -> np.ndarray:
     """Return a servo's parameters in the units of `servo_step`, one record in an array.
 
     Args:
-        servo: With its settings.
+        servo: With its settings and supply.
         dt: Time step [s].
-        voltage: Supply [V].
         ambient: Temperature of the air [°C].
     """
     motor, steps = servo.motor, max(1, round(servo.control_period / dt))
@@ -65,7 +64,7 @@ def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) ->
         "change_gain": servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period,
         "smoothing": look / (look + servo.derivative_time),
         "punch": servo.punch / FULL_PUNCH,
-        "voltage": voltage,
+        "voltage": servo.voltage,
         "resistance": motor.resistance,
         "constant": motor.constant,
         **vars(motor.friction),
@@ -78,7 +77,7 @@ def servo_parameters(servo: Servo, dt: float, voltage: float, ambient: float) ->
         "fading": math.exp(-dt / (servo.thermal_resistance * servo.heat_capacity)),
         "hottest": servo.temperature_limit,
         "patience": servo.overload_time,
-        "limit": servo.stall_at(voltage),
+        "limit": servo.stall_torque,
     }
     kind = [(name, np.float64, np.shape(value)) for name, value in values.items()]
     return np.array([tuple(values.values())], dtype=kind)
@@ -105,18 +104,18 @@ def longest_servo_step(servo: Servo, mobility: float) -> float:
     return limit / (math.sqrt(c * c + limit * k) + c)
 
 
-def inverse_law(servo: Servo, voltage: float) -> InverseLaw:
+def inverse_law(servo: Servo) -> InverseLaw:
     """Return the constants of a servo's inverted law.
 
     Args:
-        servo: The servo; its stall current must be known.
-        voltage: Supply [V].
+        servo: The servo, with its supply; its stall current must be known.
 
     Raises:
         InvalidInput: The servo's stall current is not known.
         InvalidRobot: No motor has the servo's numbers.
     """
-    motor, gain, lead, lag = servo.motor, 0.0, 0.0, 0.0
+    motor, voltage = servo.motor, servo.voltage
+    gain = lead = lag = 0.0
     if servo.law == "pid":
         gain, lead = servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM, servo.derivative_time
         lag = lead + servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period / gain

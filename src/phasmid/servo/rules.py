@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from phasmid.servo.servo import FULL_PWM, LAW_FIELDS, P_GAIN_UNIT, Servo
+from phasmid.servo.servo import FIELD_OF, FULL_PWM, LAW_FIELDS, P_GAIN_UNIT, Servo
 
 ASSUMED = "assumed"
 """Source of a number that follows from a rule, or that the catalogue assumes for other reasons."""
@@ -176,7 +176,7 @@ def complete_servo(known: Mapping[str, Any], sources: Mapping[str, str] | None =
             continue
         values[name] = rule(values)
         stated[name] = ASSUMED
-    return Servo(**values, sources=stated)
+    return Servo(**{FIELD_OF.get(name, name): v for name, v in values.items()}, sources=stated)
 
 
 ALIKE = 0.05
@@ -196,13 +196,13 @@ def contradictions(servo: Servo) -> list[str]:
         for name in names
         if law != servo.law and name in given
     ]
-    law = _stiffness(vars(servo) | {"compliance_slope": servo.effective_slope})
+    law = _stiffness(servo.numbers | {"compliance_slope": servo.effective_slope})
     if "stiffness" in given and abs(servo.stiffness / law - 1) > ALIKE:
         idle.append(
             f'stiffness {servo.stiffness:.3g} N·m/rad acts with drive "ideal-servo" alone; the law '
             f"{servo.law} of the table gives {law:.3g} N·m/rad."
         )
-    brake = servo.stall_torque / servo.no_load_speed
+    brake = servo.rated_stall_torque / servo.rated_no_load_speed
     if "damping" in given and abs(servo.damping / brake - 1) > ALIKE:
         idle.append(
             f'damping {servo.damping:.3g} N·m·s/rad acts with drive "ideal-servo" alone; stall '

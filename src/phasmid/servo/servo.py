@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import cached_property
 from typing import Annotated, Any, Literal, get_type_hints
 
 from annotated_types import Ge, Gt, Le, Lt
@@ -70,6 +71,10 @@ FULL_PUNCH, FULL_PWM = 1023, 885
 P_GAIN_UNIT, D_GAIN_UNIT = 128, 16
 """Gains of the PID law that stand for 1 in `FULL_PWM` of full output."""
 
+LEAST = 1e-6
+"""Least stall torque [N·m] and no-load speed [rad/s]: under a supply below the motor's friction
+they would be 0, and ratios to them infinite."""
+
 ROUND_OFF = 1e-9
 """Efficiency above 1 that is round-off of gears without load-dependent losses."""
 
@@ -79,7 +84,11 @@ LONGEST_DELAY = 0.2
 
 @dataclass(frozen=True)
 class Servo:
-    """Position servo with the numbers of its data sheet; the types carry the units of files.
+    """Position servo with the numbers of its data sheet, and its supply.
+
+    `at` returns the servo at another supply. `stall_torque`, `no_load_speed` and `voltage` are
+    those at the supply; the rated ones belong to `rated_voltage`. The types carry the units of
+    files, whose keys for the rated numbers are ``stall_torque`` and ``no_load_speed``.
 
     The drive ``ideal-servo`` uses `stiffness` and `damping`, the drive ``servo`` the servo's own
     position law. `phasmid.servo.complete_servo` builds a servo of the numbers that are known, by
@@ -87,8 +96,8 @@ class Servo:
 
     Attributes:
         name: Maker's name.
-        stall_torque: Largest torque, at standstill [N·m].
-        no_load_speed: Largest speed, without load [rad/s].
+        rated_stall_torque: Largest torque, at standstill under `rated_voltage` [N·m].
+        rated_no_load_speed: Largest speed, without load under `rated_voltage` [rad/s].
         stiffness: Of the ideal servo: torque per position error, below the limit [N·m/rad].
         damping: Of the ideal servo: loss of torque per speed, by the motor's counter voltage and
             friction [N·m·s/rad].
@@ -135,6 +144,7 @@ class Servo:
         standby_current: Current of the electronics while the motor rests [A].
         mass: Mass [kg]; None: not known.
         price: About what one costs [US dollars]; None: not known.
+        supply: Supply voltage [V]; None: `rated_voltage`.
         sources: Source of each number, by its name: ``data sheet``, ``identified``, ``assumed``,
             ``robot file`` or ``unknown``, with the publication in brackets.
 
@@ -143,8 +153,8 @@ class Servo:
     """
 
     name: str
-    stall_torque: Positive
-    no_load_speed: Annotated[Rate, Gt(0)]
+    rated_stall_torque: Positive
+    rated_no_load_speed: Annotated[Rate, Gt(0)]
     stiffness: Positive
     damping: NotNegative
     armature: Positive
@@ -184,6 +194,7 @@ class Servo:
     derivative_time: Annotated[Time, Gt(0)] = 0.01
     mass: Annotated[Mass, Gt(0)] | None = None
     price: Positive | None = None
+    supply: Annotated[Voltage, Gt(0)] | None = None
     sources: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
@@ -192,13 +203,13 @@ class Servo:
         try:
             validate(
                 ServoNumbers,
-                _numbers(self),
+                self.numbers,
                 lambda loc: (f"{servo_words(self.name)}: {dotted(loc)}", ""),
             )
         except InvalidInput as error:
             raise InvalidRobot(error.what, hint=error.hint) from None
 
-    @property
+    @cached_property
     def motor(self) -> Motor:
         """The motor and its gears, so that stall and no-load point are both met.
 
@@ -214,7 +225,8 @@ class Servo:
             InvalidRobot: The gears would need an efficiency above 1, or friction takes all of the
                 motor's torque.
         """
-        current, voltage, speed = self.stall_current, self.rated_voltage, self.no_load_speed
+        current, voltage = self.stall_current, self.rated_voltage
+        torque, speed = self.rated_stall_torque, self.rated_no_load_speed
         if current is None:
             raise InvalidInput(
                 f"{servo_words(self.name)} has no stall_current; its own law needs one.",
@@ -225,13 +237,13 @@ class Servo:
         still, fast = lossless.stribeck_share(0.0), lossless.stribeck_share(speed)
         drag = self.friction + fast * self.stribeck_friction + self.viscous_friction * speed
         part = 1 + self.external_loss + still * self.stribeck_external_loss
-        taken = part * self.stall_torque + self.friction + still * self.stribeck_friction
-        taken += still * self.quadratic_external_loss * self.stall_torque**2
+        taken = part * torque + self.friction + still * self.stribeck_friction
+        taken += still * self.quadratic_external_loss * torque**2
         idle = drag / taken
         if idle >= 1:
             raise InvalidRobot(
                 f"{servo_words(self.name)}: friction at the no-load speed is {drag:.3g} N·m; the "
-                f"stall torque of {self.stall_torque:.3g} N·m cannot overcome it."
+                f"stall torque of {torque:.3g} N·m cannot overcome it."
             )
         constant = voltage * (1 - idle) / speed
         lost_at_rest = (still - fast) * self.stribeck_load_loss * current
@@ -243,7 +255,7 @@ class Servo:
         if efficiency > 1 + ROUND_OFF:
             raise InvalidRobot(
                 f"{servo_words(self.name)}: stall_torque and no_load_speed give "
-                f"{self.stall_torque * speed:.3g} W per {voltage * current:.3g} W of supply; gears "
+                f"{torque * speed:.3g} W per {voltage * current:.3g} W of supply; gears "
                 "cannot create power.",
                 hint="check stall_current and rated_voltage",
             )
@@ -269,7 +281,7 @@ class Servo:
     def source_lines(self) -> tuple[str, ...]:
         """Which numbers come from where, a line for each source."""
         by_source: dict[str, list[str]] = {}
-        for number in (each.name for each in fields(self) if each.name in self.sources):
+        for number in filter(self.sources.__contains__, self.numbers):
             by_source.setdefault(self.sources[number], []).append(number.replace("_", " "))
         return tuple(f"{source}: {', '.join(names)}." for source, names in by_source.items())
 
@@ -277,20 +289,55 @@ class Servo:
         """Return whether a number is assumed."""
         return self.sources.get(number, "").startswith("assumed")
 
-    def stall_at(self, voltage: float) -> float:
-        """Return the stall torque at a supply voltage, within the torque limit [N·m].
+    def at(self, voltage: float | None) -> Servo:
+        """Return this servo at a supply voltage [V]; None: the rated one."""
+        return replace(self, supply=voltage)
+
+    @property
+    def voltage(self) -> float:
+        """Supply voltage [V]."""
+        return self.rated_voltage if self.supply is None else self.supply
+
+    @property
+    def at_supply(self) -> str:
+        """Words such as `` at 9 V``; empty at the rated voltage."""
+        return "" if self.voltage == self.rated_voltage else f" at {self.voltage:g} V"
+
+    @cached_property
+    def stall_torque(self) -> float:
+        """Largest torque at standstill, at the supply and within the torque limit [N·m].
 
         A supply above `maximum_voltage` adds nothing: no data sheet vouches for more. Without a
-        known motor the torque is taken as proportional to the voltage.
-
-        Args:
-            voltage: The supply [V].
+        known motor the torque is taken as proportional to the voltage. The least is `LEAST`.
         """
-        applied = self.torque_limit * min(voltage, self.maximum_voltage)
-        motor = self.known_motor
-        if motor is None:
-            return self.stall_torque * applied / self.rated_voltage
-        return motor.stall_torque(applied)
+        if self._applied == self.rated_voltage:
+            return self.rated_stall_torque
+        motor, rated = self.known_motor, self.rated_stall_torque
+        share = self._applied / self.rated_voltage
+        return max(rated * share if motor is None else motor.stall_torque(self._applied), LEAST)
+
+    @cached_property
+    def no_load_speed(self) -> float:
+        """Largest speed without load, at the supply and within the torque limit [rad/s].
+
+        The torque limit is one of the motor's voltage: it limits the speed, too. Other rules as for
+        `stall_torque`.
+        """
+        if self._applied == self.rated_voltage:
+            return self.rated_no_load_speed
+        motor, rated = self.known_motor, self.rated_no_load_speed
+        share = self._applied / self.rated_voltage
+        return max(rated * share if motor is None else motor.no_load_speed(self._applied), LEAST)
+
+    @property
+    def _applied(self) -> float:
+        """Largest voltage at the winding for which a data sheet vouches [V]."""
+        return self.torque_limit * min(self.voltage, self.maximum_voltage)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Name and numbers by the keys of files; SI units."""
+        return {key: getattr(self, FIELD_OF.get(key, key)) for key in _FIELDS}
 
     @property
     def known_motor(self) -> Motor | None:
@@ -310,12 +357,20 @@ class Servo:
         )
 
 
+FIELD_OF = {"stall_torque": "rated_stall_torque", "no_load_speed": "rated_no_load_speed"}
+"""Fields of `Servo` that have another key in files."""
+
+_KEY_OF = {field: key for key, field in FIELD_OF.items()}
+
 _TYPES = get_type_hints(Servo, include_extras=True)
 
 _FIELDS: dict[str, Any] = {
-    each.name: (_TYPES[each.name], ... if each.default is MISSING else each.default)
+    _KEY_OF.get(each.name, each.name): (
+        _TYPES[each.name],
+        ... if each.default is MISSING else each.default,
+    )
     for each in fields(Servo)
-    if each.name != "sources"
+    if each.name not in ("sources", "supply")
 }
 
 ServoNumbers: Any = create_model("ServoNumbers", __base__=Table, **_FIELDS)
@@ -328,7 +383,3 @@ _KNOWN: dict[str, Any] = {
 
 KnownNumbers: Any = create_model("KnownNumbers", __base__=Table, **_KNOWN)
 """The same of a file, which may leave out all but `NEEDED`."""
-
-
-def _numbers(servo: Servo) -> dict[str, Any]:
-    return {name: getattr(servo, name) for name in _FIELDS}

@@ -158,8 +158,7 @@ def _begin(scenario: Scenario, controller: Controller) -> Motion:
     """Return the motion at whose first instant the robot begins."""
     motion: Motion | None = getattr(controller, "motion", None)
     if motion is not None:
-        motion.check_planned_for(scenario)
-        return motion
+        return motion.for_scenario(scenario)
     robot, packed = scenario.load_robot(), scenario.simulation.start_posture == "packed"
     return standing(scenario, robot, packing(robot).folded if packed else None)
 
@@ -182,6 +181,7 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
         "period": stride.period,
         "step_height": stride.step_height,
         "update_period": 1 / rate,
+        "gravity": scenario.model.gravity,
     }
     sensors = scenario.sensors
     if sensors.depth != "none":
@@ -191,12 +191,12 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
 
 
 def _in_safety(engine: LocomotionEngine, robot: Robot, rate: float) -> SafetyFilter:
-    return SafetyFilter(Sequencer(engine, robot), robot, _safety(rate))
+    return SafetyFilter(Sequencer(engine, robot), robot, _safety(rate, engine.settings.gravity))
 
 
-def _safety(rate: float) -> SafetySettings:
+def _safety(rate: float, gravity: float) -> SafetySettings:
     patience = max(SafetySettings().observation_time, MISSED_PERIODS / rate)
-    return SafetySettings(observation_time=patience)
+    return SafetySettings(observation_time=patience, gravity=gravity)
 
 
 # Controllers in recordings ------------------------------------------------------------------------
@@ -205,7 +205,8 @@ def _safety(rate: float) -> SafetySettings:
 def _controller_attributes(controller: Controller, rate: float) -> dict[str, str]:
     """Return a controller's name and settings, as attributes of a recording."""
     inner: Any = controller
-    if type(inner) is SafetyFilter and inner.monitor.settings == _safety(rate):
+    safety = inner.monitor.settings if type(inner) is SafetyFilter else None
+    if safety is not None and safety == _safety(rate, safety.gravity):
         inner = inner.controller
         inner = inner.walker if type(inner) is Sequencer else controller
     if type(inner) is LocomotionEngine:

@@ -42,11 +42,9 @@ class ServoDrive(Drive):
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
     ) -> None:
-        robot, table = walk.robot, scenario.servo
-        servo, dt = scenario.servo.set_up(robot.servo), model.opt.timestep
-        self._dt = dt
-        voltage, self._ambient = table.supply(servo), table.ambient_temperature
-        self._goal_law = inverse_law(servo, voltage)
+        robot, servo, dt = walk.robot, walk.robot.servo, model.opt.timestep
+        self._dt, self._ambient = dt, scenario.servo.ambient_temperature
+        self._goal_law = inverse_law(servo)
         self._constant, self._most = servo.motor.constant, servo.torque_limit
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         start = walk.sample(np.zeros(1)).q[0].ravel()
@@ -61,7 +59,7 @@ class ServoDrive(Drive):
             data.qpos[7:],
             data.qvel[6:],
             self._limits,
-            servo_parameters(servo, dt, voltage, self._ambient),
+            servo_parameters(servo, dt, self._ambient),
             self.servos,
             delayed,
             data.qfrc_applied[6:],

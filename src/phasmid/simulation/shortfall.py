@@ -160,7 +160,9 @@ def feasible_options(scenario: Scenario, command: Command) -> str:
     factors = LONGER ** np.arange(math.ceil(math.log(LONGEST, LONGER)))
     shares: dict[float, float] = {}
     try:
-        engine = LocomotionEngine(robot, gait=gait, step_height=stride.step_height)
+        engine = LocomotionEngine(
+            robot, gait=gait, step_height=stride.step_height, gravity=scenario.model.gravity
+        )
         for period in (command.period or stride.period) * factors:
             limit = engine.largest_velocity(
                 command.velocity,

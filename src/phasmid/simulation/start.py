@@ -103,10 +103,9 @@ def step_limit(
                 'joints of different strength have no servo of one law; drive is "servo".',
                 hint='drive = "ideal-servo"',
             )
-        servo = scenario.servo.set_up(robot.servo)
-        gears = longest_servo_step(servo, joint_mobility(robot, scenario, q))
+        gears = longest_servo_step(robot.servo, joint_mobility(robot, scenario, q))
         if gears < contact:
-            return gears, f"the gears of the {servo_words(servo.name)}"
+            return gears, f"the gears of the {servo_words(robot.servo.name)}"
     return contact, "this contact"
 
 

@@ -71,7 +71,7 @@ def new_run(
     """
     if isinstance(walk, JointTrajectory) and walk.duration < scenario.duration:
         scenario = scenario.replace(duration=walk.duration)
-    walk.check_planned_for(scenario)
+    walk = walk.for_scenario(scenario)
     scenario = with_time_step(scenario, walk)
     check_feed_forward(scenario, walk)
     if start is None:

@@ -350,7 +350,7 @@ GROUPS = {
             "servo.voltage",
             "Supply",
             help="Voltage of the servos' supply; the servo's rated voltage until it is set.",
-            read=lambda setting: setting.scenario.servo.supply(setting.robot.servo),
+            read=lambda setting: setting.robot.servo.voltage,
             write=_with_voltage,
             span=(6, 16, 0.1),
             shown=lambda setting: setting.scenario.simulation.drive == "servo",

@@ -243,7 +243,7 @@ class LiveRobot:
         if "servo_duty" not in channels:
             mechanical: np.ndarray = np.maximum(rows["torque"] * rows["qvel"][:, 6:], 0.0)
             return mechanical
-        supply = self.source.scenario.servo.supply(self.source.robot.servo)
+        supply = self.source.robot.servo.voltage
         return np.maximum(supply * channels["servo_duty"] * channels["servo_current"], 0.0)
 
     def _add_mark(self) -> None:

@@ -46,7 +46,7 @@ class Scene:
         self._terrain = live.run.ground
         pieces = mesh_pieces(robot)
         # The servo's limit at its present supply.
-        self._limit = source.stall_torque
+        self._limit = source.robot.servo.stall_torque
         self.table: dict[str, Any] = looks(robot, pieces) | {
             "weight": source.weight,
             "trail": 2 * source.scenario.period,

@@ -38,7 +38,9 @@ class World:
 
     def __init__(self, roll=0.0, pitch=0.0):
         self.memory = np.zeros(1, MEMORY)
-        self.estimator = GroundEstimator(ROBOT, EstimatorSettings(level=1.0), DT, self.memory)
+        self.estimator = GroundEstimator(
+            ROBOT, EstimatorSettings(level=1.0), DT, self.memory, STANDARD_GRAVITY
+        )
         self.engine = np.zeros(1, STATE)[0]
         self.engine["leg_count"], self.engine["clock"]["gait_running"] = 6, 1
         self.engine["foot"][:6] = NEUTRAL + np.array([0.0, 0.0, HEIGHT])
@@ -198,5 +200,7 @@ def test_no_failure_makes_the_correction_jump():
 )
 def test_settings_that_cannot_be_are_refused(settings, said):
     with pytest.raises(InvalidInput) as error:
-        GroundEstimator(ROBOT, EstimatorSettings(**settings), DT, np.zeros(1, MEMORY))
+        GroundEstimator(
+            ROBOT, EstimatorSettings(**settings), DT, np.zeros(1, MEMORY), STANDARD_GRAVITY
+        )
     assert error.value.what.startswith(said)

@@ -11,6 +11,7 @@ from phasmid.control.estimation.terrain_adaptation import FORGETTING
 from phasmid.control.memory import MEMORY
 from phasmid.control.records import record_behind
 from phasmid.control.types import Contact, LegPhase
+from phasmid.units import STANDARD_GRAVITY
 
 STEP = 0.03
 
@@ -60,7 +61,7 @@ class Stage:
 
     def __init__(self, step=STEP):
         self.memory = np.zeros(1, MEMORY)
-        GroundEstimator(ROBOT, EstimatorSettings(), DT, self.memory)
+        GroundEstimator(ROBOT, EstimatorSettings(), DT, self.memory, STANDARD_GRAVITY)
         self.engine = LocomotionEngine(ROBOT, ground_sensing=False, dynamics="none")
         self.reference = self.engine.reference
         self.reference.step_height = step

@@ -13,7 +13,6 @@ from phasmid.control.estimation.state import (
     EstimatorParameters,
     Measurements,
 )
-from phasmid.units import STANDARD_GRAVITY
 
 MOST_RATE = 8.0
 """Largest plausible angular velocity of a walking robot [rad/s]."""
@@ -59,7 +58,7 @@ def estimate_attitude(
     # Comparisons with NaN are false.
     has_orientation = abs(math.sqrt(square) - 1.0) < 0.1
     has_gyro = math.sqrt(gyro @ gyro) < MOST_RATE
-    has_force = abs(specific / STANDARD_GRAVITY - 1) < MOST_EXCESS
+    has_force = abs(specific / parameters.gravity - 1) < MOST_EXCESS
     oriented, plumb = np.zeros(3), np.zeros(3)
     if has_orientation:
         oriented[:] = 2 * (x * z - w * y), 2 * (y * z + w * x), square - 2 * (x * x + y * y)

@@ -144,7 +144,7 @@ class BodyStateEstimator:
         still = EstimatorSettings(joint_delay=0.0, motion_lag=0.0)
         fill(
             view_of(robots, EstimatorParameters, legs),
-            parameters_of(robot, still, update_period),
+            parameters_of(robot, still, update_period, settings.gravity),
         )
         self._records = self._states[0], parameters[0], robots[0], measurements[0]
         self._clear()

@@ -96,12 +96,17 @@ class GroundEstimator:
     """
 
     def __init__(
-        self, robot: Robot, settings: EstimatorSettings, dt: float, memory: np.ndarray
+        self,
+        robot: Robot,
+        settings: EstimatorSettings,
+        dt: float,
+        memory: np.ndarray,
+        gravity: float,
     ) -> None:
         self._leg_names = robot.leg_names
         legs = len(robot.legs)
         parameters = view_of(memory["estimator_parameters"], EstimatorParameters, legs)
-        fill(parameters, parameters_of(robot, settings, dt))
+        fill(parameters, parameters_of(robot, settings, dt, gravity))
         self._states = memory["estimator"]
         self.state = view_of(self._states, EstimatorState, legs)
         self._measured = view_of(memory["measurements"], Measurements, legs)

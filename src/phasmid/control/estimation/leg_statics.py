@@ -15,7 +15,6 @@ from phasmid.control.estimation.ground_plane import fit_plane
 from phasmid.control.estimation.state import EstimatorParameters, EstimatorState
 from phasmid.dynamics.leg_kernels import elevated, into_coxa
 from phasmid.kinematics.leg_kernels import forward_kinematics, joint_motion, sincos
-from phasmid.units import STANDARD_GRAVITY
 
 LEAST_BEND = 0.2
 """Sine of the knee angle below which the leg is stretched and torques do not determine the
@@ -37,7 +36,7 @@ def normal_force(
     if abs(math.sin(q[2])) < LEAST_BEND:
         return math.nan
     lengths, up = parameters.lengths[leg], parameters.up[leg]
-    rate, acceleration, g = np.empty(3), np.empty(3), STANDARD_GRAVITY * up
+    rate, acceleration, g = np.empty(3), np.empty(3), parameters.gravity * up
     joint_motion(lengths, lengths[3], q, up, np.zeros(3), rate, acceleration)
     s1, c1 = sincos(q[0])
     weight = elevated(

@@ -21,7 +21,6 @@ from phasmid.dynamics.matrices import link_moments
 from phasmid.errors import InvalidInput
 from phasmid.kinematics.leg import geometry
 from phasmid.robot import Robot
-from phasmid.units import STANDARD_GRAVITY
 
 DELAY_UPDATES = 128
 """Length of the delay lines; the array shapes of `EstimatorState` repeat it."""
@@ -201,6 +200,7 @@ class EstimatorParameters:
     dt: float  # update period [s]
     stall_torque: float  # of a servo [N·m]
     stiffness: float  # of a servo [N·m/rad]
+    gravity: float  # acceleration of free fall [m/s²]
     joint_delay: int  # of the joint readings [updates]
     attitude_delay: int  # length of the attitude's delay line [updates]
     leg_count: int
@@ -214,13 +214,16 @@ MEASUREMENTS, ESTIMATOR_STATE, ESTIMATOR_PARAMETERS = (
 )
 
 
-def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> EstimatorParameters:
+def parameters_of(
+    robot: Robot, settings: EstimatorSettings, dt: float, gravity: float
+) -> EstimatorParameters:
     """Return the parameters of a robot's estimator.
 
     Args:
         robot: The robot.
         settings: Levelling and delays.
         dt: Update period [s].
+        gravity: Gravitational acceleration [m/s²].
 
     Raises:
         InvalidInput: A delay is longer than `DELAY_UPDATES` updates.
@@ -232,7 +235,7 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
                 f"{name} is {delay:g} s; it must be at most {DELAY_UPDATES - 1} update periods, "
                 f"{(DELAY_UPDATES - 1) * dt:g} s."
             )
-    arrays, own = robot.arrays, robot.mass * STANDARD_GRAVITY / len(robot.legs)
+    arrays, own = robot.arrays, robot.mass * gravity / len(robot.legs)
     return EstimatorParameters(
         settings.level,
         settings.imu_delay,
@@ -244,6 +247,7 @@ def parameters_of(robot: Robot, settings: EstimatorSettings, dt: float) -> Estim
         dt,
         robot.servo.stall_torque,
         robot.servo.stiffness,
+        gravity,
         max(1, round(settings.joint_delay / dt)),
         1 + round(settings.motion_lag / dt),
         len(robot.legs),

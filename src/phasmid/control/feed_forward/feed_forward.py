@@ -163,6 +163,7 @@ class FeedForward:
         settings: FeedForwardSettings | None = None,
         update_period: float = 0.005,
         *,
+        gravity: float,
         memory: np.ndarray | None = None,
     ) -> None:
         legs = len(robot.legs)
@@ -171,7 +172,7 @@ class FeedForward:
         self.state: State = view_of(self._states, State, legs)
         self.parameters: Parameters = view_of(self._robots, Parameters, legs)
         settings = settings or FeedForwardSettings()
-        fill(self.parameters, parameters_of(robot, settings, update_period))
+        fill(self.parameters, parameters_of(robot, settings, update_period, gravity))
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
         self._states["leg_count"] = legs
         self.reset()

@@ -15,7 +15,6 @@ from phasmid.control.records import record_of
 from phasmid.dynamics.matrices import link_moments, moments_about_origin
 from phasmid.kinematics.leg import geometry
 from phasmid.robot import Robot
-from phasmid.units import STANDARD_GRAVITY
 
 
 @dataclass(eq=False)
@@ -94,7 +93,9 @@ PARAMETERS, STATE = record_of(Parameters), record_of(State)
 """Records of these classes."""
 
 
-def parameters_of(robot: Robot, settings: FeedForwardSettings, update_period: float) -> Parameters:
+def parameters_of(
+    robot: Robot, settings: FeedForwardSettings, update_period: float, gravity: float
+) -> Parameters:
     """Return the parameters of a robot, with the limits of the settings."""
     arrays, body, servo = robot.arrays, robot.body, robot.servo
     stall_torque = settings.torque_used * servo.stall_torque
@@ -107,7 +108,7 @@ def parameters_of(robot: Robot, settings: FeedForwardSettings, update_period: fl
         *moments_about_origin(np.array(body.mass), body.com, body.inertia),
         robot.foot_radius,
         servo.armature,
-        STANDARD_GRAVITY,
+        gravity,
         stall_torque,
         stall_torque / servo.no_load_speed,
         settings.friction * settings.friction_used,
