@@ -7,7 +7,7 @@ from pathlib import Path
 
 CONTRACT = Path(__file__).parents[1] / "pyproject.toml"
 
-MOST_EXCEPTIONS = 38
+MOST_EXCEPTIONS = 37
 """Imports against the order of the storeys. Lower this number with each that goes."""
 
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from phasmid import load_robot
-from phasmid.control.safety import AMBIENT, Mode, SafetyMonitor, SafetySettings, tipping
+from phasmid.control.safety import Mode, SafetyMonitor, SafetySettings, tipping
 from phasmid.control.safety_filter import BRAKING, SafetyFilter
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.experiment import Command, JointTargets, Observation, Posture
 from phasmid.kinematics import rpy_quaternion
+from phasmid.servo.servo import AMBIENT
 from phasmid.units import STANDARD_GRAVITY
 from support.sequence_runs import DT
 
@@ -151,7 +152,7 @@ def test_a_servo_that_grows_hot_makes_the_robot_sit_until_it_has_cooled_down():
     monitor, seen = watch(
         lambda _: {"joint_load": np.full((6, 3), 0.8)}, lambda _: AHEAD, expected + 2
     )
-    # Looked at every tenth of a second, by steps of the Euler method.
+    # Looked at every tenth of a second.
     assert first(seen, Mode.SIT) == pytest.approx(expected, rel=0.01)
     assert "the temperature of servo right_front.coxa is 65 °C: the robot sits down." in [
         text for _, text in monitor.events
@@ -163,8 +164,9 @@ def test_loads_count_as_heat_while_the_clock_stands_still():
     monitor.reset(Observation(0.0, HOME))
     monitor.add_load(load, 10.0)
     monitor.check(Observation(DT, HOME, joint_load=load), AHEAD)
-    heat = 0.8**2 * servo.rated_voltage * servo.stall_current * (10.0 + DT)
-    assert monitor.temperature[0, 0] == pytest.approx(AMBIENT + heat / servo.heat_capacity)
+    rise = 0.8**2 * servo.rated_voltage * servo.stall_current * servo.thermal_resistance
+    left = math.exp(-(10.0 + DT) / (servo.thermal_resistance * servo.heat_capacity))
+    assert monitor.temperature[0, 0] == pytest.approx(AMBIENT + rise * (1 - left))
 
 
 def test_commands_beyond_any_robot_of_this_size_are_brought_into_range():

@@ -116,7 +116,7 @@ def test_heat_and_hot_air_limit_servos_whose_torque_is_continuous():
     assert verdict.holding is Holding.LIMITED
     assert math.isfinite(verdict.time_to_limit[1])
     assert any("Estimate" in line for line in verdict.lines)
-    hot = servo_verdict(PAPER, TRIPOD, ambient=90.0)
+    hot = servo_verdict(with_servo(PAPER, ambient_temperature=90.0), TRIPOD)
     assert hot.holding is Holding.DOES_NOT_HOLD
     assert any("The air of 90 °C" in line for line in hot.lines)
 

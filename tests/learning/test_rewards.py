@@ -168,7 +168,7 @@ def test_full_fidelity_is_the_simulation_of_driven_robots():
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = p.qpos[0], p.qvel[0]
     mujoco.mj_forward(model, data)
-    drive = ServoDrive(model, data, standing(scenario, p.robot), scenario)
+    drive = ServoDrive(model, data, standing(scenario, p.robot))
     for step in range(20):
         env.step(0.3 * np.sin(0.4 * step + np.arange(18))[None])
         for _ in range(20):

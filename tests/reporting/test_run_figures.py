@@ -164,7 +164,7 @@ def test_the_envelope_is_what_the_servos_simulation_gives_at_steady_speed(speed,
     the rotor turns with it and the gears' torque is constant: k i - w's friction, from `servo_step`
     and not from the figure."""
     servo, dt, voltage = load_robot("phantomx-paper").servo, 1e-4, 9.0
-    parameters = servo_parameters(servo.at(voltage), dt, 25.0)
+    parameters = servo_parameters(servo.at(voltage), dt)
     servos, applied, delayed = np.zeros(1, SERVO_STATE), np.zeros(1), np.zeros((1, 0))
     servos["speed"] = speed
     limits, angle, turn = np.array([[-1e3], [1e3]]), np.zeros(1), np.array([speed])

@@ -16,7 +16,8 @@ class Bench:
     ):
         servo = servo if delayed else replace(servo, delay=0.0)
         self.servo, self.dt, self.inertia, self.load = servo, dt, inertia, load
-        self.parameters = servo_parameters(servo.at(voltage), dt, ambient)
+        servo = replace(servo, supply=voltage, ambient_temperature=ambient)
+        self.parameters = servo_parameters(servo, dt)
         self.limits = np.array([[-1e3], [1e3]])
         self.state, self.delayed = np.zeros(1, SERVO_STATE), np.zeros((1, round(servo.delay / dt)))
         self["temperature"] = ambient

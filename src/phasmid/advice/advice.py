@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -19,7 +19,7 @@ from phasmid.motion import Walk, plan
 from phasmid.robot import JOINTS, Robot, with_payload, with_servo
 from phasmid.scenario import Scenario
 from phasmid.servo import Servo, load_servo, servo_names
-from phasmid.servo.servo import HEAT_RANGE
+from phasmid.servo.heat import HEAT_RANGE, temperature_after
 from phasmid.toml import toml_value
 from phasmid.units import rounded_down
 
@@ -105,11 +105,9 @@ class Advice:
         load, servo = self.load, self.servo
         if load.heat is None or load.unaided_heat is None:
             return None
-        constant = servo.thermal_resistance * servo.heat_capacity
-        share = servo.thermal_resistance * -math.expm1(-60 * minutes / constant)
         low, high = HEAT_RANGE
-        rises = np.stack([low * load.heat, load.heat, high * load.unaided_heat])
-        return np.asarray(self.scenario.servo.ambient_temperature + share * rises)
+        losses = np.stack([low * load.heat, load.heat, high * load.unaided_heat])
+        return temperature_after(servo, 60 * minutes, servo.ambient_temperature, losses)
 
     @property
     def battery_minutes(self) -> float | None:
@@ -142,14 +140,15 @@ def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = 
     if not (math.isfinite(capacity) and capacity > 0):
         raise InvalidInput(f"capacity is {capacity:g} A h; it must be greater than 0.")
     robot, gravity = walk.robot, scenario.model.gravity
-    air = scenario.servo.ambient_temperature
+    air = robot.servo.ambient_temperature
 
     def judge(robot: Robot) -> ServoVerdict:
-        return servo_verdict(robot, walk.gait, gravity=gravity, ambient=air)
+        return servo_verdict(robot, walk.gait, gravity=gravity)
 
     fastest = float(np.abs(walk.qd).max())
     choices = []
-    for other in map(load_servo, servo_names()):
+    for name in servo_names():
+        other = replace(load_servo(name), ambient_temperature=air)
         verdict = judge(with_servo(_with_servo_mass(robot, other), other))
         price = None if other.price is None else 3 * len(robot.legs) * other.price
         choices.append(ServoChoice(other, verdict, _lack(verdict, other, fastest), price))

@@ -16,7 +16,7 @@ from phasmid.experiment.observation import Observation
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import JOINTS, Robot
-from phasmid.servo.servo import AMBIENT
+from phasmid.servo.heat import temperature_after
 from phasmid.units import STANDARD_GRAVITY
 
 HEAT_STEP = 0.1
@@ -145,7 +145,7 @@ class SafetyMonitor:
         self.mode, self.dt = Mode.FREE, 0.0
         self._restrictions: dict[str, _Restriction] = {}
         self._factor, self._crouch = 1.0, 0.0
-        self.tilt, self.temperature = 0.0, self._zero + AMBIENT
+        self.tilt, self.temperature = 0.0, self._zero + self._servo.ambient_temperature
         self._overload_time, self._squared_load = self._zero, self._zero
         self._load_interval, self._hot = 0.0, False
         self._checked: Command | None = None
@@ -237,9 +237,8 @@ class SafetyMonitor:
         self._overload_time = np.where(overloaded, self._overload_time + interval, 0.0)
         # A share of the output draws that share of the stall current at the supply.
         power = servo.voltage**2 / servo.rated_voltage * (servo.stall_current or 0.0)
-        loss = (self.temperature - AMBIENT) / servo.thermal_resistance * interval
-        self.temperature = self.temperature + (
-            (self._squared_load * power - loss) / servo.heat_capacity
+        self.temperature = temperature_after(
+            servo, interval, self.temperature, power * self._squared_load / interval
         )
         self._squared_load = self._zero
         if self._overload_time.max() > set_.load_time:

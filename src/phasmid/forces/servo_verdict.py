@@ -30,7 +30,7 @@ from phasmid.motion import longest_stride
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 from phasmid.servo import Servo
-from phasmid.servo.servo import AMBIENT, HEAT_RANGE
+from phasmid.servo.heat import HEAT_RANGE, temperature_after, time_to_limit
 from phasmid.servo.words import servo_label
 from phasmid.units import STANDARD_GRAVITY
 
@@ -195,7 +195,6 @@ def scenario_verdict(scenario: Scenario) -> ServoVerdict:
         robot,
         scenario.load_gait(len(robot.legs), robot.leg_names),
         gravity=scenario.model.gravity,
-        ambient=scenario.servo.ambient_temperature,
     )
 
 
@@ -209,7 +208,6 @@ def servo_verdict(
     gait: Gait,
     *,
     gravity: float = STANDARD_GRAVITY,
-    ambient: float = AMBIENT,
 ) -> ServoVerdict:
     """Compare the static joint torques of a gait with the servos' torques.
 
@@ -226,7 +224,6 @@ def servo_verdict(
         robot: The robot as supplied, L legs; a payload is part of its trunk.
         gait: The gait.
         gravity: Gravitational acceleration [m/s²].
-        ambient: Temperature of the air [°C].
 
     Raises:
         Unreachable: A neutral foot is out of reach.
@@ -256,11 +253,11 @@ def servo_verdict(
         holding = Holding.HOLDS if rms <= continuous else Holding.LIMITED
         if motor is not None:
             current = motor.lifting_current(load)
-            heat, until = _warming(servo, motor.resistance * _lasting(gait, current**2), ambient)
+            heat, until = _warming(servo, motor.resistance * _lasting(gait, current**2))
             if math.isfinite(until[1]):
                 holding = Holding.LIMITED
     # Overload counts wherever the robot is stable, and so does air above the servo's limit.
-    if torque > stall or ambient >= servo.temperature_limit:
+    if torque > stall or servo.ambient_temperature >= servo.temperature_limit:
         holding = Holding.DOES_NOT_HOLD
     return ServoVerdict(
         holding=holding,
@@ -278,7 +275,7 @@ def servo_verdict(
         heat=heat,
         time_to_limit=until,
         temperature_limit=servo.temperature_limit,
-        ambient_temperature=ambient,
+        ambient_temperature=servo.ambient_temperature,
     )
 
 
@@ -341,20 +338,12 @@ def _lasting(gait: Gait, values: Float[np.ndarray, "samples legs 3"]) -> float:
     return float(max(np.einsum("t,tlj->lj", weight, values[:-1]).max(), values[-1].max()))
 
 
-def _warming(
-    servo: Servo, power: float, ambient: float
-) -> tuple[tuple[float, float], tuple[float, float]]:
+def _warming(servo: Servo, power: float) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return final temperature [°C] and time to the limit [s] at a power loss [W], as ranges."""
-    low, high = (factor * servo.thermal_resistance * power for factor in HEAT_RANGE)
-    allowed = servo.temperature_limit - ambient
-    constant = servo.thermal_resistance * servo.heat_capacity
-
-    def until(rise: float) -> float:
-        if allowed <= 0:
-            return 0.0
-        return -constant * math.log1p(-allowed / rise) if rise > allowed else math.inf
-
-    return (ambient + low, ambient + high), (until(high), until(low))
+    air, losses = servo.ambient_temperature, power * np.array(HEAT_RANGE)
+    low, high = temperature_after(servo, math.inf, air, losses).tolist()
+    latest, soonest = time_to_limit(servo, air, losses).tolist()
+    return (low, high), (soonest, latest)
 
 
 def duration_words(seconds: float) -> str:

@@ -19,7 +19,6 @@ from phasmid.scenario import Scenario
 from phasmid.servo import Servo
 from phasmid.servo.law import OVERLOADED, RUNNING, SERVO_STATE, servo_parameters
 from phasmid.servo.law_kernels import servo_step
-from phasmid.servo.servo import AMBIENT
 from phasmid.simulation.run import Run
 from phasmid.simulation.start import standing, with_time_step
 
@@ -103,18 +102,17 @@ class ServoBank:
     ) -> None:
         self.dt, count = dt, len(servos)
         self.state = np.zeros(count, SERVO_STATE)
-        self.state["angle"], self.state["temperature"] = position, AMBIENT
+        self.state["angle"] = position
+        self.state["temperature"] = [servo.ambient_temperature for servo in servos]
         self.torque = np.zeros(count)
         self.voltage = np.array([servo.voltage for servo in servos])
         self._delays = np.array([round(servo.delay / dt) for servo in servos])
         self._delayed = np.repeat(position[:, None], self._delays.max(), axis=1)
-        self._parameters = np.concatenate(
-            [servo_parameters(servo, dt, AMBIENT) for servo in servos]
-        )
+        self._parameters = np.concatenate([servo_parameters(servo, dt) for servo in servos])
 
     def set_law(self, index: int, servo: Servo) -> None:
         """Set the settings and the supply of a servo."""
-        self._parameters[index] = servo_parameters(servo, self.dt, AMBIENT)[0]
+        self._parameters[index] = servo_parameters(servo, self.dt)[0]
         self.voltage[index] = servo.voltage
 
     def step(

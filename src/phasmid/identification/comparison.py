@@ -22,7 +22,7 @@ from phasmid.recording import Recording, load_recording
 from phasmid.robot import Robot
 from phasmid.scenario import Scenario, load_scenario, recorded_scenario
 from phasmid.servo import Servo
-from phasmid.servo.servo import FULL_PUNCH, FULL_PWM, P_GAIN_UNIT
+from phasmid.servo.law import output_per_tick
 
 LEAST_EXCITATION = math.radians(2)
 """Least range of the joint that moves most [rad]."""
@@ -145,12 +145,7 @@ def servo_stiffness(servo: Servo, voltage: float) -> float:
     """Return the torque at standstill per position error of a servo's law [N·m/rad]."""
     motor = servo.motor
     stall = motor.constant * voltage / motor.resistance
-    if servo.law == "pid":
-        per_tick = servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM
-    else:
-        slope = 2 / sum(1 / each for each in servo.effective_slope)
-        per_tick = (1 - servo.punch / FULL_PUNCH) / slope
-    return stall * per_tick / servo.resolution
+    return stall * output_per_tick(servo) / servo.resolution
 
 
 @checked

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -14,11 +14,8 @@ from phasmid.errors import InvalidInput, nearest
 from phasmid.servo import Friction, Motor, Servo, complete_servo
 from phasmid.servo.law import servo_parameters
 from phasmid.servo.servo import (
-    AMBIENT,
     FLATTEST_SLOPE,
     FULL_PUNCH,
-    FULL_PWM,
-    P_GAIN_UNIT,
     STEEPEST_SLOPE,
 )
 from phasmid.servo.words import servo_label
@@ -190,9 +187,8 @@ def servo_records(
         dt: Time step [s].
     """
     motor = identified_motor(model, values)
-    records = np.concatenate(
-        [servo_parameters(servo.at(voltage), dt, AMBIENT) for voltage in voltages]
-    )
+    servo = replace(servo, p_gain=values.get("p_gain", servo.p_gain), gain_scale=1.0)
+    records = np.concatenate([servo_parameters(servo.at(voltage), dt) for voltage in voltages])
     changes = {
         **vars(motor.friction),
         "constant": motor.constant,
@@ -203,9 +199,7 @@ def servo_records(
         "patience": math.inf,
         "warming": 0.0,
     }
-    if servo.law == "pid":
-        changes["gain"] = values["p_gain"] / P_GAIN_UNIT / FULL_PWM
-    else:
+    if servo.law == "compliance":
         changes["margin"] = values["compliance_margin"]
         changes["slope"] = values["compliance_slope"]
         changes["punch"] = values["punch"] / FULL_PUNCH

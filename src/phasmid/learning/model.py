@@ -72,7 +72,7 @@ def robot_motor(robot: Robot) -> Motor:
             servo.armature,
             0.0,
         )
-    p = servo_parameters(servo, FAST_STEP, 0.0)[0]
+    p = servo_parameters(servo, FAST_STEP)[0]
     stall = float(p["constant"] * p["voltage"] / p["resistance"])
     per_tick = p["gain"] if p["is_pid"] else 1 / p["slope"].mean()
     return Motor(

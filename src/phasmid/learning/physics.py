@@ -88,8 +88,7 @@ class Physics:
         self._servos: Servos | None = None
         if self.is_full:
             servo, joints = robot.servo, 3 * len(robot.legs)
-            self._ambient = scenario.servo.ambient_temperature
-            parameters = servo_parameters(servo, dt, self._ambient)
+            parameters = servo_parameters(servo, dt)
             self._own = parameters[0].copy()
             self._servos = Servos(
                 np.tile(parameters, (count, 1)),
@@ -123,7 +122,7 @@ class Physics:
                 parameters[name][ids, 0] = self._own[name] * e.gain[ids]
             parameters["slope"][ids, 0] = self._own["slope"] / e.gain[ids, None]
             state[ids] = np.zeros((), SERVO_STATE)
-            state["angle"][ids], state["temperature"][ids] = c.neutral, self._ambient
+            state["angle"][ids], state["temperature"][ids] = c.neutral, self._own["ambient"]
             delayed[ids] = c.neutral[:, None]
         batch.forward(ids)
 

@@ -27,7 +27,7 @@ from phasmid.reporting.steps import (
     rms,
 )
 from phasmid.scenario.sliding import find_slide
-from phasmid.servo.servo import HEAT_RANGE
+from phasmid.servo.heat import HEAT_RANGE, temperature_after, time_to_limit
 
 SHORTEST_DISTANCE = 1e-3
 """Shortest distance with a cost of transport [m]."""
@@ -575,7 +575,8 @@ def servos(run: Run) -> dict[str, Any]:
     warmth, down = run.channel("servo_temperature"), run.channel("servo_shutdown")
     if duty is None or current is None or warmth is None or down is None:
         return {}
-    servo, ambient, time = run.robot.servo, run.scenario.servo.ambient_temperature, run.time
+    servo, time = run.robot.servo, run.time
+    ambient = servo.ambient_temperature
     motor, weights = servo.motor, durations(time) / durations(time).sum()
 
     def mean(values: np.ndarray) -> np.ndarray:
@@ -588,22 +589,20 @@ def servos(run: Run) -> dict[str, Any]:
         "temperature_limit": servo.temperature_limit,
         "saturated": mean(np.abs(duty) >= servo.torque_limit * (1 - 1e-12)).tolist(),
     }
-    # Warming by the mean loss in the winding, and at the most without help from friction.
-    warming = servo.thermal_resistance * motor.resistance
-    rise = most = warming * mean(current**2)
+    # Mean loss in the winding, and at the most without help from friction.
+    loss = most_loss = motor.resistance * mean(current**2)
     torque = run.channel("joint_torque")
     if torque is not None:
         above = np.abs(torque) > run.continuous_torque
         found["above_continuous"] = mean(above).tolist()
         unaided = motor.lifting_current(np.abs(torque))
-        most = warming * mean(np.maximum(np.abs(current), unaided) ** 2)
-    steady, final, peak = ambient + rise, warmth[-1], warmth.max(axis=0) - ambient
+        most_loss = motor.resistance * mean(np.maximum(np.abs(current), unaided) ** 2)
+    steady, hot = (temperature_after(servo, np.inf, ambient, p) for p in (loss, most_loss))
+    rise, most = steady - ambient, hot - ambient
+    final, peak = warmth[-1], warmth.max(axis=0) - ambient
     with np.errstate(invalid="ignore", divide="ignore"):
-        # Warming and cooling are exponential: T - steady falls by e in each thermal_resistance
-        # times heat_capacity.
-        ratio = (steady - final) / (steady - servo.temperature_limit)
-        rest = servo.thermal_resistance * servo.heat_capacity * np.log(np.maximum(ratio, 1.0))
         hottest = np.where(rise > 0, peak * most / rise, peak)
+    rest = time_to_limit(servo, final, loss)
     low, high = HEAT_RANGE
     return found | {
         "peak_temperature": warmth.max(axis=0).tolist(),
@@ -611,6 +610,6 @@ def servos(run: Run) -> dict[str, Any]:
         "steady_temperature": steady.tolist(),
         "peak_range": [ambient + low * float(peak.max()), ambient + high * float(hottest.max())],
         "steady_range": [ambient + low * float(rise.max()), ambient + high * float(most.max())],
-        "time_to_limit": np.where(steady > servo.temperature_limit, rest, np.nan).tolist(),
+        "time_to_limit": np.where(np.isfinite(rest), rest, np.nan).tolist(),
         "shutdown_time": np.where(down.any(axis=0), time[np.argmax(down, axis=0)], np.nan).tolist(),
     }

@@ -396,9 +396,8 @@ class ServoTable(Table):
     d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
 
     def set_up(self, servo: Servo) -> Servo:
-        """Return a servo with these settings in place of its own, at this supply."""
-        outside = {"voltage", "ambient_temperature"}
-        settings = self.model_dump(exclude=outside, exclude_none=True)
+        """Return a servo with these settings in place of its own, at this supply, in this air."""
+        settings = self.model_dump(exclude={"voltage"}, exclude_none=True)
         return replace(servo, **settings).at(self.voltage)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.servo.heat import remaining
 from phasmid.servo.law_kernels import InverseLaw
 from phasmid.servo.servo import D_GAIN_UNIT, FULL_PUNCH, FULL_PWM, P_GAIN_UNIT, Servo
 
@@ -42,13 +43,12 @@ MOST_OF_LIMIT = 0.75
 """Allowed share of the largest stable step: legs are lighter in other poses."""
 
 
-def servo_parameters(servo: Servo, dt: float, ambient: float) -> np.ndarray:
+def servo_parameters(servo: Servo, dt: float) -> np.ndarray:
     """Return a servo's parameters in the units of `servo_step`, one record in an array.
 
     Args:
-        servo: With its settings and supply.
+        servo: With its settings, supply and air.
         dt: Time step [s].
-        ambient: Temperature of the air [°C].
     """
     motor, steps = servo.motor, max(1, round(servo.control_period / dt))
     look = steps * dt
@@ -60,8 +60,8 @@ def servo_parameters(servo: Servo, dt: float, ambient: float) -> np.ndarray:
         "margin": servo.compliance_margin,
         "slope": servo.effective_slope,
         "most": servo.torque_limit,
-        "gain": servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM,
-        "change_gain": servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period,
+        "gain": _pid_gain(servo),
+        "change_gain": _derivative_gain(servo),
         "smoothing": look / (look + servo.derivative_time),
         "punch": servo.punch / FULL_PUNCH,
         "voltage": servo.voltage,
@@ -72,15 +72,33 @@ def servo_parameters(servo: Servo, dt: float, ambient: float) -> np.ndarray:
         "play": servo.backlash / 2,
         "stiffness": servo.gear_stiffness,
         "damping": servo.gear_stiffness * servo.gear_damping_time,
-        "ambient": ambient,
+        "ambient": servo.ambient_temperature,
         "warming": servo.thermal_resistance * motor.resistance,
-        "fading": math.exp(-dt / (servo.thermal_resistance * servo.heat_capacity)),
+        "fading": remaining(servo, dt),
         "hottest": servo.temperature_limit,
         "patience": servo.overload_time,
         "limit": servo.stall_torque,
     }
     kind = [(name, np.float64, np.shape(value)) for name, value in values.items()]
     return np.array([tuple(values.values())], dtype=kind)
+
+
+def _pid_gain(servo: Servo) -> float:
+    """Return the output of the PID law per tick of the position error."""
+    return servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM
+
+
+def _derivative_gain(servo: Servo) -> float:
+    """Return the output of the PID law per rate of the error [s/tick]."""
+    return servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period
+
+
+def output_per_tick(servo: Servo) -> float:
+    """Return the servo's output per tick of position error, beyond margin and punch."""
+    if servo.law == "pid":
+        return _pid_gain(servo)
+    slope = 2 / sum(1 / each for each in servo.effective_slope)
+    return (1 - servo.punch / FULL_PUNCH) / slope
 
 
 def longest_servo_step(servo: Servo, mobility: float) -> float:
@@ -117,8 +135,8 @@ def inverse_law(servo: Servo) -> InverseLaw:
     motor, voltage = servo.motor, servo.voltage
     gain = lead = lag = 0.0
     if servo.law == "pid":
-        gain, lead = servo.gain_scale * servo.p_gain / P_GAIN_UNIT / FULL_PWM, servo.derivative_time
-        lag = lead + servo.d_gain / D_GAIN_UNIT / FULL_PWM * servo.control_period / gain
+        gain, lead = _pid_gain(servo), servo.derivative_time
+        lag = lead + _derivative_gain(servo) / gain
     low, high = servo.compliance_margin
     low_slope, high_slope = servo.effective_slope
     return InverseLaw(

@@ -50,12 +50,6 @@ STEEPEST_SLOPE, FLATTEST_SLOPE = 2.0, 128.0
 AMBIENT = 25.0
 """Usual temperature of the air, and of servos at the start [°C]."""
 
-HEAT_RANGE = 0.5, 2.0
-"""Factors on a computed warming between which the real one is expected. Free air takes 5 to
-20 W/(m² K) from a case, with radiation and a light draught; 10 is assumed. The specific heat lies
-between that of copper, 0.4 J/(g K), and of plastic, 1.4; 0.9 is assumed."""
-
-
 NEEDED = ("name", "stall_torque", "no_load_speed")
 """Fields that no rule can give."""
 
@@ -84,7 +78,7 @@ LONGEST_DELAY = 0.2
 
 @dataclass(frozen=True)
 class Servo:
-    """Position servo with the numbers of its data sheet, and its supply.
+    """Position servo with the numbers of its data sheet, its supply and its air.
 
     `at` returns the servo at another supply. `stall_torque`, `no_load_speed` and `voltage` are
     those at the supply; the rated ones belong to `rated_voltage`. The types carry the units of
@@ -145,6 +139,7 @@ class Servo:
         mass: Mass [kg]; None: not known.
         price: About what one costs [US dollars]; None: not known.
         supply: Supply voltage [V]; None: `rated_voltage`.
+        ambient_temperature: Temperature of the air [°C].
         sources: Source of each number, by its name: ``data sheet``, ``identified``, ``assumed``,
             ``robot file`` or ``unknown``, with the publication in brackets.
 
@@ -195,6 +190,7 @@ class Servo:
     mass: Annotated[Mass, Gt(0)] | None = None
     price: Positive | None = None
     supply: Annotated[Voltage, Gt(0)] | None = None
+    ambient_temperature: Temperature = AMBIENT
     sources: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
@@ -370,7 +366,7 @@ _FIELDS: dict[str, Any] = {
         ... if each.default is MISSING else each.default,
     )
     for each in fields(Servo)
-    if each.name not in ("sources", "supply")
+    if each.name not in ("sources", "supply", "ambient_temperature")
 }
 
 ServoNumbers: Any = create_model("ServoNumbers", __base__=Table, **_FIELDS)

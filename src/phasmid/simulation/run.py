@@ -550,7 +550,7 @@ def _new_drive(
 ) -> Drive:
     kind = scenario.simulation.planned_drive
     if kind == "servo":
-        return ServoDrive(model, data, walk, scenario)
+        return ServoDrive(model, data, walk)
     if kind == "torque":
         return TorqueDrive(model, data, walk, scenario)
     return (PrescribedDrive if kind == "prescribed" else IdealServoDrive)(model, data, walk)

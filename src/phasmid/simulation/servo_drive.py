@@ -9,7 +9,6 @@ from jaxtyping import Float
 
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS
-from phasmid.scenario import Scenario
 from phasmid.servo.law import (
     FAILED,
     FIELDS,
@@ -39,11 +38,9 @@ class ServoDrive(Drive):
     Coulomb and viscous friction alone.
     """
 
-    def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
-    ) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         robot, servo, dt = walk.robot, walk.robot.servo, model.opt.timestep
-        self._dt, self._ambient = dt, scenario.servo.ambient_temperature
+        self._dt, self._ambient = dt, servo.ambient_temperature
         self._goal_law = inverse_law(servo)
         self._constant, self._most = servo.motor.constant, servo.torque_limit
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
@@ -59,7 +56,7 @@ class ServoDrive(Drive):
             data.qpos[7:],
             data.qvel[6:],
             self._limits,
-            servo_parameters(servo, dt, self._ambient),
+            servo_parameters(servo, dt),
             self.servos,
             delayed,
             data.qfrc_applied[6:],
