@@ -257,7 +257,7 @@ def test_a_walk_serves_only_scenarios_that_it_was_planned_for(changes, name):
 
 
 def test_a_walk_serves_other_drives_and_voltages_while_their_servos_are_quick_enough():
-    # No-load speed of an AX-12A: 6.18 rad/s as rated, 2.51 at 5 V; the walk needs 1.5 or 3.
+    # No-load speed of an AX-12A: 6.18 rad/s as rated, 2.47 at 5 V; the walk needs 1.5 or 3.
     quick = PAPER.replace(period=1.0)
     weak = {"drive": "servo", "voltage": 5.0}
     plan(PAPER).for_scenario(PAPER.replace(**weak))

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,8 +15,11 @@ from phasmid.motion import JointTrajectory, plan
 from phasmid.scenario import load_scenario
 from phasmid.scenario.relevance import idle_fields
 from phasmid.servo.words import UNNAMED, servo_label, servo_quantity, servo_words
-from phasmid.studio.bench import bench
+from phasmid.studio.bench import bench as bench_at
 from phasmid.studio.messages import Bench
+from phasmid.units import STANDARD_GRAVITY
+
+bench = partial(bench_at, gravity=STANDARD_GRAVITY)
 
 
 @pytest.fixture(scope="module")

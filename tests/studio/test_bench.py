@@ -2,7 +2,7 @@
 
 import json
 import math
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -12,9 +12,13 @@ from phasmid.dynamics import leg_torque
 from phasmid.errors import InvalidInput, InvalidRobot, Unreachable
 from phasmid.kinematics import explain_foot, foot_position, joint_angles
 from phasmid.robot import load_robot, preset_names
-from phasmid.studio.bench import bench, workspace
+from phasmid.studio.bench import bench as bench_at
+from phasmid.studio.bench import workspace
 from phasmid.studio.messages import Bench
+from phasmid.units import STANDARD_GRAVITY
 from support.general_robot import general_robot
+
+bench = partial(bench_at, gravity=STANDARD_GRAVITY)
 
 ROBOTS = [*(load_robot(name) for name in preset_names()), general_robot()]
 ROUND_OFF = 1e-14

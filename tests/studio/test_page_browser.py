@@ -3,17 +3,21 @@
 import math
 import re
 from contextlib import contextmanager
+from functools import partial
 from itertools import chain
 
 import numpy as np
 import pytest
 
 from phasmid.robot import load_robot
-from phasmid.studio.bench import bench
+from phasmid.studio.bench import bench as bench_at
 from phasmid.studio.messages import Bench
+from phasmid.units import STANDARD_GRAVITY
 from studio.running import Heard, running
 from support.browsers import NEEDED, PATIENCE, is_ours, pixels, started, until
 from support.hostile import LEG_NAMES, hostile_files
+
+bench = partial(bench_at, gravity=STANDARD_GRAVITY)
 
 pytestmark = NEEDED
 

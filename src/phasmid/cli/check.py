@@ -308,7 +308,7 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         say(
             f"  fastest joint: {speed:.2f} rad/s; the "
             f"{plain(servo_words(servo.name))} allows {servo.no_load_speed:.2f} "
-            f"rad/s{servo.at_supply}"
+            f"rad/s{servo.supply_words}"
         )
         say(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")
         joint, room = found.feet[0].margin

@@ -62,7 +62,12 @@ def run(options: argparse.Namespace) -> int:
         else:
             from phasmid.learning import PolicyController
 
-            controller = PolicyController(policy, scenario.load_robot(), update_period=1 / rate)
+            controller = PolicyController(
+                policy,
+                scenario.load_robot(),
+                update_period=1 / rate,
+                gravity=scenario.model.gravity,
+            )
         return new_drive(scenario, controller, script, rate=rate, faults=faults)
 
     return walk.make_run(begin, scenario, options, _words(options))

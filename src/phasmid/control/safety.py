@@ -119,6 +119,7 @@ class SafetyMonitor:
         mode: Restriction of the controller.
         events: Times [s] and sentences since `reset`.
         tip_angle: Tilt at which the robot tips over its neutral feet [rad].
+        tip_time: Time that tipping over takes [s].
         time: Time of the last observation [s].
         dt: Time since the one before [s].
         tilt: Predicted angle of the body's z axis to the vertical [rad].
@@ -128,7 +129,7 @@ class SafetyMonitor:
     def __init__(self, robot: Robot, settings: SafetySettings | None = None) -> None:
         self.settings = settings or SafetySettings()
         self.events: list[tuple[float, str]] = []
-        self.tip_angle, self._tip_time = tipping(robot, self.settings.gravity)
+        self.tip_angle, self.tip_time = tipping(robot, self.settings.gravity)
         self._servo, legs = robot.servo, len(robot.legs)
         reach = float(robot.arrays.lengths.sum(axis=1).max())
         fastest = self._servo.no_load_speed * reach
@@ -208,7 +209,7 @@ class SafetyMonitor:
         orientation, rate = observation.orientation, observation.angular_velocity
         self.tilt = predicted_tilt(
             (1.0, 0.0, 0.0, 0.0) if orientation is None else orientation.tolist(),
-            (0.0, 0.0, 0.0) if rate is None else (self._tip_time * rate).tolist(),
+            (0.0, 0.0, 0.0) if rate is None else (self.tip_time * rate).tolist(),
         )
         if self.tilt > set_.tilt_share * self.tip_angle:
             mode = Mode.HOLD if self.tilt > set_.hold_share * self.tip_angle else Mode.SLOW

@@ -100,7 +100,7 @@ def with_settings(settings: EngineSettings, changes: Mapping[str, Any]) -> Engin
 
 
 _RANGES = {
-    "gravity": (0.01, 100.0),
+    "gravity": (1e-6, 100.0),
     "period": (0.05, 60.0),
     "step_height": (0.0, 1.0),
     "update_period": (0.0005, 0.05),

@@ -18,7 +18,7 @@ class Observation:
         time: Time on the controller's clock [s].
         joint_position: Joint angles [rad], shape (L, 3).
         joint_velocity: Joint speeds [rad/s], shape (L, 3); most servos measure none.
-        joint_load: Output of each servo as a part of its largest, shape (L, 3).
+        joint_load: Output of each servo as a share of the full one at its supply, shape (L, 3).
         servo_running: Servos that answer and have not shut down, shape (L, 3).
         orientation: Orientation of the body, w x y z; its yaw may drift, shape (4,).
         angular_velocity: Gyro reading, body axes [rad/s], shape (3,).

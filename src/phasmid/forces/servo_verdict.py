@@ -115,7 +115,7 @@ class ServoVerdict:
         need = f"{self.joint} needs {self.torque:.3g} N·m"
         servo = servo_label(self.servo)
         subject = self.servo if servo == self.servo else servo.capitalize()
-        part = f"{100 * self.torque / max(self.stall_torque, 1e-6):.0f} % of stall."
+        part = f"{100 * self.torque / self.stall_torque:.0f} % of stall."
         lines = []
         if self.holding is Holding.NOT_STABLE:
             lines.append(

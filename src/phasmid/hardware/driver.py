@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.control import CommandScript, SafetyFilter, Sequencer
+from phasmid.control.safety import SafetySettings
 from phasmid.control.sequences.sequencer import Stage as Sequence
 from phasmid.control.sequences.stance import neutral_stance
 from phasmid.control.waypoints import WaypointFollower, plane_pose
@@ -144,7 +145,8 @@ class Driver:
             )
         self.robot, self.settings = robot, settings or DriverSettings()
         if not isinstance(controller, SafetyFilter):
-            controller = SafetyFilter(Sequencer(controller, robot.robot), robot.robot)
+            safety = SafetySettings(gravity=scenario.model.gravity)
+            controller = SafetyFilter(Sequencer(controller, robot.robot), robot.robot, safety)
         if not isinstance(controller.controller, Sequencer):
             raise InvalidInput(
                 "a safety filter without posture sequences lets no robot stand up or sit down.",

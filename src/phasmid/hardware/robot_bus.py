@@ -124,7 +124,8 @@ class RobotBus:
             for id_, model in zip(self.ids, self._models, strict=True)
         }
         self._limit = "torque_limit" if "torque_limit" in self._models[0].registers else "goal_pwm"
-        stall = robot.servo.stall_current or 1.0
+        # The current at standstill of the full output, at the supply.
+        stall = (robot.servo.stall_current or 1.0) * robot.servo.voltage / robot.servo.rated_voltage
         in_ampere = ["current_limit" in model.registers for model in self._models]
         self._load_scale = np.where(in_ampere, 1 / stall, 1.0)
         self.position, self.read_at = np.full(shape, np.nan), np.full(shape, -np.inf)

@@ -25,13 +25,16 @@ LEAST_STEP_HEIGHT = 0.005
 """Least corrected step height [m]."""
 
 
-def new_controller(robot: Robot, task: Task, update_period: float) -> LocomotionEngine:
+def new_controller(
+    robot: Robot, task: Task, update_period: float, gravity: float
+) -> LocomotionEngine:
     """Return a locomotion controller with all its stages and a task's gait.
 
     Args:
         robot: The robot.
         task: Its ``[gait]`` is used.
         update_period: Time from one update to the next [s].
+        gravity: Gravitational acceleration [m/s²].
     """
     gait = task.gait
     return LocomotionEngine(
@@ -40,6 +43,7 @@ def new_controller(robot: Robot, task: Task, update_period: float) -> Locomotion
         period=gait.period,
         step_height=gait.step_height,
         update_period=update_period,
+        gravity=gravity,
     )
 
 
@@ -105,7 +109,10 @@ class Controllers:
                 hint=f"rate = {1 / (max(self._updates, 1) * UPDATE_PERIOD):g}",
             )
         robot, count = physics.robot, len(physics.qpos)
-        self._controllers = [new_controller(robot, task, UPDATE_PERIOD) for _ in range(count)]
+        gravity = task.scenario().model.gravity
+        self._controllers = [
+            new_controller(robot, task, UPDATE_PERIOD, gravity) for _ in range(count)
+        ]
         self._law = None
         if physics.is_full:
             self._law = inverse_law(robot.servo)

@@ -22,6 +22,7 @@ from phasmid.learning.episodes import States, empty_episodes, task_constants
 from phasmid.learning.observation import Observer, action_names
 from phasmid.learning.task import Task
 from phasmid.robot import Robot
+from phasmid.units import STANDARD_GRAVITY
 
 TASK_KEY = "phasmid_task"
 """Metadata of an ONNX file that holds the task as JSON."""
@@ -116,6 +117,7 @@ class PolicyController:
         robot: Robot that is controlled; None: that of the policy's task.
         task: Task of the policy; None: that of its file.
         update_period: Time between calls of `update`, for command corrections [s].
+        gravity: Gravitational acceleration, likewise [m/s²].
 
     Attributes:
         policy: The policy.
@@ -133,6 +135,7 @@ class PolicyController:
         task: Task | None = None,
         *,
         update_period: float = 0.005,
+        gravity: float = STANDARD_GRAVITY,
     ) -> None:
         self.policy = policy if callable(policy) else Policy(policy)
         task = task or getattr(self.policy, "task", None)
@@ -155,7 +158,7 @@ class PolicyController:
         self._command: Command | None = None
         self._walker: LocomotionEngine | None = None
         if task.action.kind == "command-corrections":
-            self._walker = new_controller(robot, task, update_period)
+            self._walker = new_controller(robot, task, update_period, gravity)
         self._actions = len(action_names(task, robot))
         self._states = States(np.zeros((1, 7 + joints)), np.zeros((1, 6 + joints)), none, none)
         self._begin(0.0)

@@ -22,6 +22,7 @@ from phasmid.motion.course import Course, LevelCourse, place
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
 from phasmid.scenario.tables import Stride
+from phasmid.servo.servo import LEAST
 from phasmid.servo.words import servo_words
 from phasmid.units import beyond
 
@@ -240,10 +241,10 @@ def check_speed(
         return
     t, leg, joint = _first_largest(speed, axis=1)
     when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
-    needed, allowed = beyond(peak, round(limit, 4), 3)
+    needed, allowed = beyond(peak, limit if limit > LEAST else 0.0, 3)
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {needed} "
-        f"rad/s; the {servo_words(servo.name)} allows {allowed} rad/s{servo.at_supply}."
+        f"rad/s; the {servo_words(servo.name)} allows {allowed} rad/s{servo.supply_words}."
     )
 
 

@@ -99,8 +99,11 @@ def _level_changes(scenario: Scenario) -> Iterator[Changes]:
     yield _nearest(lambda x: _shorter(scenario, 1 - x * (1 - least)), can_be_made)
     yield _nearest(lambda x: _lower(scenario, 1 - x * (1 - lowest)), can_be_made)
     yield _nearest(lambda x: _smaller(scenario, 1 - x * (1 - min(least, lowest))), can_be_made)
-    if scenario.servo.voltage is not None:
-        yield {"voltage": scenario.base_robot().servo.rated_voltage}
+    servo = scenario.load_robot().servo
+    if servo.voltage < servo.rated_voltage:
+        yield {"voltage": servo.rated_voltage}
+    if scenario.servo.torque_limit is not None:
+        yield {"torque_limit": 1.0}
     yield from _gaits(scenario)
     for x, factor in product(COARSE, (2.0, 5.0, 20.0)):
         yield _shorter(scenario, x) | _slower(scenario, factor)

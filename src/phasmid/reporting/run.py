@@ -22,9 +22,6 @@ from phasmid.scenario import recorded_scenario, scenario_names
 from phasmid.scenario.scenario import Scenario
 from phasmid.servo.words import servo_words
 
-LEAST = 1e-6
-"""Least stall torque [N·m] and no-load speed [rad/s], so that shares of them are finite."""
-
 LONGEST_NAME, LONGEST_LEG_NAME = 60, 20
 """Longest names of robots and legs in figures [characters]."""
 

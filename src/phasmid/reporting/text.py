@@ -344,7 +344,7 @@ def note(summary: Summary) -> str:
 
 
 def _at_supply(summary: Summary) -> str:
-    """Return the supply voltage of servos with their own law, in words."""
+    """Return the supply voltage of the servos in words, where it counts."""
     supply = summary["robot"].get("supply")
     return "" if supply is None else f" at {supply:g} V"
 

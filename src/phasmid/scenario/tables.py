@@ -398,7 +398,9 @@ class ServoTable(Table):
     def set_up(self, servo: Servo) -> Servo:
         """Return a servo with these settings in place of its own, at this supply, in this air."""
         settings = self.model_dump(exclude={"voltage"}, exclude_none=True)
-        return replace(servo, **settings).at(self.voltage)
+        sources = dict(servo.sources) | dict.fromkeys(settings.keys() & servo.sources, "scenario")
+        supply = servo.supply if self.voltage is None else self.voltage
+        return replace(servo, **settings, sources=sources, supply=supply)
 
 
 SENSORS = ("joint", "imu", "foot")

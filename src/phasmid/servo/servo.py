@@ -196,6 +196,12 @@ class Servo:
     def __post_init__(self) -> None:
         check_kind(self.name, str, "servo: name", InvalidRobot)
         check_kind(self.sources, Mapping[str, str], f"{self.name}: sources", InvalidRobot)
+        for name in ("supply", "ambient_temperature"):
+            check_kind(getattr(self, name), float | None, f"{self.name}: {name}", InvalidRobot)
+        if self.supply is not None and not (math.isfinite(self.supply) and self.supply > 0):
+            raise InvalidRobot(
+                f"{servo_words(self.name)}: supply is {self.supply:g} V; it must be above 0."
+            )
         try:
             validate(
                 ServoNumbers,
@@ -295,9 +301,12 @@ class Servo:
         return self.rated_voltage if self.supply is None else self.supply
 
     @property
-    def at_supply(self) -> str:
-        """Words such as `` at 9 V``; empty at the rated voltage."""
-        return "" if self.voltage == self.rated_voltage else f" at {self.voltage:g} V"
+    def supply_words(self) -> str:
+        """Words such as `` at 9 V`` where supply or torque limit lower its numbers, else none."""
+        words = [] if self.voltage == self.rated_voltage else [f"at {self.voltage:g} V"]
+        if self.torque_limit < 1:
+            words.append(f"with a torque limit of {100 * self.torque_limit:.3g} %")
+        return "".join(f" {each}" for each in words)
 
     @cached_property
     def stall_torque(self) -> float:
@@ -324,6 +333,11 @@ class Servo:
         motor, rated = self.known_motor, self.rated_no_load_speed
         share = self._applied / self.rated_voltage
         return max(rated * share if motor is None else motor.no_load_speed(self._applied), LEAST)
+
+    @property
+    def full_output_torque(self) -> float:
+        """Torque at standstill of the full output, whatever the torque limit [N·m]."""
+        return replace(self, torque_limit=1.0).stall_torque
 
     @property
     def _applied(self) -> float:

@@ -125,6 +125,7 @@ def new_drive(
         commands.check_legs(len(scenario.load_robot().legs))
     if controller is None:
         controller = scenario_controller(scenario, rate)
+    _check_engine(scenario, controller)
     _check_prescribed(scenario, controller)
     begin = _begin(scenario, controller)
     scenario = with_time_step(scenario, begin, 1 / rate)
@@ -249,6 +250,31 @@ def recorded_controller(
         "run again.",
         hint="phasmid.drive with that controller",
     )
+
+
+def _check_engine(scenario: Scenario, controller: Controller) -> None:
+    """Refuse a locomotion engine of another gravity or other servos than the scenario has."""
+    inner: Any = controller
+    while not isinstance(inner, LocomotionEngine):
+        inner = getattr(inner, "controller", None) or getattr(inner, "walker", None)
+        if inner is None:
+            return
+    servo, gravity = scenario.load_robot().servo, scenario.model.gravity
+    if inner.settings.gravity != gravity:
+        raise InvalidInput(
+            f"the engine has a gravity of {inner.settings.gravity:g} m/s²; the scenario has "
+            f"{gravity:g}.",
+            hint="LocomotionEngine(scenario.load_robot(), gravity=scenario.model.gravity)",
+        )
+    limits = [(one.stall_torque, one.no_load_speed) for one in (inner.robot.servo, servo)]
+    if limits[0] != limits[1]:
+        (torque, speed), (own_torque, own_speed) = limits
+        raise InvalidInput(
+            f"the engine's servos give {torque:.3g} N·m and {speed:.3g} rad/s; those of the "
+            f"scenario, at {servo.voltage:g} V, give {own_torque:.3g} N·m and {own_speed:.3g} "
+            "rad/s.",
+            hint="LocomotionEngine(scenario.load_robot())",
+        )
 
 
 def _check_prescribed(scenario: Scenario, controller: Controller) -> None:

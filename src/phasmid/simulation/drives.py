@@ -104,7 +104,7 @@ class PrescribedDrive(Drive):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         self._data, self._angle = data, model.eq_data[:, 0]
-        self._stall = walk.robot.servo.stall_torque
+        self._full = walk.robot.servo.full_output_torque
         self._gains = drive_gains(model.opt.timestep)
         self._held = np.arange(3 * len(walk.robot.legs))
 
@@ -119,8 +119,8 @@ class PrescribedDrive(Drive):
         return torque
 
     def output(self) -> Float[np.ndarray, " joints"]:
-        """Return the joint torques over the servo's stall torque."""
-        return self.torque() / self._stall
+        """Return the joint torques over that of the servo's full output."""
+        return self.torque() / self._full
 
     def fail(self, joint: int) -> None:
         """Disable a joint's constraint."""
@@ -156,7 +156,7 @@ class IdealServoDrive(Drive):
         # MuJoCo has no row for a joint without friction.
         self._rows = joints if servo.friction > 0 else 0
         strength = walk.robot.arrays.strength.ravel()
-        self._rated = servo.stall_torque
+        self._full = servo.full_output_torque
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
         self._stall = np.maximum(strength * servo.stall_torque - servo.friction, 0.0)
         self._drop = self._stall / servo.no_load_speed
@@ -188,9 +188,9 @@ class IdealServoDrive(Drive):
         return self._torque
 
     def output(self) -> Float[np.ndarray, " joints"]:
-        """Return the motors' torques over the servo's stall torque."""
+        """Return the motors' torques over that of the servo's full output."""
         force: np.ndarray = self._force
-        return force / self._rated
+        return force / self._full
 
     def load(self, samples: Samples) -> Float[np.ndarray, "samples joints"]:
         """Return the motors' torques over the stall torque."""

@@ -19,13 +19,12 @@ from phasmid.kinematics.workspace import LIMIT_TOLERANCE, arc, plane_outline
 from phasmid.robot import JOINTS, Leg, Robot, with_mass_model
 from phasmid.servo.words import servo_label, servo_words
 from phasmid.studio.messages import Answer, Bench
-from phasmid.units import STANDARD_GRAVITY
 
 NEARLY_SINGULAR = 0.1
 """Ratio of the Jacobian's singular values below which a remark names the singularity."""
 
 
-def bench(robot: Robot, request: Bench) -> Answer:
+def bench(robot: Robot, request: Bench, gravity: float) -> Answer:
     """Evaluate the paper's Eqs. 1 to 11 for one leg in one pose, at rest.
 
     Joint speeds of unit norm move the foot on an ellipsoid with the half axes s_i u_i of the
@@ -35,6 +34,7 @@ def bench(robot: Robot, request: Bench) -> Answer:
     Args:
         robot: Robot.
         request: Leg, its angles or its foot (default: the neutral foot), and a force.
+        gravity: Gravitational acceleration [m/s²].
 
     Returns:
         Table for JSON, SI, in the hip frame: pose and joint limits, frames and DH table, Jacobian
@@ -54,8 +54,8 @@ def bench(robot: Robot, request: Bench) -> Answer:
     room = np.minimum(q - low, high - q)
     U, axes, _ = np.linalg.svd(J)
     nearness = float(axes[2] / axes[0]) if axes[0] > 0 else 0.0
-    gravity, load = leg_matrices(leg, q).G, -J.T @ force
-    torque, limit = gravity + load, servo.stall_torque
+    weight, load = leg_matrices(leg, q, gravity=gravity).G, -J.T @ force
+    torque, limit = weight + load, servo.stall_torque
     if request.angles is not None:
         remarks += _beyond_limits(leg, q, room)
     if nearness < NEARLY_SINGULAR:
@@ -75,7 +75,7 @@ def bench(robot: Robot, request: Bench) -> Answer:
         "limits": leg.joint_limits,
         "room": room,
         "lengths": leg.lengths,
-        "weight": robot.mass * STANDARD_GRAVITY,
+        "weight": robot.mass * gravity,
         "reach": {
             "distance": math.hypot(_in_plane(leg, foot) - coxa, foot[2]),
             "nearest": abs(femur - tibia),
@@ -91,9 +91,9 @@ def bench(robot: Robot, request: Bench) -> Answer:
         "force_axes": np.divide(1.0, axes, out=np.full(3, np.inf), where=axes > 1e-12),
         "fastest": axes * servo.no_load_speed,
         "force": force,
-        "torque": {"load": load, "gravity": gravity, "sum": torque},
+        "torque": {"load": load, "gravity": weight, "sum": torque},
         "share": np.abs(torque) / limit,
-        "most": _most(gravity, load, limit) * float(np.linalg.norm(force)),
+        "most": _most(weight, load, limit) * float(np.linalg.norm(force)),
         "servo": {"name": servo_label(servo.name), "torque": limit, "speed": servo.no_load_speed},
         "printed": _printed(leg, q, foot, force, _mid_length(robot).leg(request.leg)),
         "workspace": {"side": [np.round(curve, 5) for curve in side], "above": np.round(above, 5)},

@@ -353,7 +353,6 @@ GROUPS = {
             read=lambda setting: setting.robot.servo.voltage,
             write=_with_voltage,
             span=(6, 16, 0.1),
-            shown=lambda setting: setting.scenario.simulation.drive == "servo",
         ),
         _own(
             "payload",

@@ -126,7 +126,10 @@ class LiveRobot:
             from phasmid.learning import PolicyController
 
             self._policy = PolicyController(
-                setting.controller, scenario.load_robot(), update_period=1 / rate
+                setting.controller,
+                scenario.load_robot(),
+                update_period=1 / rate,
+                gravity=scenario.model.gravity,
             )
             return self._policy
         controller = scenario_controller(scenario, rate, ground_sensing=setting.ground_sensing)

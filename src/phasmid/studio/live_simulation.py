@@ -437,7 +437,7 @@ class LiveSimulation:
                 # Lazy import: it loads the paper's dynamics.
                 from phasmid.studio.bench import bench
 
-                return bench(self.setting.robot, request)
+                return bench(self.setting.robot, request, self.setting.scenario.model.gravity)
         return None
 
     def _steer(self, at: Velocity) -> None:

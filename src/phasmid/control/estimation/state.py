@@ -198,7 +198,7 @@ class EstimatorParameters:
     link_moment: Float[np.ndarray, "legs 3 3"]  # first moments, as in `link_moments` [kg·m]
     link_inertia: Float[np.ndarray, "legs 3 3 3"]  # about the links' origins [kg·m²]
     dt: float  # update period [s]
-    stall_torque: float  # of a servo [N·m]
+    full_torque: float  # of a servo at its full output [N·m]
     stiffness: float  # of a servo [N·m/rad]
     gravity: float  # acceleration of free fall [m/s²]
     joint_delay: int  # of the joint readings [updates]
@@ -245,7 +245,7 @@ def parameters_of(
         arrays.R_body_hip[:, 2],
         *link_moments(arrays),
         dt,
-        robot.servo.stall_torque,
+        robot.servo.full_output_torque,
         robot.servo.stiffness,
         gravity,
         max(1, round(settings.joint_delay / dt)),

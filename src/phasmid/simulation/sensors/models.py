@@ -175,7 +175,7 @@ def robot_sensors(scenario: Scenario, robot: Robot) -> tuple[Sensor, ...]:
     """Return the sensors of a robot with the settings of a scenario."""
     table = scenario.sensors
     return (
-        JointSensor(table, robot.servo.stall_torque),
+        JointSensor(table, robot.servo.full_output_torque),
         InertialSensor(table, scenario.model.gravity),
         FootSensor(table, len(robot.legs), scenario.scale(robot)),
     )
