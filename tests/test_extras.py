@@ -1,7 +1,5 @@
 """The command that installs an extra names the source of the installed phasmid."""
 
-from __future__ import annotations
-
 import json
 import sys
 

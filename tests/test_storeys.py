@@ -1,7 +1,5 @@
 """The storeys of the packages: the import contract may permit less over time, never more."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 
@@ -11,7 +9,7 @@ MOST_EXCEPTIONS = 37
 """Imports against the order of the storeys. Lower this number with each that goes."""
 
 
-def test_the_list_of_imports_against_the_storeys_only_shrinks() -> None:
+def test_the_list_of_imports_against_the_storeys_only_shrinks():
     """All are imports of the scenario; the linter refuses an entry that no import needs."""
     contracts = tomllib.loads(CONTRACT.read_text("utf-8"))["tool"]["importlinter"]["contracts"]
     (storeys,) = (contract for contract in contracts if contract["id"] == "storeys")

@@ -37,11 +37,11 @@ def test_keys_of_many_parts_are_refused_before_they_cost_memory(text):
 
 
 def test_every_reader_of_toml_refuses_numbers_and_nesting_beyond_measure(tmp_path):
-    def of_a_file(text: str) -> None:
+    def of_a_file(text):
         (tmp_path / "a.toml").write_text(text)
         read_toml(Path(tmp_path / "a.toml"))
 
-    def of_a_recording(text: str) -> None:
+    def of_a_recording(text):
         recorded_scenario({"robot": text, "scenario": "x"})
 
     for reader in (of_a_file, of_a_recording, script_from_text):

@@ -4,8 +4,6 @@ The box of every test is off the body's origin in all directions; a box about th
 its size, or reaches as far, fails each of them by 10 mm or more.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 
@@ -22,7 +20,7 @@ from phasmid.experiment import Command, Observation
 from phasmid.formats import robot_from_tree, tree_of
 from phasmid.kinematics import neutral_feet, rotation_rpy, rpy_quaternion, trunk_clearance
 from phasmid.reporting.robot_mesh import link_meshes
-from phasmid.robot import Robot, load_robot, robot_to_toml
+from phasmid.robot import load_robot, robot_to_toml
 from phasmid.robot.variants import with_payload
 from phasmid.scenario import Scenario
 from phasmid.simulation.contact import trunk_points
@@ -42,19 +40,19 @@ ROBOT = replace(
 HEIGHT = -float(neutral_feet(ROBOT)[:, 2].mean())
 
 
-def test_the_box_is_that_of_its_corners() -> None:
+def test_the_box_is_that_of_its_corners():
     np.testing.assert_allclose(ROBOT.body.box, [LOW, HIGH], atol=1e-15)
     assert (load_robot("phantomx-ax").body.box_centre == 0).all()
 
 
-def test_a_payload_stands_in_the_middle_of_its_top() -> None:
+def test_a_payload_stands_in_the_middle_of_its_top():
     loaded, body = with_payload(ROBOT, 0.5).body, ROBOT.body
     moment = loaded.mass * loaded.com - body.mass * body.com
     np.testing.assert_allclose(moment / 0.5, TOP, atol=1e-14)
     np.testing.assert_array_equal(loaded.box, body.box)
 
 
-def test_its_clearance_is_that_of_its_lowest_corner() -> None:
+def test_its_clearance_is_that_of_its_lowest_corner():
     """In any pose, for the plan and for the end of a run, against all eight corners turned."""
     ground = Scenario().load_terrain()
     for pose in np.random.default_rng(1).uniform(-0.5, 0.5, (20, 6)):
@@ -65,7 +63,7 @@ def test_its_clearance_is_that_of_its_lowest_corner() -> None:
         assert found[0] == pytest.approx(lowest, abs=1e-14)
 
 
-def test_the_robot_lies_on_its_bottom() -> None:
+def test_the_robot_lies_on_its_bottom():
     packed = packing(ROBOT)
     assert belly_ground(ROBOT).body_height == pytest.approx(0.03, abs=1e-15)
     assert resting_ground(ROBOT, packed.folded).body_height == pytest.approx(0.03, abs=1e-15)
@@ -78,7 +76,7 @@ def test_the_robot_lies_on_its_bottom() -> None:
     assert {tuple(p) for p in bottom.round(9)} == {tuple(p) for p in CORNERS.round(9) if p[2] < 0}
 
 
-def test_the_engine_keeps_its_bottom_above_a_map() -> None:
+def test_the_engine_keeps_its_bottom_above_a_map():
     """A wall of 20 mm under the box's right edge; a box about the origin would not be over it."""
     engine = LocomotionEngine(ROBOT, terrain_map="points")
     x, y = (w.ravel() for w in np.meshgrid(*[np.arange(-0.3, 0.3, 0.005) + 0.002] * 2))
@@ -94,7 +92,7 @@ def test_the_engine_keeps_its_bottom_above_a_map() -> None:
 @pytest.mark.parametrize(
     ("kind", "mount"), [("camera", [0.11, -0.02, 0.16]), ("lidar", [0.01, -0.02, 0.19])]
 )
-def test_a_depth_sensor_is_on_its_top(kind: str, mount: list[float]) -> None:
+def test_a_depth_sensor_is_on_its_top(kind, mount):
     """Errors of distances move points along the rays, which meet in the sensor."""
     scenario = Scenario().replace(depth=kind, depth_dropout=0.0, depth_drift=0.0)
     rays = []
@@ -106,14 +104,14 @@ def test_a_depth_sensor_is_on_its_top(kind: str, mount: list[float]) -> None:
     np.testing.assert_allclose(rays[0], rays[1], atol=1e-12)
 
 
-def test_its_drawing_has_its_bottom_and_top() -> None:
+def test_its_drawing_has_its_bottom_and_top():
     plate, arrow = link_meshes(ROBOT)[None]
     low, high = plate.vertices[:, 2].min(), plate.vertices[:, 2].max()
     assert [low, high] == pytest.approx([-0.03, 0.13], abs=1e-12)
     assert arrow.vertices[:, 1:].mean(axis=0) == pytest.approx(TOP[1:], abs=1e-3)
 
 
-def test_a_file_states_its_centre(tmp_path) -> None:
+def test_a_file_states_its_centre(tmp_path):
     file = tmp_path / "robot.toml"
     text = robot_to_toml(ROBOT)
     file.write_text(text, encoding="utf-8")
@@ -130,18 +128,18 @@ def test_a_file_states_its_centre(tmp_path) -> None:
     np.testing.assert_array_equal(body.com, [0.01, -0.02, 0.05])
 
 
-def test_a_centre_in_the_wrong_unit_is_refused() -> None:
+def test_a_centre_in_the_wrong_unit_is_refused():
     with pytest.raises(InvalidRobot, match=r"centre of mass lies 50 m from the centre of a 0\.2 m"):
         replace(ROBOT.body, box_centre=np.array([0.0, 0.0, 50.0]))
 
 
-def imported(tree) -> Robot:
+def imported(tree):
     robot = robot_from_tree(tree).robot
     assert robot is not None
     return robot
 
 
-def test_a_file_read_gives_the_box_of_the_trunks_meshes() -> None:
+def test_a_file_read_gives_the_box_of_the_trunks_meshes():
     """A trunk of 400 mm about a point above the hips, and a mast on it."""
     parts = block((-0.115, -0.075, -0.15), (0.115, 0.075, 0.25)), block((0, 0, 0.2), (0, 0, 0.3))
     body = imported(with_link(tree_of(ROBOT), "base_link", parts=parts[:1])).body
@@ -151,7 +149,7 @@ def test_a_file_read_gives_the_box_of_the_trunks_meshes() -> None:
     np.testing.assert_allclose(body.box[:, 2], [-0.15, 0.3], atol=1e-15)
 
 
-def test_a_thin_trunk_stays_thin_and_hips_alone_give_one_of_a_servos_height() -> None:
+def test_a_thin_trunk_stays_thin_and_hips_alone_give_one_of_a_servos_height():
     plate = (block((-0.1, -0.1, 0.02), (0.1, 0.1, 0.03)),)
     body = imported(with_link(tree_of(ROBOT), "base_link", parts=plate)).body
     np.testing.assert_allclose(body.box[:, 2], [0.02, 0.03], atol=1e-15)
@@ -162,7 +160,7 @@ def test_a_thin_trunk_stays_thin_and_hips_alone_give_one_of_a_servos_height() ->
 
 
 @pytest.mark.usefixtures("compiled_engine")
-def test_a_packed_robot_rests_on_it() -> None:
+def test_a_packed_robot_rests_on_it():
     """In the physics engine: the contact's springs give less than a millimetre."""
     from phasmid.control import SafetyFilter, Sequencer
     from phasmid.experiment import Posture
@@ -179,7 +177,7 @@ def test_a_packed_robot_rests_on_it() -> None:
     assert np.abs(run["body_orientation"].values[:, 1:3]).max() < 1e-2
 
 
-def test_learning_measures_from_its_bottom_and_loads_its_top() -> None:
+def test_learning_measures_from_its_bottom_and_loads_its_top():
     from phasmid.learning.episodes import task_constants
     from phasmid.learning.model import PAYLOAD_SIDE, fast_specification
     from phasmid.learning.task import load_task

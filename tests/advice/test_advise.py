@@ -1,7 +1,5 @@
 """Advice on servos: loads, heat, battery, and the choice of another servo."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,18 +1,16 @@
 """Robots to test on, and the same robots in MuJoCo."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from phasmid.robot import Robot, load_robot
+from phasmid.robot import load_robot
 from support.general_robot import general_robot
 
 
-def beside_its_plane() -> Robot:
+def beside_its_plane():
     """The robot without any symmetry, each link with a lateral offset of its own."""
     robot, legs = general_robot(), []
     for leg in robot.legs:
@@ -23,14 +21,14 @@ def beside_its_plane() -> Robot:
 
 
 @pytest.fixture(params=["phantomx-paper", "quadruped", "general", "offsets"])
-def robot(request: pytest.FixtureRequest) -> Robot:
+def robot(request):
     """Two presets, and robots without any symmetry."""
     own = {"general": general_robot, "offsets": beside_its_plane}
     return own[request.param]() if request.param in own else load_robot(request.param)
 
 
 @pytest.fixture
-def rng() -> np.random.Generator:
+def rng():
     """Random numbers of a fixed seed."""
     return np.random.default_rng(10)
 

@@ -1,19 +1,15 @@
 """Our robots in Pinocchio, the independent rigid-body library of tests and benchmarks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 
-from phasmid.dynamics import BodyMotion
-from phasmid.robot import Body, Leg, Link, Robot
 from phasmid.units import STANDARD_GRAVITY
 
 QUARTER_TURN = pin.rpy.rpyToMatrix(np.pi / 2, 0.0, 0.0)
 """From the axes of the coxa to those of the femur (Table 1's alpha)."""
 
 
-def pinocchio_model(robot: Robot) -> pin.Model:
+def pinocchio_model(robot):
     """The robot with its trunk free.
 
     Joints come in the order of the robot's legs, coxa first; frame ``foot_i`` is the foot of
@@ -27,16 +23,14 @@ def pinocchio_model(robot: Robot) -> pin.Model:
     return model
 
 
-def pinocchio_leg(leg: Leg) -> pin.Model:
+def pinocchio_leg(leg):
     """One leg whose hip frame is the world."""
     model = _empty(leg.name)
     _add_leg(model, leg, 0, pin.SE3.Identity(), "0")
     return model
 
 
-def free_state(
-    body: BodyMotion, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def free_state(body, q, qd, qdd):
     """Configurations (N, 7 + 3L), velocities and accelerations (N, 6 + 3L) of a free robot.
 
     A free joint's quaternion is x, y, z, w; its velocity is that of the body frame's origin and
@@ -65,9 +59,7 @@ def free_state(
     return configuration, velocity, acceleration
 
 
-def foot_loads(
-    model: pin.Model, configuration: np.ndarray, foot_force: np.ndarray
-) -> list[pin.Force]:
+def foot_loads(model, configuration, foot_force):
     """The ``fext`` of ``pin.rnea`` for forces on the feet (L, 3), given in world axes."""
     data = model.createData()
     pin.framesForwardKinematics(model, data, configuration)
@@ -80,14 +72,14 @@ def foot_loads(
     return loads
 
 
-def _empty(name: str) -> pin.Model:
+def _empty(name):
     model = pin.Model()
     model.name = name
     model.gravity.linear = np.array([0.0, 0.0, -STANDARD_GRAVITY])
     return model
 
 
-def _add_leg(model: pin.Model, leg: Leg, parent: int, X_parent_hip: pin.SE3, name: str) -> None:
+def _add_leg(model, leg, parent, X_parent_hip, name):
     axis = pin.JointModelRZ()
     placements = (
         X_parent_hip,
@@ -101,5 +93,5 @@ def _add_leg(model: pin.Model, leg: Leg, parent: int, X_parent_hip: pin.SE3, nam
     model.addFrame(pin.Frame(f"foot_{name}", parent, 0, tip, pin.FrameType.OP_FRAME))
 
 
-def _inertia(part: Body | Link) -> pin.Inertia:
+def _inertia(part):
     return pin.Inertia(part.mass, np.array(part.com), np.array(part.inertia))

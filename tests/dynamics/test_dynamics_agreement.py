@@ -1,13 +1,10 @@
 """The recursion and Pinocchio share no line of code; check 10 of tests/physics has other ways."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 
 from dynamics.pinocchio_model import foot_loads, free_state, pinocchio_model
 from phasmid import dynamics, kinematics
-from phasmid.robot import Robot
 
 STATES = 3000
 
@@ -17,15 +14,13 @@ STATES = 3000
 TORQUE = 1e-10
 
 
-def _joints(robot: Robot, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+def _joints(robot, rng):
     shape = (STATES, len(robot.legs), 3)
     q = rng.uniform(-np.pi, np.pi, size=shape)
     return q, 5 * rng.normal(size=shape), 20 * rng.normal(size=shape), 10 * rng.normal(size=shape)
 
 
-def test_recursion_and_pinocchio_give_the_same_torques_and_wrench_in_flight(
-    robot: Robot, rng: np.random.Generator
-) -> None:
+def test_recursion_and_pinocchio_give_the_same_torques_and_wrench_in_flight(robot, rng):
     q, qd, qdd, force = _joints(robot, rng)
     quaternion = rng.normal(size=(STATES, 4))
     quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)

@@ -1,7 +1,5 @@
 """The closed form of one leg (Eqs. 10 and 11): derivation in symbols, and the printed equations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +10,7 @@ from pages.derivation import ANGLES, GRAVITY, LENGTHS, LINKS
 from phasmid import dynamics
 from phasmid.dynamics.matrices import in_plane
 from phasmid.dynamics.printed import printed_leg_matrices
-from phasmid.robot import Robot, load_robot, with_mass_model
+from phasmid.robot import load_robot, with_mass_model
 from support.general_robot import upright
 
 # Row 10 of the physics charter. Torques are below 10 N·m and entries sums of some hundred terms,
@@ -20,7 +18,7 @@ from support.general_robot import upright
 TORQUE = 1e-10
 
 
-def test_each_entry_is_that_of_lagranges_equations(rng: np.random.Generator, robot: Robot) -> None:
+def test_each_entry_is_that_of_lagranges_equations(rng, robot):
     # The derivation's hips are upright; a lateral offset is a part of the centres of mass.
     leg = replace(robot.legs[-1], mount_pitch=0.0, mount_roll=0.0)
     symbols, numbers = [*LENGTHS, GRAVITY], [*leg.lengths, 9.81]
@@ -40,7 +38,7 @@ def test_each_entry_is_that_of_lagranges_equations(rng: np.random.Generator, rob
     assert moving == 9 + 4 + 6 + 2
 
 
-def test_the_matrices_add_up_to_the_leg_torque(robot: Robot, rng: np.random.Generator) -> None:
+def test_the_matrices_add_up_to_the_leg_torque(robot, rng):
     # Eq. 10: torque = M q" + B [q' q'] + C [q'²] + G.
     shape = (1000, len(robot.legs), 3)
     q = rng.uniform(-np.pi, np.pi, size=shape)
@@ -53,9 +51,7 @@ def test_the_matrices_add_up_to_the_leg_torque(robot: Robot, rng: np.random.Gene
     np.testing.assert_allclose(torque, expected, rtol=0, atol=TORQUE)
 
 
-def test_the_papers_form_with_every_misprint_corrected_is_the_equation_of_motion(
-    robot: Robot, rng: np.random.Generator
-) -> None:
+def test_the_papers_form_with_every_misprint_corrected_is_the_equation_of_motion(robot, rng):
     # Sums of about twenty terms below 10 N·m: 20 * 2.2e-16 * 10 = 4e-14.
     robot = upright(with_mass_model(robot, "mid-length"))
     q = rng.uniform(-np.pi, np.pi, size=(500, len(robot.legs), 3))
@@ -65,7 +61,7 @@ def test_the_papers_form_with_every_misprint_corrected_is_the_equation_of_motion
             np.testing.assert_allclose(ours, true, rtol=0, atol=1e-12)
 
 
-def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng: np.random.Generator) -> None:
+def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng):
     # The paper's terms in the paper's order, with θ3 = -q3; a missing plus is a product.
     leg = load_robot("phantomx-paper").legs[0]
     q = rng.uniform(-np.pi, np.pi, size=(100, 3))

@@ -1,7 +1,5 @@
 """The equation of motion in matrix form, against an independent library and itself."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,7 +10,6 @@ import pytest
 from dynamics.pinocchio_model import free_state, pinocchio_model
 from phasmid import dynamics, kinematics
 from phasmid.errors import InvalidInput
-from phasmid.robot import Robot
 
 STATES = 300
 
@@ -28,12 +25,12 @@ class State(NamedTuple):
     qdd: np.ndarray
 
     @property
-    def speeds(self) -> np.ndarray:
+    def speeds(self):
         """(v, w, q')."""
         flat = self.qd.reshape(len(self.qd), -1)
         return np.concatenate([self.body.velocity, self.body.angular_velocity, flat], axis=1)
 
-    def from_body_axes(self) -> np.ndarray:
+    def from_body_axes(self):
         """The matrix E with (v, w, q') = E (Pinocchio's speeds), which turns v and w."""
         E = np.broadcast_to(np.eye(self.speeds.shape[1]), (len(self.q), *2 * self.speeds.shape[1:]))
         E = E.copy()
@@ -42,7 +39,7 @@ class State(NamedTuple):
 
 
 @pytest.fixture
-def state(robot: Robot, rng: np.random.Generator) -> State:
+def state(robot, rng):
     quaternion = rng.normal(size=(STATES, 4))
     quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
     p, v, w, a, dw = rng.normal(size=(5, STATES, 3)) * np.reshape([1, 1, 3, 5, 20], (5, 1, 1))
@@ -53,11 +50,11 @@ def state(robot: Robot, rng: np.random.Generator) -> State:
     return State(dynamics.BodyMotion(p, R, v, w, a, dw), q, qd, qdd)
 
 
-def _times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _times(matrix, vector):
     return (matrix @ vector[..., None])[..., 0]
 
 
-def test_everything_equals_pinocchio(robot: Robot, state: State) -> None:
+def test_everything_equals_pinocchio(robot, state):
     # Pinocchio's speeds are (R^T v, R^T w, q'). Its bias also holds R^T v turning with the trunk:
     # h' = h + M' (w x v of the trunk's axes, 0, 0), so that this term is taken off.
     model = pinocchio_model(robot)
@@ -101,7 +98,7 @@ def test_everything_equals_pinocchio(robot: Robot, state: State) -> None:
     np.testing.assert_allclose(J, np.array(feet) @ np.swapaxes(E, -1, -2)[:, None], **close)
 
 
-def test_forward_dynamics_undoes_inverse_dynamics(robot: Robot, state: State) -> None:
+def test_forward_dynamics_undoes_inverse_dynamics(robot, state):
     # Row 12: 1e-9 of accelerations up to 1e4. The trunk is made to feel no other wrench than that
     # of the feet by starting from torques and forces. The mass matrix's condition is below 1e5:
     # round-off 1e5 * 2.2e-16 * 1e4 m/s² = 2e-7, relative to the largest 2e-11.
@@ -120,7 +117,7 @@ def test_forward_dynamics_undoes_inverse_dynamics(robot: Robot, state: State) ->
     assert np.abs(made.qdd).max() > 1.0
 
 
-def test_one_trunk_serves_any_number_of_joint_states(robot: Robot) -> None:
+def test_one_trunk_serves_any_number_of_joint_states(robot):
     # The same arithmetic whatever the leading axes; entries below 100 within units in the last
     # place.
     body = dynamics.BodyMotion.at_rest(np.array([0.1, 0.2, 0.3]))
@@ -142,8 +139,8 @@ def test_one_trunk_serves_any_number_of_joint_states(robot: Robot) -> None:
 
 
 def test_a_falling_robot_with_locked_joints_feels_nothing_and_a_resting_one_its_weight(
-    robot: Robot, state: State
-) -> None:
+    robot, state
+):
     body, q, *_ = state
     still, zero = np.zeros_like(q), np.zeros(3)
     rest = dynamics.BodyMotion.at_rest(body.position, body.rotation)
@@ -163,6 +160,6 @@ def test_a_falling_robot_with_locked_joints_feels_nothing_and_a_resting_one_its_
 @pytest.mark.parametrize(
     "matrix", [np.diag([1.0, 1.0, 1.1]), np.diag([1.0, 1.0, -1.0])], ids=["stretched", "mirrored"]
 )
-def test_a_matrix_that_is_no_rotation_is_refused(matrix: np.ndarray) -> None:
+def test_a_matrix_that_is_no_rotation_is_refused(matrix):
     with pytest.raises(InvalidInput, match="rotation is not a rotation"):
         dynamics.BodyMotion.at_rest(rotation=matrix)

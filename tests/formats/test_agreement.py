@@ -1,7 +1,5 @@
 """MuJoCo and Pinocchio find our own equations in the files that we write."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -32,14 +30,14 @@ class Written:
     q: np.ndarray
 
     @property
-    def rotation(self) -> np.ndarray:
+    def rotation(self):
         return kinematics.quaternion_rotation(self.quaternion)
 
     @property
-    def joint_names(self) -> list[str]:
+    def joint_names(self):
         return [f"{leg.name}_{joint}" for leg in self.robot.legs for joint in JOINTS]
 
-    def ours(self, *, linear: bool) -> np.ndarray:
+    def ours(self, *, linear):
         """Our mass matrices for a trunk whose turning, or also velocity, is in its own axes."""
         zero = np.zeros((STATES, 3))
         body = dynamics.BodyMotion(self.position, self.rotation, *[zero] * 4)
@@ -52,7 +50,7 @@ class Written:
 
 
 @pytest.fixture(params=ROBOTS)
-def written(request: pytest.FixtureRequest, tmp_path: Path) -> Written:
+def written(request, tmp_path):
     robot = ROBOTS[request.param]
     path = write(files_of(robot, ".urdf"), tmp_path)
     rng = np.random.default_rng(8)
@@ -63,7 +61,7 @@ def written(request: pytest.FixtureRequest, tmp_path: Path) -> Written:
 
 
 @pytest.mark.parametrize("suffix", [".urdf", ".xml"])
-def test_mujoco_reads_the_same_mass_matrix(written: Written, suffix: str, tmp_path: Path) -> None:
+def test_mujoco_reads_the_same_mass_matrix(written, suffix, tmp_path):
     """M less the rotors' own is ours, and limits are those of the legs."""
     spec = mujoco.MjSpec.from_file(str(write(files_of(written.robot, suffix), tmp_path)))
     if suffix == ".urdf":
@@ -87,7 +85,7 @@ def test_mujoco_reads_the_same_mass_matrix(written: Written, suffix: str, tmp_pa
         assert int(np.count_nonzero(model.geom_contype)) == len(written.robot.legs)
 
 
-def test_pinocchio_reads_the_same_mass_matrix(written: Written) -> None:
+def test_pinocchio_reads_the_same_mass_matrix(written):
     pin = pytest.importorskip("pinocchio")
     model = pin.buildModelFromUrdf(str(written.path), pin.JointModelFreeFlyer())
     data = model.createData()
@@ -105,7 +103,7 @@ def test_pinocchio_reads_the_same_mass_matrix(written: Written) -> None:
     np.testing.assert_allclose(M, written.ours(linear=True), rtol=0, atol=CLOSE)
 
 
-def test_mujoco_finds_the_meshes(tmp_path: Path) -> None:
+def test_mujoco_finds_the_meshes(tmp_path):
     part = Part(0.5 * CORNERS, FACES, name="shell")
     look = Appearance.of({"body": (part,), "coxa": (part,)})
     robot = replace(load_robot("phantomx-paper"), appearance=look)
@@ -136,7 +134,7 @@ ROTATED = """<robot name="r">
 """
 
 
-def test_a_foreign_file_is_the_same_robot_after_reading_and_writing(tmp_path: Path) -> None:
+def test_a_foreign_file_is_the_same_robot_after_reading_and_writing(tmp_path):
     """Pinocchio finds the same mass matrix in the file and in what we make of it."""
     pin = pytest.importorskip("pinocchio")
     path = tmp_path / "rotated.urdf"

@@ -1,7 +1,6 @@
 """Balls at the ends of legs: which one a file's foot is, and what files of robots keep of it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -10,13 +9,13 @@ import pytest
 from phasmid.errors import InvalidRobot
 from phasmid.formats import ImportOptions, import_robot, save_robot
 from phasmid.kinematics import body_height
-from phasmid.robot import Robot, load_robot
+from phasmid.robot import load_robot
 from support.ball_dog import BALL, ball_dog
 
 MK4 = load_robot("phantomx-mk4")
 
 
-def read(path: Path, foot: str = "") -> tuple[Robot, list[str]]:
+def read(path, foot=""):
     """A robot of a file and what the reader says of its feet."""
     imported = import_robot(path, ImportOptions(foot=foot))
     assert imported.robot is not None
@@ -24,7 +23,7 @@ def read(path: Path, foot: str = "") -> tuple[Robot, list[str]]:
     return imported.robot, said
 
 
-def tibiae(robot: Robot) -> list[float]:
+def tibiae(robot):
     return [leg.tibia.length for leg in robot.legs]
 
 
@@ -41,9 +40,7 @@ def tibiae(robot: Robot) -> list[float]:
         (BALL, "0,0,-0.22"),
     ],
 )
-def test_the_ball_about_the_end_of_a_leg_is_its_foot(
-    foot: str, option: str, tmp_path: Path
-) -> None:
+def test_the_ball_about_the_end_of_a_leg_is_its_foot(foot, option, tmp_path):
     path = ball_dog(tmp_path, 0.02, foot)
     text = path.read_text()
     for number in range(4):
@@ -59,14 +56,14 @@ def test_the_ball_about_the_end_of_a_leg_is_its_foot(
     assert [text.partition(";")[0] for text in moved] == [expected] * ("-0.22" in foot + option)
 
 
-def test_feet_far_from_every_ball_are_points(tmp_path: Path) -> None:
+def test_feet_far_from_every_ball_are_points(tmp_path):
     """30 mm below the ball's centre, and so 10 mm outside it."""
     robot, _ = read(ball_dog(tmp_path), "0,0,-0.23")
     assert robot.foot_radius == 0.0
     assert tibiae(robot) == pytest.approx([0.23] * 4)
 
 
-def test_balls_that_differ_become_one_of_their_mean_radius(tmp_path: Path) -> None:
+def test_balls_that_differ_become_one_of_their_mean_radius(tmp_path):
     path = ball_dog(tmp_path)
     path.write_text(path.read_text().replace('size="0.02"', 'size="0.024"', 2))
     robot, said = read(path)
@@ -77,7 +74,7 @@ def test_balls_that_differ_become_one_of_their_mean_radius(tmp_path: Path) -> No
     ]
 
 
-def test_visual_balls_of_a_urdf_count_where_nothing_collides(tmp_path: Path) -> None:
+def test_visual_balls_of_a_urdf_count_where_nothing_collides(tmp_path):
     path = tmp_path / "robot.urdf"
     save_robot(replace(MK4, foot_radius=0.009, appearance=None), path)
     text = path.read_text()
@@ -91,18 +88,17 @@ def test_visual_balls_of_a_urdf_count_where_nothing_collides(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("suffix", [".toml", ".urdf", ".xml", ".step"])
 @pytest.mark.parametrize("radius", [0.0, 0.0123])
-def test_files_keep_balls_and_points(suffix: str, radius: float, tmp_path: Path) -> None:
+def test_files_keep_balls_and_points(suffix, radius, tmp_path):
     """The small spheres on which points stand in simulators are no part of the robot."""
     robot = replace(MK4, foot_radius=radius, appearance=None)
     path = tmp_path / f"robot{suffix}"
     save_robot(robot, path)
     again = load_robot(path) if suffix == ".toml" else import_robot(path).robot
-    assert again is not None
     assert again.foot_radius == radius
     np.testing.assert_allclose(tibiae(again), tibiae(robot), rtol=1e-12)
 
 
-def test_an_exported_ball_robot_touches_mujocos_floor_with_all_balls(tmp_path: Path) -> None:
+def test_an_exported_ball_robot_touches_mujocos_floor_with_all_balls(tmp_path):
     robot = replace(MK4, foot_radius=0.0123)
     save_robot(robot, tmp_path / "robot.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "robot.xml"))
@@ -118,6 +114,6 @@ def test_an_exported_ball_robot_touches_mujocos_floor_with_all_balls(tmp_path: P
 
 
 @pytest.mark.parametrize("radius", [-0.01, np.nan, np.inf, 0.5])
-def test_impossible_balls_are_refused(radius: float) -> None:
+def test_impossible_balls_are_refused(radius):
     with pytest.raises(InvalidRobot, match="foot radius is"):
         replace(MK4, foot_radius=radius)

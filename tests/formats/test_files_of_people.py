@@ -1,40 +1,37 @@
 """Robot files as people have them are read, and each number that was not used is told at once."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from formats.urdf_hexapod import BOX, LEGS, LIMIT, hexapod, saved
 from phasmid.errors import InvalidRobot
-from phasmid.formats import Imported, ImportOptions, Severity, import_robot, load_robot
+from phasmid.formats import ImportOptions, Severity, import_robot, load_robot
 from phasmid.gait import gaits_of
 from phasmid.kinematics import joint_angles, neutral_feet, trunk_clearance
 from phasmid.motion import longest_stride, plan
-from phasmid.robot import HEXAPOD_LEGS, Robot
+from phasmid.robot import HEXAPOD_LEGS
 from phasmid.scenario import load_scenario
 
 TRIPOD = gaits_of(6)["tripod"]
 
 
-def read(folder: Path, text: str, **options: object) -> Imported:
-    return import_robot(saved(folder, text), ImportOptions(**options))  # type: ignore[arg-type]
+def read(folder, text, **options):
+    return import_robot(saved(folder, text), ImportOptions(**options))
 
 
-def robot_of(folder: Path, text: str, **options: object) -> Robot:
+def robot_of(folder, text, **options):
     imported = read(folder, text, **options)
     assert imported.robot is not None, imported.findings
     return imported.robot
 
 
-def told(imported: Imported, severity: Severity, words: str) -> list[str]:
+def told(imported, severity, words):
     return [f.sentence for f in imported.findings if f.severity is severity and words in f.sentence]
 
 
-def with_limit(lower: float, upper: float) -> str:
+def with_limit(lower, upper):
     return f'<limit lower="{lower}" upper="{upper}" effort="2.2" velocity="6"/>'
 
 
@@ -56,18 +53,15 @@ def with_limit(lower: float, upper: float) -> str:
         (with_limit(0, 0), "impossible", "limits 0 to 0 rad let it not move. --joint-limit-deg 90"),
     ],
 )
-def test_limits_that_are_no_stops_are_told_with_a_remedy(
-    limit: str, severity: str, words: str, tmp_path: Path
-) -> None:
+def test_limits_that_are_no_stops_are_told_with_a_remedy(limit, severity, words, tmp_path):
     imported = read(tmp_path, hexapod(limit))
     found = [f for f in imported.findings if f.severity.value == severity]
     assert [f.subject for f in found if words in f"{f.what} {f.hint}"]
     if severity != "impossible":
-        assert imported.robot is not None
         np.testing.assert_array_equal(imported.robot.arrays.joint_limits[..., 1], np.pi)
 
 
-def test_an_option_gives_the_stops_that_a_file_leaves_out(tmp_path: Path) -> None:
+def test_an_option_gives_the_stops_that_a_file_leaves_out(tmp_path):
     """In angles of the file: the tibia's zero is 1.2 rad below the femur's line."""
     for limit in (with_limit(0, 0), '<limit effort="2.2" velocity="6"/>'):
         robot = robot_of(tmp_path, hexapod(limit), joint_limit=math.pi / 2)
@@ -79,14 +73,14 @@ def test_an_option_gives_the_stops_that_a_file_leaves_out(tmp_path: Path) -> Non
 # Linkages, numbers of joints ----------------------------------------------------------------------
 
 
-def test_a_joint_that_follows_another_is_suspect_by_name(tmp_path: Path) -> None:
+def test_a_joint_that_follows_another_is_suspect_by_name(tmp_path):
     one = '<child link="left_rear_tibia"/>'
     text = hexapod().replace(one, f'{one}<mimic joint="left_rear_femur_joint"/>')
     (sentence,) = told(read(tmp_path, text), Severity.SUSPECT, "follows another joint")
     assert sentence.startswith("joint left_rear_tibia_joint: ")
 
 
-def test_efforts_speeds_and_limits_that_differ_are_seen(tmp_path: Path) -> None:
+def test_efforts_speeds_and_limits_that_differ_are_seen(tmp_path):
     other = LIMIT.replace("2.2", "4.4").replace('velocity="6"', 'velocity="5"')
     head, tail = hexapod().split("left_front_tibia_joint")
     imported = read(tmp_path, f"{head}left_front_tibia_joint{tail.replace(LIMIT, other)}")
@@ -95,7 +89,7 @@ def test_efforts_speeds_and_limits_that_differ_are_seen(tmp_path: Path) -> None:
     assert "speed 5 to 6 rad/s (every joint has the least)" in sentence
 
 
-def test_all_findings_come_at_once(tmp_path: Path) -> None:
+def test_all_findings_come_at_once(tmp_path):
     """Masses, servo, limits and a mesh: four faults of four kinds, in one round."""
     text = hexapod(LIMIT.replace("2.2", "0"))
     text = text.replace('<mass value="0.06"/>', '<mass value="0"/>')
@@ -116,9 +110,7 @@ def test_all_findings_come_at_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("lengths", [(0.05, 0.08, 0.13), (0.04, 0.1, 0.1), (0.05, 0.08, 0.07)])
 @pytest.mark.parametrize("half", [math.radians(90), math.radians(60)])
-def test_the_chosen_stance_has_room_for_a_step(
-    half: float, lengths: tuple[float, float, float], tmp_path: Path
-) -> None:
+def test_the_chosen_stance_has_room_for_a_step(half, lengths, tmp_path):
     """±90° are the limits of every hobby servo."""
     text = hexapod(with_limit(-half, half), lengths)
     imported = read(tmp_path, text)
@@ -129,7 +121,7 @@ def test_the_chosen_stance_has_room_for_a_step(
     assert told(imported, Severity.NOTE, "a step of 40 mm and a lift of 30 mm keep")
 
 
-def test_a_stance_without_room_has_the_longest_stride_and_is_suspect(tmp_path: Path) -> None:
+def test_a_stance_without_room_has_the_longest_stride_and_is_suspect(tmp_path):
     """Legs that reach 60 mm cannot lift by 30 mm on a step of 40 mm within ±25°."""
     half = math.radians(25)
     imported = read(tmp_path, hexapod(with_limit(-half, half), (0.01, 0.02, 0.03)))
@@ -140,7 +132,7 @@ def test_a_stance_without_room_has_the_longest_stride_and_is_suspect(tmp_path: P
     assert sentence.endswith(f"here it is {1000 * stride:.0f} mm.")
 
 
-def test_one_sided_coxae_stand_in_the_middle_of_their_range(tmp_path: Path) -> None:
+def test_one_sided_coxae_stand_in_the_middle_of_their_range(tmp_path):
     """A coxa of -5° to 75° has no room for a step at its zero, and at 35° it has."""
     coxa = with_limit(math.radians(-5), math.radians(75))
     text = hexapod()
@@ -152,7 +144,7 @@ def test_one_sided_coxae_stand_in_the_middle_of_their_range(tmp_path: Path) -> N
     np.testing.assert_allclose(q[:, 0], math.radians(35), atol=1e-12)
 
 
-def test_the_feet_stand_below_a_deep_trunk(tmp_path: Path) -> None:
+def test_the_feet_stand_below_a_deep_trunk(tmp_path):
     box = '<origin xyz="0 0 0.05"/><geometry><box size="0.23 0.15 0.4"/>'
     robot = robot_of(tmp_path, hexapod().replace(f"<geometry>{BOX}", box))
     np.testing.assert_allclose(robot.body.box[:, 2], [-0.15, 0.25], atol=1e-12)
@@ -161,7 +153,7 @@ def test_the_feet_stand_below_a_deep_trunk(tmp_path: Path) -> None:
     assert longest_stride(robot, TRIPOD) >= 0.04
 
 
-def test_a_trunk_below_all_feet_is_the_reason(tmp_path: Path) -> None:
+def test_a_trunk_below_all_feet_is_the_reason(tmp_path):
     text = hexapod().replace(BOX, '<box size="0.23 0.15 0.6"/>')
     with pytest.raises(InvalidRobot, match="the trunk reaches below the feet in every stance"):
         load_robot(saved(tmp_path, text))
@@ -171,16 +163,13 @@ def test_a_trunk_below_all_feet_is_the_reason(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("axis", "turn"), [("y", 90), ("-x", 180), ("-y", -90)])
-def test_names_against_the_axis_are_told_and_the_option_turns_the_robot(
-    axis: str, turn: float, tmp_path: Path
-) -> None:
+def test_names_against_the_axis_are_told_and_the_option_turns_the_robot(axis, turn, tmp_path):
     text = hexapod(turn=math.radians(turn))
     imported = read(tmp_path, text)
     (found,) = [f for f in imported.findings if f.severity is Severity.SUSPECT]
     assert f"say that {axis} points forward; x was taken." in found.what
     assert found.hint == f"--forward {axis}"
     turned, plain = read(tmp_path, text, forward=axis), robot_of(tmp_path, hexapod())
-    assert turned.robot is not None
     assert not told(turned, Severity.SUSPECT, "forward")
     assert turned.robot.leg_names == HEXAPOD_LEGS
     assert [leg.joints[0].removesuffix("_coxa_joint") for leg in turned.legs] == [*HEXAPOD_LEGS]
@@ -198,9 +187,7 @@ NAMES = {
 
 @pytest.mark.parametrize("names", NAMES.values(), ids=NAMES)
 @pytest.mark.parametrize("turn", [0, 180])
-def test_names_of_many_kinds_are_understood(
-    names: tuple[str, ...], turn: float, tmp_path: Path
-) -> None:
+def test_names_of_many_kinds_are_understood(names, turn, tmp_path):
     text = hexapod(turn=math.radians(turn))
     for own, name in zip(LEGS, names, strict=True):
         text = text.replace(own, name)
@@ -214,13 +201,12 @@ SHIN = '<link name="{}_tibia">'
 ROD = '<visual><origin xyz="0.08 0 0"/><geometry><box size="0.16 0.02 0.02"/></geometry></visual>'
 
 
-def test_a_foot_s_frame_in_mid_shin_is_not_the_foot(tmp_path: Path) -> None:
+def test_a_foot_s_frame_in_mid_shin_is_not_the_foot(tmp_path):
     """Exporters of drawings give all parts of a leg one frame: shapes reach 160 mm, it 130."""
     text = hexapod()
     for name in LEGS:
         text = text.replace(SHIN.format(name), SHIN.format(name) + ROD)
     imported = read(tmp_path, text)
-    assert imported.robot is not None
     np.testing.assert_allclose(imported.robot.arrays.lengths[:, 2], 0.16, rtol=1e-9)
     (sentence,) = told(imported, Severity.SUSPECT, "was not taken for the foot")
     assert "is 130 mm from the tibia's axis, and its shapes reach to 160 mm" in sentence

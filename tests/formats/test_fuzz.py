@@ -3,15 +3,12 @@
 ``FUZZ_FILES=2000 pytest tests/formats/test_fuzz.py`` reads 2000 damaged files per reader.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import re
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -48,7 +45,7 @@ SHOWN = replace(ROBOT, appearance=Appearance.of({"body": (PART,), "coxa": (PART,
 URDF, MJCF = files_of(SHOWN, ".urdf"), files_of(SHOWN, ".xml")
 BALL = trimesh.creation.icosphere(subdivisions=3)
 
-READERS: dict[str, tuple[Callable[[Path], object], list[bytes]]] = {
+READERS = {
     "a.urdf": (import_robot, [URDF.pop("robot.urdf"), LEG.encode()]),
     "a.xml": (import_robot, [MJCF.pop("robot.xml"), WILD.encode()]),
     "a.toml": (load_robot, [robot_to_toml(ROBOT).encode()]),
@@ -66,7 +63,7 @@ READERS: dict[str, tuple[Callable[[Path], object], list[bytes]]] = {
 """Readers and undamaged files by a file's name."""
 
 
-def damaged(content: bytes, seed: int) -> bytes:
+def damaged(content, seed):
     """Damage a file, by the same seed in the same way on every machine."""
     draw = random.Random(seed)
     kinds = ["bits", "word", "end", "span", "nested"]
@@ -102,7 +99,7 @@ def damaged(content: bytes, seed: int) -> bytes:
 
 
 @pytest.fixture
-def _little_memory() -> Iterator[None]:
+def _little_memory():
     import resource
 
     pages = int(Path("/proc/self/statm").read_text().split()[0])
@@ -116,7 +113,7 @@ def _little_memory() -> Iterator[None]:
 @pytest.mark.skipif(sys.platform != "linux", reason="the limits are Linux's own")
 @pytest.mark.usefixtures("_little_memory")
 @pytest.mark.parametrize("name", READERS)
-def test_a_damaged_file_is_read_or_refused_in_a_sentence(name: str, tmp_path: Path) -> None:
+def test_a_damaged_file_is_read_or_refused_in_a_sentence(name, tmp_path):
     read, whole = READERS[name]
     for file, content in {**URDF, **MJCF, **BESIDE, "a.stl": binary_stl(CORNERS[FACES])}.items():
         (tmp_path / file).parent.mkdir(exist_ok=True)

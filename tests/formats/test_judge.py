@@ -1,7 +1,5 @@
 """The judge names what no body, joint or servo can be, with the number that shows it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -11,12 +9,11 @@ import pytest
 from formats.trees import block, with_joint, with_link
 from phasmid.formats import (
     Severity,
-    Tree,
     judge_robot,
     robot_from_tree,
     tree_of,
 )
-from phasmid.robot import Robot, load_robot, preset_names
+from phasmid.robot import load_robot, preset_names
 from phasmid.robot.inertial import Inertial
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
@@ -24,19 +21,19 @@ TREE = tree_of(MK4)
 COXA, TIBIA, FEMUR = "left_front_coxa_link", "left_front_tibia_link", "left_rear_femur"
 
 
-def of(mass: float, com: tuple[float, ...], moments: tuple[float, ...]) -> Inertial:
+def of(mass, com, moments):
     return Inertial(mass, np.array(com, dtype=float), np.diag(moments).astype(float))
 
 
 @pytest.mark.parametrize("preset", preset_names())
-def test_the_judge_has_nothing_against_the_presets(preset: str) -> None:
+def test_the_judge_has_nothing_against_the_presets(preset):
     robot = load_robot(preset)
     assert {finding.severity for finding in judge_robot(robot)} <= {Severity.NOTE}
     severities = {finding.severity for finding in robot_from_tree(tree_of(robot)).findings}
     assert severities <= {Severity.NOTE}
 
 
-def bar(mass: float, com: tuple[float, ...], moments: tuple[float, ...]) -> Tree:
+def bar(mass, com, moments):
     """The Mark IV with a tibia that is a bar of 131 × 20 × 20 mm."""
     shape = block((0, -0.01, -0.01), (MK4.legs[0].tibia.length, 0.01, 0.01))
     return with_link(TREE, TIBIA, inertial=of(mass, com, moments), parts=(shape,))
@@ -91,9 +88,7 @@ MASS, BAR = 0.1718, (1.15e-5, 2.51e-4, 2.51e-4)
         ),
     ],
 )
-def test_an_impossible_or_unlikely_number_is_named(
-    tree: Tree, severity: str, subject: str, what: str
-) -> None:
+def test_an_impossible_or_unlikely_number_is_named(tree, severity, subject, what):
     imported = robot_from_tree(tree)
     found = [f for f in imported.findings if f.severity is not Severity.NOTE]
     assert (imported.robot is None) == (severity == "impossible")
@@ -104,7 +99,7 @@ def test_an_impossible_or_unlikely_number_is_named(
     assert found[0].what.startswith(what)
 
 
-def test_masses_that_were_copied_are_suspect() -> None:
+def test_masses_that_were_copied_are_suspect():
     tree = TREE
     for part in ("coxa", "femur", "tibia"):
         for side in ("left", "right"):
@@ -117,7 +112,7 @@ def test_masses_that_were_copied_are_suspect() -> None:
     )
 
 
-def test_a_robot_must_stand_over_its_feet() -> None:
+def test_a_robot_must_stand_over_its_feet():
     """A robot that topples on feet that phasmid assumed is not impossible."""
     body = replace(MK4.body, com=np.array([0, 1.5, 0]), size=np.full(3, 2.0), inertia=np.eye(3))
     robot = replace(MK4, body=body)
@@ -126,13 +121,13 @@ def test_a_robot_must_stand_over_its_feet() -> None:
         assert found == [severity]
 
 
-def changed(legs: tuple[str, ...] = ("left_rear",), **fields: object) -> Robot:
+def changed(legs=("left_rear",), **fields):
     """The Mark IV with some other legs."""
-    made = [replace(leg, **fields) if leg.name in legs else leg for leg in MK4.legs]  # type: ignore[arg-type]
+    made = [replace(leg, **fields) if leg.name in legs else leg for leg in MK4.legs]
     return replace(MK4, legs=tuple(made))
 
 
-def with_range(row: int, low: float, high: float) -> dict[str, object]:
+def with_range(row, low, high):
     limits = MK4.legs[0].joint_limits.copy()
     limits[row] = np.radians([low, high])
     return {"joint_limits": limits}
@@ -173,7 +168,7 @@ REAR = MK4.leg("left_rear")
         ),
     ],
 )
-def test_what_is_suspect_of_a_robot_is_told(robot: Robot, subject: str, what: str) -> None:
+def test_what_is_suspect_of_a_robot_is_told(robot, subject, what):
     found = [f for f in judge_robot(robot) if f.what.startswith(what)]
     assert [f.subject.startswith(subject) for f in found] == [True], judge_robot(robot)
     assert found[0].severity is not Severity.NOTE

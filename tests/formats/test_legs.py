@@ -1,7 +1,5 @@
 """Legs are found by what moves on what, in whatever words and frames a file says it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -22,17 +20,15 @@ from formats.trees import (
     with_link,
 )
 from phasmid.formats import (
-    Imported,
     ImportOptions,
     Severity,
-    Tree,
     TreeJoint,
     TreeLink,
     robot_from_tree,
     tree_of,
 )
 from phasmid.gait import load_gait
-from phasmid.robot import HEXAPOD_LEGS, Robot, load_robot
+from phasmid.robot import HEXAPOD_LEGS, load_robot
 from phasmid.robot.inertial import Inertial
 from phasmid.scenario import Scenario
 from phasmid.servo import load_servo
@@ -48,34 +44,34 @@ OCTOPOD = load_robot("octopod")
 TRIPOD = load_gait("tripod")
 
 
-def robot_of(tree: Tree, **options: object) -> Robot:
-    imported = robot_from_tree(tree, ImportOptions(**options))  # type: ignore[arg-type]
+def robot_of(tree, **options):
+    imported = robot_from_tree(tree, ImportOptions(**options))
     assert imported.robot is not None, imported.findings
     return imported.robot
 
 
-def said(imported: Imported, severity: Severity) -> list[str]:
+def said(imported, severity):
     return [f.sentence for f in imported.findings if f.severity is severity]
 
 
-def refusal(tree: Tree, **options: object) -> str:
-    imported = robot_from_tree(tree, ImportOptions(**options))  # type: ignore[arg-type]
+def refusal(tree, **options):
+    imported = robot_from_tree(tree, ImportOptions(**options))
     assert imported.robot is None
     return imported.impossible[0].sentence
 
 
-def turned_joint(name: str, degrees: float) -> Tree:
+def turned_joint(name, degrees):
     """The tree in which a joint's axis is turned about its x."""
     X = joint_called(name).X_parent_child.copy()
     X[:3, :3] = turn([1, 0, 0], math.radians(degrees))
     return with_joint(TREE, name, X_parent_child=X)
 
 
-def joint_called(name: str) -> TreeJoint:
+def joint_called(name):
     return next(joint for joint in TREE.joints if joint.name == name)
 
 
-def with_three_legs() -> Tree:
+def with_three_legs():
     kept = ("right_front", "left_front", "left_rear", "base")
     links = {n: k for n, k in TREE.links.items() if n.startswith(kept)}
     joints = tuple(j for j in TREE.joints if j.child in links)
@@ -114,12 +110,12 @@ def with_three_legs() -> Tree:
         ),
     ],
 )
-def test_i13_a_robot_that_is_no_walking_robot_is_told_why(tree: Tree, what: str) -> None:
+def test_i13_a_robot_that_is_no_walking_robot_is_told_why(tree, what):
     assert refusal(tree).startswith(what)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_names_and_order_of_links_and_joints_mean_nothing(seed: int) -> None:
+def test_names_and_order_of_links_and_joints_mean_nothing(seed):
     rng = np.random.default_rng(seed)
     assert not differences(robot_of(TREE), robot_of(renamed(TREE, rng)))
     general = tree_of(general_robot())
@@ -127,7 +123,7 @@ def test_names_and_order_of_links_and_joints_mean_nothing(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_frames_of_links_mean_nothing(seed: int) -> None:
+def test_frames_of_links_mean_nothing(seed):
     """Any frame whose origin is on the hinge's axis, and an axis either way along it."""
     rng = np.random.default_rng(seed)
     for tree in (TREE, tree_of(general_robot())):
@@ -141,7 +137,7 @@ def test_frames_of_links_mean_nothing(seed: int) -> None:
         flips = {j.name for j in told.joints if rng.random() < 0.5}
         told = with_joints(
             told,
-            lambda j, flips=flips: (  # type: ignore[misc]
+            lambda j, flips=flips: (
                 replace(j, axis=-j.axis, lower=-j.upper, upper=-j.lower, home=-(j.home or 0.0))
                 if j.name in flips
                 else j
@@ -153,7 +149,7 @@ def test_frames_of_links_mean_nothing(seed: int) -> None:
             np.testing.assert_array_equal(leg.signs, signs)
 
 
-def test_zeros_of_femur_and_tibia_become_bends_and_limits() -> None:
+def test_zeros_of_femur_and_tibia_become_bends_and_limits():
     """A file whose joints are at 0 elsewhere is the same leg: θ = φ + offset."""
     shift = {
         f"{leg}_{joint}": angle
@@ -182,7 +178,7 @@ def test_zeros_of_femur_and_tibia_become_bends_and_limits() -> None:
     np.testing.assert_allclose(robot_from_tree(told).legs[0].offsets, [0, 0.3, -0.7], atol=1e-15)
 
 
-def test_links_that_are_fixed_to_each_other_are_one() -> None:
+def test_links_that_are_fixed_to_each_other_are_one():
     """Half of each link's mass in a link of its own changes nothing."""
     half = {}
     extra = []
@@ -205,14 +201,13 @@ def test_links_that_are_fixed_to_each_other_are_one() -> None:
     assert not differences(robot_of(TREE), robot_of(tree))
 
 
-def test_heads_and_grippers_are_held_and_told() -> None:
+def test_heads_and_grippers_are_held_and_told():
     weight = Inertial(0.1, np.zeros(3), np.eye(3) * 1e-4)
     pan = TreeJoint("pan", "revolute", "base_link", "head", pose(p=(0.1, 0, 0.05)))
     tilt = TreeJoint("tilt", "revolute", "head", "eyes", pose(p=(0.02, 0, 0)))
     claw = TreeJoint("claw", "prismatic", "right_front_tibia_link", "jaw", pose(p=(0.1, 0, 0)))
     links = tuple(TreeLink(name, weight) for name in ("head", "eyes", "jaw"))
     imported = robot_from_tree(joined(TREE, pan, tilt, claw, links=links))
-    assert imported.robot is not None
     assert imported.robot.mass == pytest.approx(MK4.mass + 0.3, rel=1e-14)
     assert imported.robot.legs[0].tibia.mass == pytest.approx(MK4.legs[0].tibia.mass + 0.1)
     assert "joints pan, tilt, claw: held at angle 0, as part of no leg." in said(
@@ -220,7 +215,7 @@ def test_heads_and_grippers_are_held_and_told() -> None:
     )
 
 
-def test_a_trunk_may_float_in_a_world_and_have_its_origin_anywhere() -> None:
+def test_a_trunk_may_float_in_a_world_and_have_its_origin_anywhere():
     tree = reframed(TREE, {"base_link": pose(p=(0.03, 0.01, -0.02))})
     free = TreeJoint("free", "floating", "world", "base_link", pose(p=(0, 0, 0.2)))
     tree = joined(tree, free, links=(TreeLink("world"),))
@@ -230,7 +225,7 @@ def test_a_trunk_may_float_in_a_world_and_have_its_origin_anywhere() -> None:
     )
 
 
-def test_small_misalignments_are_set_right_and_told() -> None:
+def test_small_misalignments_are_set_right_and_told():
     """A tibia axis 0.005° off: a foot 246 mm away is at most 246 mm · 8.7e-5 elsewhere."""
     imported = robot_from_tree(turned_joint("right_rear_tibia", 0.005))
     assert imported.robot is not None
@@ -240,7 +235,7 @@ def test_small_misalignments_are_set_right_and_told() -> None:
     ) in said(imported, Severity.NOTE)
 
 
-def test_feet_near_the_legs_plane_are_moved_into_it_and_others_are_lateral_offsets() -> None:
+def test_feet_near_the_legs_plane_are_moved_into_it_and_others_are_lateral_offsets():
     X = pose(p=(MK4.legs[0].tibia.length, 0, 0.003))
     imported = robot_from_tree(with_joint(TREE, "right_front_foot_joint", X_parent_child=X))
     assert "leg 1: its foot is 3 mm off the leg's plane and was moved into it." in said(
@@ -261,7 +256,7 @@ def test_feet_near_the_legs_plane_are_moved_into_it_and_others_are_lateral_offse
         ({"upper": np.inf}, (None, math.pi)),
     ],
 )
-def test_a_side_without_a_limit_is_half_a_turn(fields: dict, expected: tuple) -> None:
+def test_a_side_without_a_limit_is_half_a_turn(fields, expected):
     own = MK4.legs[0].joint_limits
     limits = robot_of(with_joint(TREE, "right_front_femur", **fields)).legs[0].joint_limits
     wanted = [
@@ -270,7 +265,7 @@ def test_a_side_without_a_limit_is_half_a_turn(fields: dict, expected: tuple) ->
     np.testing.assert_allclose(limits, [own[0], wanted, own[2]], atol=1e-15)
 
 
-def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even() -> None:
+def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even():
     """Limits of 30° to 90° about a zero that lies 60° aside: the hip turns, not the leg."""
     aside = math.radians(60)
     joint = joint_called("right_middle_coxa")
@@ -286,7 +281,7 @@ def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even() ->
     np.testing.assert_allclose(leg.joint_limits[0], np.radians([-30, 30]), atol=1e-15)
 
 
-def test_legs_are_named_by_where_they_stand() -> None:
+def test_legs_are_named_by_where_they_stand():
     for count, names in (
         (5, ("right_1", "right_2", "rear", "left_1", "left_2")),
         (8, OCTOPOD.leg_names),
@@ -301,12 +296,12 @@ def test_legs_are_named_by_where_they_stand() -> None:
         assert robot.leg_names == names
 
 
-def without_feet() -> Tree:
+def without_feet():
     links = {n: k for n, k in TREE.links.items() if not n.endswith("_foot")}
     return replace(TREE, links=links, joints=tuple(j for j in TREE.joints if j.kind != "fixed"))
 
 
-def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball() -> None:
+def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball():
     tree = without_feet()
     assert refusal(tree) == (
         "legs 1, 2, 3 and 3 more: its foot is not given; its last link has neither a fixed link "
@@ -319,7 +314,6 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball() -> None:
             shape = block((0, -0.01, -0.01), (0.12, 0.01, 0.01))
             tree = with_link(tree, name, parts=(*link.parts, shape))
     imported = robot_from_tree(tree)
-    assert imported.robot is not None
     # The middle of the block's end.
     assert imported.robot.legs[0].tibia.length == pytest.approx(0.12, rel=1e-12)
     assert any(
@@ -331,7 +325,6 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball() -> None:
         if name.endswith("tibia_link"):
             tree = with_link(tree, name, balls=((0.12, 0.0, 0.0, 0.012),))
     imported = robot_from_tree(tree)
-    assert imported.robot is not None
     assert imported.robot.legs[0].tibia.length == pytest.approx(0.12, abs=1e-12)
     assert imported.robot.foot_radius == 0.012
     (note,) = [f for f in imported.findings if "the ball of its last link" in f.what]
@@ -339,7 +332,7 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball() -> None:
     assert note.hint.startswith('foot = "0.12,0,0", in metres')
 
 
-def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused() -> None:
+def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused():
     length = MK4.legs[0].tibia.length
     left = [name for name in TREE.links if "left" in name and name.endswith("tibia_link")]
     tree = reframed(without_feet(), dict.fromkeys(left, pose(turn([0, 0, 1], math.pi))))
@@ -358,7 +351,7 @@ def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused() -> No
         assert refusal(TREE, foot=option) == what
 
 
-def test_masses_may_come_from_a_scale_and_from_boxes() -> None:
+def test_masses_may_come_from_a_scale_and_from_boxes():
     bare = {name: replace(link, inertial=None) for name, link in TREE.links.items()}
     shared = robot_of(replace(TREE, links=bare), masses="geometry", total_mass=2.0)
     assert shared.mass == pytest.approx(2.0, rel=1e-14)
@@ -372,7 +365,7 @@ def test_masses_may_come_from_a_scale_and_from_boxes() -> None:
     np.testing.assert_allclose(tibia.inertia, inertia)
 
 
-def test_servos_come_from_a_name_or_from_the_file() -> None:
+def test_servos_come_from_a_name_or_from_the_file():
     assert robot_of(TREE, servo_model="AX-12A").servo == load_robot("phantomx-paper").servo
     bare = with_joints(TREE, lambda j: replace(j, stiffness=0.0, servo_damping=0.0))
     own = robot_of(with_joints(bare, lambda j: replace(j, effort=3.0, velocity=4.0))).servo
@@ -383,10 +376,10 @@ def test_servos_come_from_a_name_or_from_the_file() -> None:
     assert slow.no_load_speed == load_servo("AX-12A").no_load_speed
 
 
-def test_each_joint_is_judged_by_its_own_effort() -> None:
+def test_each_joint_is_judged_by_its_own_effort():
     # Knees of twice the torque, as geared knees of quadrupeds: one finding with both efforts. All
     # joints of the preset need at most 1.1 N m; hips of 0.6 N m are too weak, knees of 1.2 are not.
-    def efforts(joint: TreeJoint) -> TreeJoint:
+    def efforts(joint):
         ratio = 1.2 if "tibia" in joint.name else 0.6
         gains = {"stiffness": 5 * ratio, "servo_damping": ratio / 10}
         return replace(joint, effort=ratio, **gains)
@@ -395,7 +388,6 @@ def test_each_joint_is_judged_by_its_own_effort() -> None:
     differ = [text for text in said(imported, Severity.NOTE) if "the joints differ" in text]
     assert differ == ["servo: the joints differ: effort 0.6 to 1.2 N·m (each joint keeps its own)."]
     robot = imported.robot
-    assert robot is not None
     np.testing.assert_array_equal(robot.arrays.strength, [[1.0, 1.0, 2.0]] * 6)
     model = build_model(robot, Scenario(robot=robot).replace(drive="ideal-servo"))
     largest = model.actuator_forcerange[:, 1].reshape(6, 3)

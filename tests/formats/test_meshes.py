@@ -1,9 +1,5 @@
 """Mesh files give their triangles in metres, and lying ones a sentence."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
@@ -18,7 +14,7 @@ from phasmid.robot.glb import glb
 TETRAHEDRON = trimesh.Trimesh(CORNERS, FACES, process=False)
 
 
-def saved(folder: Path, name: str, content: bytes) -> Path:
+def saved(folder, name, content):
     path = folder / name
     path.write_bytes(content)
     return path
@@ -36,9 +32,7 @@ FORMATS = {
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_every_format_gives_the_same_triangles_with_corners_made_one(
-    name: str, tmp_path: Path
-) -> None:
+def test_every_format_gives_the_same_triangles_with_corners_made_one(name, tmp_path):
     (mesh,) = read_meshes(saved(tmp_path, name, FORMATS[name]))
     assert len(mesh.vertices) == len(mesh.faces) == 4
     # Powers of two survive any precision; OBJ writes eight digits, enough for them.
@@ -47,7 +41,7 @@ def test_every_format_gives_the_same_triangles_with_corners_made_one(
 
 
 @pytest.mark.parametrize("scale", [(-1, 1, 1), (-1, -1, -1), (-1, -1, 1), (2, 3, 4)])
-def test_a_mirrored_mesh_keeps_its_outside_out(scale: tuple[float, ...], tmp_path: Path) -> None:
+def test_a_mirrored_mesh_keeps_its_outside_out(scale, tmp_path):
     """Its volume, the sum of det(corners) / 6 over the faces, stays positive."""
     path = saved(tmp_path, "a.stl", FORMATS["a.stl"])
     (mesh,) = MeshFiles(path, ImportOptions()).meshes("a.stl", scale)
@@ -56,7 +50,7 @@ def test_a_mirrored_mesh_keeps_its_outside_out(scale: tuple[float, ...], tmp_pat
     assert volume == pytest.approx(expected, rel=1e-14)
 
 
-def test_the_unit_takes_the_place_of_an_even_scale_and_mirrors_stay(tmp_path: Path) -> None:
+def test_the_unit_takes_the_place_of_an_even_scale_and_mirrors_stay(tmp_path):
     path = saved(tmp_path, "tibia.stl", binary_stl(280 * CORNERS[FACES]))
     (mesh,) = MeshFiles(path, ImportOptions(mesh_unit="mm")).meshes(
         "tibia.stl", (0.001, -0.001, 0.001)
@@ -89,9 +83,7 @@ ASCII = FORMATS["ascii.stl"]
         ("a.fbx", b"x", 'mesh a.fbx was left out: files of the kind ".fbx" are not read.'),
     ],
 )
-def test_i10_damaged_lying_and_other_meshes_are_named(
-    name: str, content: bytes, what: str, tmp_path: Path
-) -> None:
+def test_i10_damaged_lying_and_other_meshes_are_named(name, content, what, tmp_path):
     with pytest.raises(PhasmidError) as error:
         read_meshes(saved(tmp_path, name, content))
     assert error.value.what.startswith(what)
@@ -111,9 +103,7 @@ def test_i10_damaged_lying_and_other_meshes_are_named(
         ),
     ],
 )
-def test_shapes_are_about_their_centre_and_have_their_size(
-    made: Part, size: tuple[float, ...], volume: float
-) -> None:
+def test_shapes_are_about_their_centre_and_have_their_size(made, size, volume):
     # Flat faces cut at most 1 - cos(pi / 16) off a round one's radius.
     np.testing.assert_allclose(np.ptp(made.vertices, axis=0), size, rtol=0.02)
     half = np.ptp(made.vertices, axis=0) / 2
@@ -121,9 +111,7 @@ def test_shapes_are_about_their_centre_and_have_their_size(
     assert trimesh.Trimesh(made.vertices, made.faces).volume == pytest.approx(volume, rel=0.06)
 
 
-def test_all_faces_of_a_model_together_have_a_limit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_faces_of_a_model_together_have_a_limit(tmp_path, monkeypatch):
     """Two tetrahedra have 8 faces."""
     monkeypatch.setattr(meshes, "MOST_FACES", 8)
     files = MeshFiles(saved(tmp_path, "a.stl", FORMATS["a.stl"]), ImportOptions())

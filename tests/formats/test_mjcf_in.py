@@ -1,16 +1,12 @@
 """MJCF files are understood as MuJoCo understands them, and refused in sentences."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
 
 from formats.wild_model import BESIDE, WILD
-from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.formats import ImportOptions, Severity, Tree
+from phasmid.errors import InvalidInput
+from phasmid.formats import ImportOptions, Severity
 from phasmid.formats.mjcf_in import read_mjcf
 
 TWO = """<mujoco model="two"><worldbody>{before}<body name="base"><freejoint/>
@@ -20,36 +16,36 @@ TWO = """<mujoco model="two"><worldbody>{before}<body name="base"><freejoint/>
 
 
 def two(
-    before: str = "",
-    joint: str = "",
-    inside: str = "",
-    after: str = "",
-    inertial: str = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>',
-) -> str:
+    before="",
+    joint="",
+    inside="",
+    after="",
+    inertial='<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>',
+):
     """A trunk and an arm of one hinge."""
     return TWO.format(before=before, joint=joint, inside=inside, after=after, inertial=inertial)
 
 
-def read(folder: Path, text: str, **options: object) -> Tree:
+def read(folder, text, **options):
     (folder / "robot.xml").write_text(text)
     return read_mjcf(folder / "robot.xml", ImportOptions(**options))
 
 
-def refused(folder: Path, text: str, **options: object) -> PhasmidError:
+def refused(folder, text, **options):
     with pytest.raises(InvalidInput) as error:
         read(folder, text, **options)
     return error.value
 
 
 @pytest.fixture
-def wild(tmp_path: Path) -> Path:
+def wild(tmp_path):
     for name, content in {"wild.xml": WILD.encode(), **BESIDE}.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(content)
     return tmp_path / "wild.xml"
 
 
-def forward(tree: Tree, angles: dict[str, float], X_root: np.ndarray) -> dict[str, np.ndarray]:
+def forward(tree, angles, X_root):
     """Poses of all links in the world."""
     from scipy.spatial.transform import Rotation
 
@@ -64,7 +60,7 @@ def forward(tree: Tree, angles: dict[str, float], X_root: np.ndarray) -> dict[st
     return poses
 
 
-def test_a_model_from_the_wild_moves_and_weighs_as_in_mujoco(wild: Path) -> None:
+def test_a_model_from_the_wild_moves_and_weighs_as_in_mujoco(wild):
     """Feet, masses, centres of mass and inertias at random angles are those of MuJoCo."""
     tree = read_mjcf(wild)
     model = mujoco.MjModel.from_xml_path(str(wild))
@@ -103,7 +99,7 @@ def test_a_model_from_the_wild_moves_and_weighs_as_in_mujoco(wild: Path) -> None
             np.testing.assert_allclose(R @ link.inertial.inertia @ R.T, inertia, rtol=0, atol=1e-13)
 
 
-def test_a_model_from_the_wild_keeps_limits_motors_looks_and_feet(wild: Path) -> None:
+def test_a_model_from_the_wild_keeps_limits_motors_looks_and_feet(wild):
     tree = read_mjcf(wild)
     assert list(tree.links) == ["hull", "thigh", "body_1_abduct", "body_1", "toe_1", "mast"]
     joints = {joint.name: joint for joint in tree.joints}
@@ -163,14 +159,14 @@ for name, new in (("base", "spare"), ("arm", "arm2"), ("j", "k")):
         ),
     ],
 )
-def test_what_cannot_be_used_is_told(tmp_path: Path, text: str, what: str) -> None:
+def test_what_cannot_be_used_is_told(tmp_path, text, what):
     error = refused(tmp_path, text)
     assert f"{error.what} {error.hint}".startswith(what)
     if what.startswith("MuJoCo cannot use"):
         assert error.where == "robot.xml, line 3"
 
 
-def test_meshes_beside_the_folder_of_the_files_are_the_models(tmp_path: Path) -> None:
+def test_meshes_beside_the_folder_of_the_files_are_the_models(tmp_path):
     import trimesh
 
     for folder in ("mjcf", "meshes"):
@@ -187,7 +183,7 @@ GAINS = (
 )
 
 
-def test_gains_of_position_actuators_are_those_of_the_joint(tmp_path: Path) -> None:
+def test_gains_of_position_actuators_are_those_of_the_joint(tmp_path):
     """A gear g turns the actuator's angle and torque: kp g² and kv g² at the joint."""
     (joint,) = read(tmp_path, two(after=GAINS)).joints
     assert (joint.stiffness, joint.servo_damping, joint.effort) == (80.0, 2.0, 6.0)
@@ -206,14 +202,14 @@ def test_gains_of_position_actuators_are_those_of_the_joint(tmp_path: Path) -> N
         ("", None, ""),
     ],
 )
-def test_a_key_is_the_stance(keys: str, home: float | None, told: str, tmp_path: Path) -> None:
+def test_a_key_is_the_stance(keys, home, told, tmp_path):
     keyframe = f"<keyframe>{keys}</keyframe>".format(free="0 0 1 1 0 0 0")
     tree = read(tmp_path, two(after=keyframe))
     assert tree.joints[0].home == home
     assert [f for f in tree.findings if f.what.endswith(told)] or not told
 
 
-def test_linkages_are_told(tmp_path: Path) -> None:
+def test_linkages_are_told(tmp_path):
     inside = '<body name="b" pos="0 1 0"><joint name="k"/><geom size="0.1"/></body>'
     after = (
         '<equality><joint joint1="k" joint2="j"/>'
@@ -225,7 +221,7 @@ def test_linkages_are_told(tmp_path: Path) -> None:
     assert (loop.subject, loop.severity) == ("equality loop", Severity.SUSPECT)
 
 
-def test_included_files_are_read_inside_the_model_s_folder(tmp_path: Path) -> None:
+def test_included_files_are_read_inside_the_model_s_folder(tmp_path):
     """As in the scenes of model collections: a floor, and the robot in a file of its own."""
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "arm.xml").write_text(two(joint=' range="-1 1"'))
@@ -250,7 +246,7 @@ def test_included_files_are_read_inside_the_model_s_folder(tmp_path: Path) -> No
         ("../../..", "etc/x.stl"),
     ],
 )
-def test_nothing_outside_of_the_folder_is_read(folder: str, name: str, tmp_path: Path) -> None:
+def test_nothing_outside_of_the_folder_is_read(folder, name, tmp_path):
     """Neither by the mesh's own name nor by the folder of all meshes."""
     compiler = f'<compiler meshdir="{folder}"/>' if folder else ""
     mesh = f'{compiler}<asset><mesh name="m" file="{name}"/></asset>'

@@ -1,7 +1,5 @@
 """MuJoCo opens the written file as it is, and finds the robot's own masses in it, standing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco
@@ -11,18 +9,18 @@ import pytest
 from formats.trees import ROBOTS, block, files_of
 from phasmid.formats.tree import tree_of
 from phasmid.kinematics import leg_frames
-from phasmid.robot import Appearance, Robot, preset_names
+from phasmid.robot import Appearance, preset_names
 from support.general_robot import general_robot
 
 
-def compiled(robot: Robot) -> mujoco.MjModel:
+def compiled(robot):
     files = files_of(robot, ".xml")
     text = files.pop("robot.xml").decode()
     return mujoco.MjModel.from_xml_string(text, files)
 
 
 @pytest.mark.parametrize("name", preset_names())
-def test_the_robot_stands_still_at_home_under_its_actuators(name: str) -> None:
+def test_the_robot_stands_still_at_home_under_its_actuators(name):
     robot = ROBOTS[name]
     model = compiled(robot)
     data = mujoco.MjData(model)
@@ -54,7 +52,7 @@ def test_the_robot_stands_still_at_home_under_its_actuators(name: str) -> None:
     assert data.qpos[3] > 1 - 1e-4
 
 
-def test_the_ends_of_the_feet_are_the_robots_feet() -> None:
+def test_the_ends_of_the_feet_are_the_robots_feet():
     """X_world_foot of the compiled sites at random angles is the robot's own chain."""
     robot = general_robot()
     model = compiled(robot)
@@ -68,7 +66,7 @@ def test_the_ends_of_the_feet_are_the_robots_feet() -> None:
         np.testing.assert_allclose(place, X[:3, 3], rtol=0, atol=1e-14)
 
 
-def test_meshes_are_seen_and_felt_by_nobody_and_written_once() -> None:
+def test_meshes_are_seen_and_felt_by_nobody_and_written_once():
     """One mesh of the trunk, one that all coxae share, one of each tibia."""
     robot = ROBOTS["phantomx-ax"]
     parts = {"body": (block((0, 0, 0), (0.1, 0.1, 0.1)),), "coxa": (block((0, 0, 0), (1, 2, 3)),)}

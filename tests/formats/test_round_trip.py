@@ -1,10 +1,6 @@
 """A robot that is written as URDF or MJCF and read again has the same numbers."""
 
-from __future__ import annotations
-
 from dataclasses import fields, is_dataclass, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,9 +19,9 @@ ROUND_OFF = 1e-12
 """A dozen products and sums of numbers up to 4, each rounded to 2e-16 of its size."""
 
 
-def differences(a: Any, b: Any, path: str = "") -> list[str]:
+def differences(a, b, path=""):
     """Fields of two robots that differ by more than round-off, by name."""
-    found: list[str] = []
+    found = []
     for field in fields(a):
         x, y, name = getattr(a, field.name), getattr(b, field.name), f"{path}{field.name}"
         if isinstance(x, Appearance):
@@ -42,7 +38,7 @@ def differences(a: Any, b: Any, path: str = "") -> list[str]:
     return found
 
 
-def sheet(color: tuple[float, ...], name: str) -> Part:
+def sheet(color, name):
     """An open mesh of two triangles that do not lie in one plane."""
     corners = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0.1, 0.1, 0.03]])
     return Part(corners, np.array([[0, 1, 2], [1, 3, 2]]), color, name)
@@ -56,7 +52,7 @@ LOOK = {
 
 @pytest.mark.parametrize("suffix", [".urdf", ".xml"])
 @pytest.mark.parametrize("name", ROBOTS)
-def test_every_number_of_a_tree_survives_the_file(name: str, suffix: str, tmp_path: Path) -> None:
+def test_every_number_of_a_tree_survives_the_file(name, suffix, tmp_path):
     robot = replace(ROBOTS[name], appearance=Appearance.of(LOOK))
     ours = tree_of(robot)
     read = read_urdf if suffix == ".urdf" else read_mjcf
@@ -96,7 +92,7 @@ LOST = ("description", "body.size", "body.box_centre", "femur_bend", "tibia_bend
 
 
 @pytest.mark.parametrize("name", preset_names())
-def test_a_preset_that_was_written_as_mjcf_is_the_same_robot(name: str, tmp_path: Path) -> None:
+def test_a_preset_that_was_written_as_mjcf_is_the_same_robot(name, tmp_path):
     """With its stance and gains, and the names of its legs."""
     robot = load_robot(name)
     save_robot(robot, tmp_path / "robot.xml")
@@ -111,7 +107,7 @@ def test_a_preset_that_was_written_as_mjcf_is_the_same_robot(name: str, tmp_path
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_any_robot_s_feet_move_as_before(name: str) -> None:
+def test_any_robot_s_feet_move_as_before(name):
     """p_body_foot at random angles φ of the file: FK(q) = FK'(signs φ + offsets) + shift."""
     robot = ROBOTS[name]
     shift = robot.arrays.p_body_hip.mean(axis=0)
@@ -128,6 +124,6 @@ def test_any_robot_s_feet_move_as_before(name: str) -> None:
         np.testing.assert_allclose(theirs + shift, ours, rtol=0, atol=ROUND_OFF)
 
 
-def _link(link: Any, leg: Any, i: int) -> Any:
+def _link(link, leg, i):
     left = float(leg.lateral_offsets[i])
     return replace(link, length=float(leg.lengths[i]), lateral_offset=left)

@@ -1,10 +1,7 @@
 """STEP files in and out: names, colours, geometry and inertias survive; what is wrong is told."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,24 +9,24 @@ import pytest
 pytest.importorskip("build123d")
 
 from phasmid.errors import InvalidInput
-from phasmid.formats import Tree, robot_from_tree
-from phasmid.formats.solids import Assembly, build, mass_properties
+from phasmid.formats import robot_from_tree
+from phasmid.formats.solids import build, mass_properties
 from phasmid.formats.solids import drawing as drawings
-from phasmid.formats.solids.drawing import DrawnPart, read_drawing
+from phasmid.formats.solids.drawing import read_drawing
 from phasmid.formats.step_in import SidecarReader, read_step, sidecar_of
 from phasmid.formats.step_out import sidecar_text, step_files, step_text
-from phasmid.robot import JOINTS, Robot, load_robot
+from phasmid.robot import JOINTS, load_robot
 
 ROBOT = load_robot("phantomx-paper")
 
 
 @pytest.fixture(scope="module")
-def assembly() -> Assembly:
+def assembly():
     return build(ROBOT)
 
 
 @pytest.fixture(scope="module")
-def folder(assembly: Assembly, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(assembly, tmp_path_factory):
     """The paper's robot as a STEP file, with its sidecar."""
     folder = tmp_path_factory.mktemp("step")
     (folder / "robot.step").write_bytes(step_text(assembly))
@@ -39,12 +36,12 @@ def folder(assembly: Assembly, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 @pytest.fixture(scope="module")
-def drawing(folder: Path) -> tuple[DrawnPart, ...]:
+def drawing(folder):
     return read_drawing(folder / "robot.step")
 
 
 @pytest.fixture(scope="module")
-def own_text(folder: Path) -> str:
+def own_text(folder):
     """The robot's sidecar, with one axis that is a servo's."""
     text = (folder / "robot.step.toml").read_text(encoding="utf-8")
     head, joint, tail = text.partition("[joints.right_front_coxa]")
@@ -52,27 +49,23 @@ def own_text(folder: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def imported(folder: Path, drawing: tuple[DrawnPart, ...], own_text: str) -> Robot:
+def imported(folder, drawing, own_text):
     robot = robot_from_tree(tree(folder, drawing, own_text)).robot
     assert robot is not None
     return robot
 
 
-def tree(folder: Path, drawing: tuple[DrawnPart, ...], text: str) -> Tree:
+def tree(folder, drawing, text):
     """The tree that a changed sidecar makes of the drawing, which is read only once."""
     path = folder / "changed.step"
     sidecar_of(path).write_text(text, encoding="utf-8")
     return SidecarReader(path).tree(drawing)
 
 
-def test_parts_keep_their_colours_and_volumes(
-    assembly: Assembly, drawing: tuple[DrawnPart, ...]
-) -> None:
+def test_parts_keep_their_colours_and_volumes(assembly, drawing):
     drawn = [part for part in drawing if part.path.startswith("right_front/tibia/")]
     for part, placed in zip(drawn, assembly.links["right_front.tibia"], strict=True):
         assert part.product == placed.solid.name
-        assert part.look is not None
-        assert part.solid is not None
         # The file holds colours in single precision.
         assert part.look.color == pytest.approx(placed.solid.material.color, abs=1e-6)
         # Volumes are integrals over the same faces, to the kernel's tolerance of 1e-6.
@@ -80,8 +73,8 @@ def test_parts_keep_their_colours_and_volumes(
 
 
 def test_the_round_trip_keeps_geometry_within_a_micrometre_and_inertias_within_one_percent(
-    imported: Robot, assembly: Assembly
-) -> None:
+    imported, assembly
+):
     assert imported.leg_names == ROBOT.leg_names
     made = mass_properties(assembly)
     links = [(imported.body, made["body"])]
@@ -99,8 +92,8 @@ def test_the_round_trip_keeps_geometry_within_a_micrometre_and_inertias_within_o
 
 
 def test_a_converted_robot_keeps_the_numbers_of_its_file_whatever_its_legs_are_called(
-    tmp_path: Path,
-) -> None:
+    tmp_path,
+):
     """Names that are patterns, paths, the trunk's, another's, not of the first plane, and long."""
     names = ["leg[1]*?", "a/b", "a_b", "body", 'ü\U0001f600"', 64 * "l"]
     legs = tuple(replace(leg, name=name) for leg, name in zip(ROBOT.legs, names, strict=True))
@@ -110,8 +103,6 @@ def test_a_converted_robot_keeps_the_numbers_of_its_file_whatever_its_legs_are_c
     for name, data in step_files(changed, "own.step").items():
         (tmp_path / name).write_bytes(data)
     robot = robot_from_tree(read_step(tmp_path / "own.step")).robot
-    assert robot is not None
-    assert robot.appearance is not None
     assert (robot.name, robot.servo) == (ROBOT.name, motor)
     # Round-off of a turn of the inertia there and back.
     for leg, own in zip(robot.legs, legs, strict=True):
@@ -128,15 +119,11 @@ def test_a_converted_robot_keeps_the_numbers_of_its_file_whatever_its_legs_are_c
     assert robot.body.mass == pytest.approx(ROBOT.body.mass, rel=1e-12)
 
 
-def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(
-    folder: Path, drawing: tuple[DrawnPart, ...], own_text: str
-) -> None:
+def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(folder, drawing, own_text):
     before = tree(folder, drawing, own_text).links["right_front_coxa_link"].inertial
     head = "[links.right_front_coxa_link]\n"
     text = own_text.replace(head, f"{head}mass_g = 30\n")
     after = tree(folder, drawing, text).links["right_front_coxa_link"].inertial
-    assert before is not None
-    assert after is not None
     assert after.mass == pytest.approx(0.030, rel=1e-12)
     assert after.com == pytest.approx(before.com, rel=1e-12, abs=1e-15)
     assert after.inertia == pytest.approx(before.inertia * 0.030 / before.mass, rel=1e-9)
@@ -159,18 +146,14 @@ def test_a_weighed_link_has_that_mass_and_its_inertia_in_proportion(
         ("direction = [0.0", "direction = [1.0", r"lies across the axis|some length"),
     ],
 )
-def test_a_sidecar_that_does_not_fit_gets_one_sentence(
-    folder: Path, drawing: tuple[DrawnPart, ...], own_text: str, old: str, new: str, said: str
-) -> None:
+def test_a_sidecar_that_does_not_fit_gets_one_sentence(folder, drawing, own_text, old, new, said):
     assert old in own_text
     with pytest.raises(InvalidInput, match=said) as refused:
         tree(folder, drawing, own_text.replace(old, new, 1))
     assert "changed.step.toml" in refused.value.where
 
 
-def test_parts_of_no_link_are_told(
-    folder: Path, drawing: tuple[DrawnPart, ...], own_text: str
-) -> None:
+def test_parts_of_no_link_are_told(folder, drawing, own_text):
     text = own_text.replace('parts = ["body/*"]', 'parts = ["body/servo*", "body/plate*"]')
     (finding,) = tree(folder, drawing, text).findings
     assert "belong to no link and were left out: body/post, body/post_2" in finding.what
@@ -184,16 +167,14 @@ def test_parts_of_no_link_are_told(
         (b"ISO-10303-21;", r"has no bad\.step\.toml beside it"),
     ],
 )
-def test_what_is_no_step_file_or_has_no_sidecar_gets_one_sentence(
-    tmp_path: Path, raw: bytes, said: str
-) -> None:
+def test_what_is_no_step_file_or_has_no_sidecar_gets_one_sentence(tmp_path, raw, said):
     (tmp_path / "bad.step").write_bytes(raw)
     with pytest.raises(InvalidInput, match=said):
         (read_step if "sidecar" in said or "toml" in said else read_drawing)(tmp_path / "bad.step")
 
 
 @pytest.mark.parametrize("name", ["../away/secret.stp", "beside.stp"])
-def test_i3_parts_in_other_files_are_not_fetched(folder: Path, tmp_path: Path, name: str) -> None:
+def test_i3_parts_in_other_files_are_not_fetched(folder, tmp_path, name):
     text = (folder / "robot.step").read_text(encoding="utf-8")
     product = next(line.split()[0] for line in text.splitlines() if "= PRODUCT_DEFINITION(" in line)
     text = text.replace(
@@ -214,9 +195,7 @@ def test_i3_parts_in_other_files_are_not_fetched(folder: Path, tmp_path: Path, n
     )
 
 
-def test_a_file_that_takes_too_long_is_given_up(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_takes_too_long_is_given_up(folder, monkeypatch):
     monkeypatch.setattr(drawings, "LONGEST", 0.05)
     with pytest.raises(InvalidInput, match=r"takes longer than 0\.05 s"):
         read_drawing(folder / "robot.step")

@@ -1,16 +1,13 @@
 """URDF files give the tree that they say, and damaged ones a sentence."""
 
-from __future__ import annotations
-
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from formats.tetrahedron import CORNERS, FACES, binary_stl
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.formats import Finding, ImportOptions, Severity, Tree, import_robot
+from phasmid.formats import ImportOptions, Severity, import_robot
 from phasmid.formats.urdf_in import read_urdf
 
 LEG = """<robot name="r">
@@ -43,20 +40,20 @@ MORE = """<joint name="{name}" type="fixed"><parent link="base"/><child link="ti
 BOX, RANGE = '<box size="0.1 0.2 0.3"/>', 'lower="-1" upper="1.5"'
 
 
-def read(text: str, folder: Path, options: ImportOptions | None = None) -> Tree:
+def read(text, folder, options=None):
     path = folder / "robot.urdf"
     path.write_text(text, encoding="utf-8")
     return read_urdf(path, options)
 
 
-def refused(folder: Path, old: str, new: str, options: ImportOptions | None = None) -> PhasmidError:
+def refused(folder, old, new, options=None):
     assert LEG.count(old) >= 1
     with pytest.raises(PhasmidError) as error:
         read(LEG.replace(old, new), folder, options)
     return error.value
 
 
-def left_out(folder: Path, mesh: str, options: ImportOptions | None = None) -> Finding:
+def left_out(folder, mesh, options=None):
     """The finding on a mesh without which the robot is read."""
     tree = read(LEG.replace(BOX, mesh), folder, options)
     assert tree.links["tibia_3"].parts == ()
@@ -65,12 +62,11 @@ def left_out(folder: Path, mesh: str, options: ImportOptions | None = None) -> F
     return found
 
 
-def test_a_link_and_a_joint_are_read_in_full(tmp_path: Path) -> None:
+def test_a_link_and_a_joint_are_read_in_full(tmp_path):
     tree = read(LEG, tmp_path)
     assert (tree.name, tree.file, tree.findings) == ("r", "robot.urdf", ())
     link, (joint,) = tree.links["tibia_3"], tree.joints
     assert (link.where, joint.where) == ("robot.urdf, line 3", "robot.urdf, line 15")
-    assert link.inertial is not None
     assert link.inertial.mass == 0.5
     np.testing.assert_array_equal(link.inertial.com, [0.1, 0, 0])
     # A quarter turn about z takes x to y and y to -x: I_xx' = I_yy, I_xy' = -I_xy, and so on.
@@ -83,14 +79,14 @@ def test_a_link_and_a_joint_are_read_in_full(tmp_path: Path) -> None:
     assert (joint.damping, joint.friction) == (0.1, 0.2)
 
 
-def test_an_axis_is_x_where_none_is_given_and_has_length_one(tmp_path: Path) -> None:
+def test_an_axis_is_x_where_none_is_given_and_has_length_one(tmp_path):
     (joint,) = read(LEG.replace('<axis xyz="0 0 1"/>', ""), tmp_path).joints
     np.testing.assert_array_equal(joint.axis, [1, 0, 0])
     tree = read(LEG.replace('"0 0 1"/>', '"0 0 -3"/>'), tmp_path)
     np.testing.assert_array_equal(tree.joints[0].axis, [0, 0, -1])
 
 
-def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
+def test_a_material_may_be_defined_elsewhere(tmp_path):
     text = LEG.replace('name="red"><color rgba="1 0 0 1"/></material>', 'name="blue"/>')
     blue = '<material name="blue"><color rgba="0 0 1 0.5"/></material></robot>'
     tree = read(text.replace("</robot>", blue), tmp_path)
@@ -112,7 +108,7 @@ def test_a_material_may_be_defined_elsewhere(tmp_path: Path) -> None:
         "package:///etc/passwd",
     ],
 )
-def test_i3_nothing_outside_the_model_folder_is_read(name: str, tmp_path: Path) -> None:
+def test_i3_nothing_outside_the_model_folder_is_read(name, tmp_path):
     found = left_out(tmp_path, f'<mesh filename="{name}"/>')
     assert found.what == f'mesh "{name}" lies outside the model folder; it was left out.'
     inside = ImportOptions(package=f"x={tmp_path}")
@@ -131,7 +127,7 @@ def test_i3_nothing_outside_the_model_folder_is_read(name: str, tmp_path: Path) 
         "/somewhere/a.stl",
     ],
 )
-def test_a_mesh_on_its_maker_s_machine_is_found_beside_the_model(name: str, tmp_path: Path) -> None:
+def test_a_mesh_on_its_maker_s_machine_is_found_beside_the_model(name, tmp_path):
     """The last folders of the name lead to it from the model's folder."""
     place = tmp_path / ("a.stl" if "somewhere" in name else "meshes/a.stl")
     place.parent.mkdir(exist_ok=True)
@@ -141,7 +137,7 @@ def test_a_mesh_on_its_maker_s_machine_is_found_beside_the_model(name: str, tmp_
 
 
 @pytest.mark.skipif(os.name == "nt", reason="making a link needs rights there")
-def test_i3_links_are_not_followed(tmp_path: Path) -> None:
+def test_i3_links_are_not_followed(tmp_path):
     (tmp_path / "away").symlink_to("/etc")
     found = left_out(tmp_path, '<mesh filename="away/passwd"/>')
     assert found.what == (
@@ -149,7 +145,7 @@ def test_i3_links_are_not_followed(tmp_path: Path) -> None:
     )
 
 
-def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> None:
+def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path):
     mesh = '<mesh filename="package://x/meshes/a.stl"/>'
     found = left_out(tmp_path, mesh)
     assert found.what == 'mesh "meshes/a.stl" is in package "x", which is unknown; it was left out.'
@@ -166,7 +162,7 @@ def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("by_name", [True, False])
-def test_a_package_around_the_file_is_found_by_itself(by_name: bool, tmp_path: Path) -> None:
+def test_a_package_around_the_file_is_found_by_itself(by_name, tmp_path):
     folder = tmp_path / ("x" if by_name else "checkout")
     (folder / "urdf").mkdir(parents=True)
     (folder / "meshes").mkdir()
@@ -185,9 +181,7 @@ def test_a_package_around_the_file_is_found_by_itself(by_name: bool, tmp_path: P
         ("1 0 0", (0.5, 0.5, 0.5, 1), 'rgba is "1 0 0"; it must be 4 numbers; grey was taken.'),
     ],
 )
-def test_a_colour_refuses_no_robot(
-    color: str, read_as: tuple[float, ...], what: str, tmp_path: Path
-) -> None:
+def test_a_colour_refuses_no_robot(color, read_as, what, tmp_path):
     tree = read(LEG.replace('"1 0 0 1"', f'"{color}"'), tmp_path)
     assert tree.links["tibia_3"].parts[0].color == read_as
     (found,) = tree.findings
@@ -196,13 +190,13 @@ def test_a_colour_refuses_no_robot(
 
 
 @pytest.mark.parametrize(("effort", "is_told"), [("-2", True), ("0", False), ("inf", False)])
-def test_an_effort_that_no_motor_has_is_none(effort: str, is_told: bool, tmp_path: Path) -> None:
+def test_an_effort_that_no_motor_has_is_none(effort, is_told, tmp_path):
     tree = read(LEG.replace('effort="2"', f'effort="{effort}"'), tmp_path)
     assert (tree.joints[0].effort, tree.joints[0].velocity) == (None, 6)
     assert [f.severity for f in tree.findings] == [Severity.SUSPECT] * is_told
 
 
-def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
+def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path):
     two = '<mesh filename="a.dae"/></geometry></visual><visual><geometry><mesh filename="b.stl"/>'
     (tmp_path / "a.dae").write_text("<COLLADA/>")
     tree = read(LEG.replace(BOX, two), tmp_path)
@@ -213,7 +207,7 @@ def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path: Path) -> None:
     assert lost.subject == "link tibia_3"
 
 
-def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
+def test_i9_a_mesh_in_millimetres_is_named(tmp_path):
     (tmp_path / "tibia.stl").write_bytes(binary_stl(280 * CORNERS[FACES]))
     mesh = '<mesh filename="tibia.stl"/>'
     found = left_out(tmp_path, mesh)
@@ -225,7 +219,7 @@ def test_i9_a_mesh_in_millimetres_is_named(tmp_path: Path) -> None:
     assert longest == pytest.approx(0.14, abs=4e-16)
 
 
-def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) -> None:
+def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path):
     more = "<safety_controller/><calibration/></joint><transmission><type/></transmission>"
     text = LEG.replace("</joint>", more)
     (found,) = read(text, tmp_path).findings
@@ -260,15 +254,13 @@ def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path: Path) 
         ('link name="base"', 'link name="tibia_3"', "two links are called tibia_3.", 3),
     ],
 )
-def test_what_cannot_be_used_is_told_with_its_line_and_what_to_try(
-    old: str, new: str, what: str, line: int, tmp_path: Path
-) -> None:
+def test_what_cannot_be_used_is_told_with_its_line_and_what_to_try(old, new, what, line, tmp_path):
     error = refused(tmp_path, old, new)
     assert f"{error.what} {error.hint}".startswith(what)
     assert not line or error.where == f"robot.urdf, line {line}"
 
 
-def test_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path: Path) -> None:
+def test_a_folder_around_the_file_is_no_package_by_its_name_alone(tmp_path):
     """A file in home/alice/robots asks for what lies in home/bob."""
     folder = tmp_path / "home" / "alice" / "robots"
     folder.mkdir(parents=True)

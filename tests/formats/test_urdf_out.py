@@ -1,9 +1,6 @@
 """What is written as URDF reads back as it was, to the last digit but for the rotations."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +21,7 @@ ROTATION = 3e-15
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-16, 1e-12, 3e-9, 1e-8, 1e-6, 1e-4, 0.3, 1.5, 3.0])
-def test_any_rotation_has_its_roll_pitch_and_yaw(off: float) -> None:
+def test_any_rotation_has_its_roll_pitch_and_yaw(off):
     """Near a pitch of a right angle only roll - yaw or roll + yaw is determined."""
     rng = np.random.default_rng(3)
     for pitch in (-np.pi / 2 + off, np.pi / 2 - off):
@@ -34,7 +31,7 @@ def test_any_rotation_has_its_roll_pitch_and_yaw(off: float) -> None:
             np.testing.assert_allclose(rotation_rpy(*rpy_of(R)), R, atol=ROTATION)
 
 
-def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_path: Path) -> None:
+def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_path):
     tree = tree_of(replace(load_robot("phantomx-paper"), appearance=None))
     path = write(urdf_files(tree, "robot"), tmp_path)
     text = path.read_text(encoding="utf-8")
@@ -44,7 +41,7 @@ def test_a_robot_without_a_look_is_shown_by_sticks_that_are_no_part_of_it(tmp_pa
     assert not any(link.parts for link in read_urdf(path).links.values())
 
 
-def test_names_of_any_letters_are_kept(tmp_path: Path) -> None:
+def test_names_of_any_letters_are_kept(tmp_path):
     names = ('base "&" <b>', "Übergelenk/1", "übergelenk/1", "../../etc/passwd")
     part = Part(CORNERS, FACES)
     links = {name: TreeLink(name, Inertial(1.0, np.zeros(3), np.eye(3)), (part,)) for name in names}

@@ -1,13 +1,11 @@
 """Two descriptions that people use: the judge tells the sound one from the other."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from phasmid.formats import Imported, ImportOptions, Severity, Tree, robot_from_tree
+from phasmid.formats import ImportOptions, Severity, robot_from_tree
 from phasmid.formats.urdf_in import read_urdf
 from phasmid.robot import load_robot
 
@@ -21,31 +19,30 @@ pytestmark = pytest.mark.skipif(
 
 
 @pytest.fixture(scope="module")
-def unsound() -> Tree:
+def unsound():
     """The description whose inertias no body can have."""
     return read_urdf(UNSOUND)
 
 
 @pytest.fixture(scope="module")
-def sound() -> Imported:
+def sound():
     """What comes of the other one, with the servo that its maker builds in."""
     return robot_from_tree(read_urdf(SOUND), ImportOptions(servo_model="XL430-W250"))
 
 
-def of(imported: Imported, severity: Severity) -> list[str]:
+def of(imported, severity):
     return [f.sentence for f in imported.findings if f.severity is severity]
 
 
-def test_the_sound_description_has_no_fault(sound: Imported) -> None:
+def test_the_sound_description_has_no_fault(sound):
     assert sound.robot is not None
     assert not of(sound, Severity.IMPOSSIBLE)
     assert not of(sound, Severity.SUSPECT)
 
 
-def test_the_sound_description_is_the_preset_that_was_made_of_it_by_hand(sound: Imported) -> None:
+def test_the_sound_description_is_the_preset_that_was_made_of_it_by_hand(sound):
     """Within the preset's printed digits: nanometres, 1e-6 of a mass, 1e-6 degrees."""
     made, preset = sound.robot, load_robot("phantomx-mk4")
-    assert made is not None
     assert made.leg_names == preset.leg_names
     assert made.servo == preset.servo
     a, b = made.arrays, preset.arrays
@@ -69,7 +66,7 @@ def test_the_sound_description_is_the_preset_that_was_made_of_it_by_hand(sound: 
     np.testing.assert_allclose(reach, preset.body.size / 2, rtol=0, atol=1e-3)
 
 
-def test_the_unsound_description_is_refused_with_each_fault_by_name(unsound: Tree) -> None:
+def test_the_unsound_description_is_refused_with_each_fault_by_name(unsound):
     imported = robot_from_tree(unsound)
     assert imported.robot is None
     impossible, suspect = of(imported, Severity.IMPOSSIBLE), of(imported, Severity.SUSPECT)

@@ -1,7 +1,5 @@
 """A small mesh, and files of it that may lie."""
 
-from __future__ import annotations
-
 import struct
 
 import numpy as np
@@ -10,7 +8,7 @@ CORNERS = np.array([[0.0, 0.0, 0.0], [0.125, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
-def binary_stl(corners: np.ndarray, claimed: int | None = None, header: bytes = b"") -> bytes:
+def binary_stl(corners, claimed=None, header=b""):
     record = np.zeros(len(corners), np.dtype([("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")]))
     record["c"] = corners
     count = len(corners) if claimed is None else claimed

@@ -1,19 +1,15 @@
 """Trees that say the same in other words, and trees with one thing wrong."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from phasmid.formats import Tree, TreeJoint, TreeLink, tree_of
+from phasmid.formats import TreeLink, tree_of
 from phasmid.formats.meshes import primitive
 from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.urdf_out import urdf_files
-from phasmid.robot import Part, Robot, load_robot, preset_names
+from phasmid.robot import load_robot, preset_names
 from phasmid.robot.inertial import Inertial
 from support.general_robot import general_robot
 
@@ -21,7 +17,7 @@ ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": gener
 ROBOTS["on balls"] = replace(ROBOTS["general"], name="on balls", foot_radius=0.0123)
 
 
-def write(files: Mapping[str, bytes], folder: Path) -> Path:
+def write(files, folder):
     """Write files into a folder; return the first one's path."""
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -29,7 +25,7 @@ def write(files: Mapping[str, bytes], folder: Path) -> Path:
     return folder / next(iter(files))
 
 
-def files_of(robot: Robot, suffix: str) -> dict[str, bytes]:
+def files_of(robot, suffix):
     """A robot's files, the first of which is ``robot.urdf`` or ``robot.xml``."""
     if suffix == ".urdf":
         files = urdf_files(tree_of(robot), "robot")
@@ -39,7 +35,7 @@ def files_of(robot: Robot, suffix: str) -> dict[str, bytes]:
     return {main: files.pop(main), **files}
 
 
-def pose(R: np.ndarray | None = None, p: tuple[float, float, float] | np.ndarray = (0, 0, 0)):
+def pose(R=None, p=(0, 0, 0)):
     """A homogeneous transform."""
     X = np.eye(4)
     if R is not None:
@@ -48,17 +44,17 @@ def pose(R: np.ndarray | None = None, p: tuple[float, float, float] | np.ndarray
     return X
 
 
-def turn(axis: np.ndarray | list[float], angle: float) -> np.ndarray:
+def turn(axis, angle):
     """Rotation about an axis."""
     return Rotation.from_rotvec(angle * np.asarray(axis) / np.linalg.norm(axis)).as_matrix()
 
 
-def random_turn(rng: np.random.Generator) -> np.ndarray:
+def random_turn(rng):
     """A rotation, any as likely as any."""
     return Rotation.random(random_state=rng).as_matrix()
 
 
-def renamed(tree: Tree, rng: np.random.Generator) -> Tree:
+def renamed(tree, rng):
     """The tree under meaningless names, its links and joints in another order."""
     count = len(tree.links) + len(tree.joints)
     numbers = iter(rng.permutation(count))
@@ -70,11 +66,11 @@ def renamed(tree: Tree, rng: np.random.Generator) -> Tree:
     ]
     order = list(links)
     rng.shuffle(order)
-    rng.shuffle(joints)  # type: ignore[arg-type]
+    rng.shuffle(joints)
     return replace(tree, links={name: links[name] for name in order}, joints=tuple(joints))
 
 
-def reframed(tree: Tree, frames: Mapping[str, np.ndarray]) -> Tree:
+def reframed(tree, frames):
     """The tree with other frames in its links.
 
     Args:
@@ -83,7 +79,7 @@ def reframed(tree: Tree, frames: Mapping[str, np.ndarray]) -> Tree:
             hinge its origin must lie on the hinge's axis.
     """
 
-    def old_to_new(name: str) -> np.ndarray:
+    def old_to_new(name):
         return np.linalg.inv(frames.get(name, np.eye(4)))
 
     links = {}
@@ -107,30 +103,30 @@ def reframed(tree: Tree, frames: Mapping[str, np.ndarray]) -> Tree:
     return replace(tree, links=links, joints=joints)
 
 
-def with_joints(tree: Tree, change: Callable[[TreeJoint], TreeJoint]) -> Tree:
+def with_joints(tree, change):
     """The tree with each joint changed."""
     return replace(tree, joints=tuple(change(joint) for joint in tree.joints))
 
 
-def with_joint(tree: Tree, name: str, **fields: object) -> Tree:
+def with_joint(tree, name, **fields):
     """The tree with some fields of one joint changed."""
-    return with_joints(tree, lambda j: replace(j, **fields) if j.name == name else j)  # type: ignore[arg-type]
+    return with_joints(tree, lambda j: replace(j, **fields) if j.name == name else j)
 
 
-def with_link(tree: Tree, name: str, **fields: object) -> Tree:
+def with_link(tree, name, **fields):
     """The tree with some fields of one link changed, or with one more link."""
-    link = replace(tree.links.get(name, TreeLink(name)), **fields)  # type: ignore[arg-type]
+    link = replace(tree.links.get(name, TreeLink(name)), **fields)
     return replace(tree, links={**tree.links, name: link})
 
 
-def joined(tree: Tree, *joints: TreeJoint, links: tuple[TreeLink, ...] = ()) -> Tree:
+def joined(tree, *joints, links=()):
     """The tree with more joints, and with their children unless they are given as links."""
     more = {j.child: TreeLink(j.child) for j in joints if j.child not in tree.links}
     more |= {link.name: link for link in links}
     return replace(tree, links={**tree.links, **more}, joints=(*tree.joints, *joints))
 
 
-def block(low: tuple[float, ...], high: tuple[float, ...]) -> Part:
+def block(low, high):
     """A closed box."""
     shape = primitive("box", extents=np.subtract(high, low))
     return shape.at(pose(p=np.add(low, high) / 2))

@@ -1,9 +1,6 @@
 """URDF of a hexapod of sticks, as people write it, with parts of its text replaced."""
 
-from __future__ import annotations
-
 import math
-from pathlib import Path
 
 LEGS = {
     "right_front": (0.12, -0.06),
@@ -17,7 +14,7 @@ LIMIT = '<limit lower="-1.57" upper="1.57" effort="2.2" velocity="6"/>'
 BOX = '<box size="0.26 0.14 0.06"/>'
 
 
-def _link(name: str, mass: float, length: float) -> str:
+def _link(name, mass, length):
     """A stick along x."""
     across, along = mass * 4e-4 / 12, mass * (length**2 + 1e-4) / 12
     return (
@@ -27,16 +24,14 @@ def _link(name: str, mass: float, length: float) -> str:
     )
 
 
-def _joint(name: str, parent: str, child: str, origin: str, axis: str, limit: str) -> str:
+def _joint(name, parent, child, origin, axis, limit):
     return (
         f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
         f'<origin {origin}/><axis xyz="{axis}"/>{limit}</joint>'
     )
 
 
-def hexapod(
-    limit: str = LIMIT, lengths: tuple[float, float, float] = (0.05, 0.08, 0.13), turn: float = 0.0
-) -> str:
+def hexapod(limit=LIMIT, lengths=(0.05, 0.08, 0.13), turn=0.0):
     """Return the text.
 
     Args:
@@ -77,7 +72,7 @@ def hexapod(
     return f"{text}</robot>"
 
 
-def saved(folder: Path, text: str) -> Path:
+def saved(folder, text):
     """Write a file; return its path."""
     path = folder / "sticks.urdf"
     path.write_text(text, encoding="utf-8")

@@ -1,7 +1,5 @@
 """An MJCF model with all that other people's models have: defaults, frames, files, odd joints."""
 
-from __future__ import annotations
-
 import trimesh
 
 WILD = """<mujoco model="wild">

@@ -4,8 +4,6 @@
 other work: answers that are late count as silence.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -103,7 +101,7 @@ def test_servos_are_off_or_named_after_a_kill(tmp_path, stage, fault, killed):
             )
         )
         stack.callback(driver.kill)
-        lines: list[str] = []
+        lines = []
         reader = threading.Thread(target=lambda: lines.extend(driver.stdout), daemon=True)
         reader.start()
         if stage == "ramp":

@@ -1,7 +1,5 @@
 """The second process, which switches the torque off after the driver's process: in real time."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -4,8 +4,6 @@ In virtual time; registers are read past the bus. `make slow SUITE=bus` runs all
 dozen of them.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import signal

@@ -1,7 +1,5 @@
 """The comparison of force models with simulated contact, on forces that are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -17,14 +15,14 @@ SHORT = load_scenario("paper").replace(duration=4.0)
 
 
 @pytest.fixture(scope="module")
-def trial() -> Trial:
+def trial():
     walk = plan(SHORT)
     recording = simulate(SHORT, walk)
     fine = walk.sample(np.asarray(recording["time"].values))
     return Trial(SHORT, fine, recording, summarise(recording))
 
 
-def with_force(trial: Trial, force: np.ndarray, torque: np.ndarray | None = None) -> Trial:
+def with_force(trial, force, torque=None):
     recording = trial.recording.copy(deep=True)
     recording["foot_force"].values[...] = force
     if torque is not None:
@@ -32,7 +30,7 @@ def with_force(trial: Trial, force: np.ndarray, torque: np.ndarray | None = None
     return Trial(trial.scenario, trial.walk, recording, trial.summary)
 
 
-def test_models_are_compared_with_forces_and_torques(trial: Trial) -> None:
+def test_models_are_compared_with_forces_and_torques(trial):
     # 3-4-5: (0.3, 0.4) N along the ground are 0.5 N, at every sample.
     force, torque = comparisons.model_force_and_torque(trial, "minimum-torque")
     own = with_force(trial, force + np.array([0.3, 0.4, 1.2]), torque + 0.1)
@@ -42,7 +40,7 @@ def test_models_are_compared_with_forces_and_torques(trial: Trial) -> None:
     assert comparisons.model_differences(own, "minimum-norm")[1] > 1.0
 
 
-def test_a_squeeze_is_told_from_what_is_none(trial: Trial) -> None:
+def test_a_squeeze_is_told_from_what_is_none(trial):
     # The minimum torque's forces differ from those of minimum norm by a squeeze alone; an upward
     # newton on each foot is none.
     force, _ = comparisons.model_force_and_torque(trial, "minimum-torque")
@@ -58,7 +56,7 @@ def test_a_squeeze_is_told_from_what_is_none(trial: Trial) -> None:
     assert lifted.internal < 1e-3
 
 
-def test_the_share_of_a_squeeze_and_its_fading_are_read_off(trial: Trial) -> None:
+def test_the_share_of_a_squeeze_and_its_fading_are_read_off(trial):
     # A squeeze that fades as exp(-t / 0.5 s) from touchdown on.
     force, _ = comparisons.model_force_and_torque(trial, "minimum-torque")
     since = (trial.walk.time % 1.0)[:, None, None]
@@ -67,7 +65,7 @@ def test_the_share_of_a_squeeze_and_its_fading_are_read_off(trial: Trial) -> Non
     assert fading == pytest.approx(0.5, rel=1e-9)
 
 
-def test_a_squeeze_fades_with_damping_and_give(trial: Trial) -> None:
+def test_a_squeeze_fades_with_damping_and_give(trial):
     # Four points of 500 N·s/m against joints of stiffness k. An outward push p on the foot turns
     # femur and tibia by Jᵀ p / k, with lever arms of their heights: 100 mm and that of the knee.
     robot = trial.walk.robot

@@ -1,8 +1,5 @@
 """Each line of the table of misprints: the printed form fails its test, the right one passes."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -26,19 +23,19 @@ from phasmid.kinematics.printed import (
     printed_body_rotation,
     printed_leg_pose,
 )
-from phasmid.paper.misprints import MISPRINTS, Misprint, Proof
+from phasmid.paper.misprints import MISPRINTS, Proof
 from phasmid.paper.states import random_states, walk_states
 
-MENDED: frozenset[str] = frozenset()
+MENDED = frozenset()
 
 
-def rows(*proofs: Proof) -> pytest.MarkDecorator:
+def rows(*proofs):
     chosen = [row for row in MISPRINTS if row.proof in proofs]
     assert chosen
     return pytest.mark.parametrize("row", chosen, ids=[row.name for row in chosen])
 
 
-def test_each_misprint_stands_in_the_table_alone_once_and_in_its_equation() -> None:
+def test_each_misprint_stands_in_the_table_alone_once_and_in_its_equation():
     alone = [next(iter(row.switches)) for row in MISPRINTS if len(row.switches) == 1]
     assert sorted(alone) == sorted([*map(str, KinematicMisprint), *map(str, LegMisprint)])
     together = {row.name: len(row.switches) for row in MISPRINTS if len(row.switches) > 1}
@@ -46,7 +43,7 @@ def test_each_misprint_stands_in_the_table_alone_once_and_in_its_equation() -> N
 
 
 @rows(Proof.EQUATION_OF_MOTION, Proof.LOADED_FOOT)
-def test_the_recursion_over_the_robot_gives_the_right_torques_only(row: Misprint) -> None:
+def test_the_recursion_over_the_robot_gives_the_right_torques_only(row):
     # Torques below 20 N·m are sums of some hundred terms: 100 * 2.2e-16 * 20 = 4e-13; the charter
     # asks for 1e-10. A misprint costs 1e-3 N·m or more.
     s = random_states()
@@ -55,7 +52,7 @@ def test_the_recursion_over_the_robot_gives_the_right_torques_only(row: Misprint
     body = BodyMotion.at_rest()
     expected = inverse_dynamics(s.robot, body, s.q, s.qd, s.qdd, foot_force=in_world).joint_torque
 
-    def gap(switches: frozenset[str]) -> float:
+    def gap(switches):
         motion = (s.robot.arrays, s.q, s.qd, s.qdd)
         torque = printed_leg_torque(*motion, foot_force=force, misprints=switches)
         return float(np.abs(torque - expected).max())
@@ -65,7 +62,7 @@ def test_the_recursion_over_the_robot_gives_the_right_torques_only(row: Misprint
 
 
 @pytest.fixture(scope="module")
-def lagrange() -> dict[str, Callable[..., float]]:
+def lagrange():
     """Entries of Eq. 10 by Lagrange's equations, as functions of angles and the leg's numbers."""
     matrices = derivation.mid_length(derivation.lagrange())
     numbers = [*LENGTHS, GRAVITY, *(k.mass for k in LINKS)]
@@ -79,9 +76,7 @@ def lagrange() -> dict[str, Callable[..., float]]:
 
 
 @pytest.mark.parametrize("misprint", sorted(EQ_10))
-def test_a_misprint_of_eq_10_changes_the_entry_it_is_named_for_and_no_other(
-    misprint: LegMisprint, lagrange: dict[str, Callable[..., float]]
-) -> None:
+def test_a_misprint_of_eq_10_changes_the_entry_it_is_named_for_and_no_other(misprint, lagrange):
     # Entries below 0.1 kg·m², sums of twenty terms: 20 * 2.2e-16 * 0.1 = 4e-16. The smallest
     # misprint of an entry, the sign of I_zz1, makes 2e-5.
     leg = random_states().robot.legs[0]
@@ -100,7 +95,7 @@ def test_a_misprint_of_eq_10_changes_the_entry_it_is_named_for_and_no_other(
 
 
 @rows(Proof.RIGID_BODY)
-def test_no_link_can_have_the_inertias_of_table_2_as_printed(row: Misprint) -> None:
+def test_no_link_can_have_the_inertias_of_table_2_as_printed(row):
     # A radius of gyration below a thousandth of the length: the mass would sit on one point.
     assert row.switches == {"table-2-unit"}
     for link in walk_states().robot.legs[0].links:
@@ -112,7 +107,7 @@ def test_no_link_can_have_the_inertias_of_table_2_as_printed(row: Misprint) -> N
 
 
 @rows(Proof.CHAIN)
-def test_the_chain_of_frames_ends_at_the_foot_for_the_right_transforms_only(row: Misprint) -> None:
+def test_the_chain_of_frames_ends_at_the_foot_for_the_right_transforms_only(row):
     # X_01 X_12 X_23 X_34 against the foot in closed form: lengths below 0.3 m, a dozen products.
     s = random_states()
     assert row.error(s, MENDED).max() < 1e-15 * 12
@@ -120,11 +115,11 @@ def test_the_chain_of_frames_ends_at_the_foot_for_the_right_transforms_only(row:
 
 
 @rows(Proof.ROTATION)
-def test_rotations_are_orthonormal_for_the_right_matrices_only(row: Misprint) -> None:
+def test_rotations_are_orthonormal_for_the_right_matrices_only(row):
     # Rᵀ R = 1, a few units in the last place.
     angles = random_states().attitude.T
 
-    def gap(switches: frozenset[str]) -> float:
+    def gap(switches):
         if KinematicMisprint.BODY_ROTATION in row.switches:
             R = printed_body_rotation(*angles, misprints=switches)
         else:
@@ -137,7 +132,7 @@ def test_rotations_are_orthonormal_for_the_right_matrices_only(row: Misprint) ->
 
 
 @rows(Proof.ROUND_TRIP)
-def test_the_foot_comes_back_for_the_right_joint_angles_only(row: Misprint) -> None:
+def test_the_foot_comes_back_for_the_right_joint_angles_only(row):
     # FK(IK(p)) = p. The arc cosine multiplies round-off by 1/sin of the knee's bend. Stretched
     # knees are beyond the limits, and of 12000 folded ones the nearest is 1e-5 rad away or more:
     # 2.2e-16 / 1e-5 * 0.22 m = 5e-12 m. Where the print gives no angle, it fails as well.
@@ -147,7 +142,7 @@ def test_the_foot_comes_back_for_the_right_joint_angles_only(row: Misprint) -> N
     assert np.nanmax(printed) > 0.1
 
 
-def test_the_sign_of_eq_11_costs_nothing_in_swing_and_twice_the_feet_in_stance() -> None:
+def test_the_sign_of_eq_11_costs_nothing_in_swing_and_twice_the_feet_in_stance():
     # Largest 2 |Jᵀ F|; for a foot straight ahead its femur carries F_z (r - Lc) and a little.
     s = walk_states()
     r = np.hypot(*np.moveaxis(foot_position(s.robot.arrays, s.q)[..., :2], -1, 0))

@@ -1,7 +1,5 @@
 """The whole paper in one command, and the page in docs that it wrote."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -16,11 +14,11 @@ DOCS = Path(__file__).parents[2] / "docs"
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
-def _words(text: str) -> str:
+def _words(text):
     return NUMBER.sub("#", text.replace("**", ""))
 
 
-def _alike(ours: str, theirs: str) -> bool:
+def _alike(ours, theirs):
     """Whether two printed numbers tell the same.
 
     Whole numbers below a hundred count things. Round-off (below 1e-9) may be any round-off. What
@@ -39,9 +37,7 @@ def _alike(ours: str, theirs: str) -> bool:
 
 
 @pytest.mark.slow
-def test_the_command_writes_the_page_that_stands_in_docs(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_writes_the_page_that_stands_in_docs(tmp_path, capsys):
     folder = tmp_path / "out"
     assert main(["paper", "--out", str(folder)]) == 0
     page = (folder / "paper.md").read_text(encoding="utf-8")
@@ -65,9 +61,7 @@ def test_the_command_writes_the_page_that_stands_in_docs(
         assert f"## {part}" in page
 
 
-def test_a_place_that_cannot_be_written_is_refused_before_the_work(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_place_that_cannot_be_written_is_refused_before_the_work(tmp_path, capsys):
     (tmp_path / "paper.md").write_text("mine")
     with pytest.raises(AlreadyExists, match=r"paper\.md exists; nothing was written"):
         reproduce(tmp_path)

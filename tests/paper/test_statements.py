@@ -1,7 +1,5 @@
 """The grades of the paper's statements: what a statement says decides its grade, either way."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -13,8 +11,8 @@ from phasmid.paper.evidence import GAITS, Evidence, Trial
 from phasmid.paper.figures import stance_laws_figure
 from phasmid.paper.statement import RULES, Finding, Grade
 from phasmid.reporting import summarise
-from phasmid.robot import Robot, with_mass_model
-from phasmid.scenario import Scenario, load_scenario
+from phasmid.robot import with_mass_model
+from phasmid.scenario import load_scenario
 
 PAPER = load_scenario("paper")
 SHORT = PAPER.replace(duration=4.0)
@@ -25,12 +23,12 @@ Change = Callable[[np.ndarray], np.ndarray]
 
 
 @pytest.fixture(scope="module")
-def walk() -> Trial:
+def walk():
     """The paper's walk, simulated once."""
     return Evidence(SHORT).walk
 
 
-def doctored(trial: Trial, **channels: Change) -> Trial:
+def doctored(trial, **channels):
     """A trial whose recording was changed afterwards."""
     recording = trial.recording.copy(deep=True)
     for name, change in channels.items():
@@ -38,30 +36,30 @@ def doctored(trial: Trial, **channels: Change) -> Trial:
     return Trial(trial.scenario, trial.walk, recording, summarise(recording))
 
 
-def evidence_with(trial: Trial, name: str = "the paper's walk") -> Evidence:
+def evidence_with(trial, name="the paper's walk"):
     """Evidence whose walk of this name is the given one."""
     evidence = Evidence(SHORT)
     evidence.trials[name] = trial
     return evidence
 
 
-def moved_hip(robot: Robot) -> Robot:
+def moved_hip(robot):
     hip = robot.legs[0].mount_position + np.array([0.01, 0.0, 0.0])
     return replace(robot, legs=(replace(robot.legs[0], mount_position=hip), *robot.legs[1:]))
 
 
-def heavy_left(robot: Robot) -> Robot:
+def heavy_left(robot):
     return replace(robot, body=replace(robot.body, com=np.array([0.0, 0.080, 0.0])))
 
 
-def sideways_hips(robot: Robot) -> Robot:
+def sideways_hips(robot):
     """Corner legs that point ahead and back: long steps sideways, short ones ahead."""
     yaw = {"right_front": 0.0, "left_front": 0.0, "right_rear": np.pi, "left_rear": np.pi}
     legs = (replace(leg, mount_yaw=yaw.get(leg.name, leg.mount_yaw)) for leg in robot.legs)
     return replace(robot, legs=tuple(legs))
 
 
-def on(robot: Callable[[Robot], Robot]) -> Scenario:
+def on(robot):
     return SHORT.replace(robot=robot(PAPER.load_robot()))
 
 
@@ -80,9 +78,7 @@ def on(robot: Callable[[Robot], Robot]) -> Scenario:
     ],
     ids=lambda value: value.__name__ if callable(value) else "",
 )
-def test_a_statement_that_is_not_so_is_graded_so(
-    measure: Measure, wrong: Scenario, best: Grade
-) -> None:
+def test_a_statement_that_is_not_so_is_graded_so(measure, wrong, best):
     assert measure(Evidence(SHORT)).grade is best
     assert measure(Evidence(wrong)).grade is Grade.FAILS
 
@@ -101,9 +97,7 @@ def test_a_statement_that_is_not_so_is_graded_so(
     ],
     ids=lambda value: value.__name__ if callable(value) else "",
 )
-def test_a_walk_that_goes_otherwise_loses_the_grade(
-    walk: Trial, measure: Measure, channels: dict[str, Change]
-) -> None:
+def test_a_walk_that_goes_otherwise_loses_the_grade(walk, measure, channels):
     assert measure(evidence_with(walk)).grade is not Grade.FAILS
     assert measure(evidence_with(doctored(walk, **channels))).grade is Grade.FAILS
 
@@ -120,16 +114,14 @@ def test_a_walk_that_goes_otherwise_loses_the_grade(
     ],
     ids=lambda value: value.__name__ if callable(value) else "",
 )
-def test_a_walk_without_the_limit_earns_the_whole_grade(
-    walk: Trial, measure: Measure, channel: str, change: Callable[..., np.ndarray]
-) -> None:
+def test_a_walk_without_the_limit_earns_the_whole_grade(walk, measure, channel, change):
     better = doctored(walk, **{channel: lambda values: change(walk, values)})
     assert measure(evidence_with(walk)).grade is Grade.WITH_A_LIMIT
     assert measure(evidence_with(better)).grade is Grade.HOLDS
 
 
 @pytest.mark.parametrize("measure", [walking.gaits, walking.terrains])
-def test_one_gait_or_ground_that_falls_short_is_enough(walk: Trial, measure: Measure) -> None:
+def test_one_gait_or_ground_that_falls_short_is_enough(walk, measure):
     names = [f"{gait} gait" for gait in GAITS] + [*walking.TERRAINS, "friction 0.3", "friction 1"]
     good = Evidence(SHORT)
     good.trials = dict.fromkeys(names, walk)
@@ -143,7 +135,7 @@ def test_one_gait_or_ground_that_falls_short_is_enough(walk: Trial, measure: Mea
         assert measure(bad).grade is (Grade.FAILS if mine else best)
 
 
-def test_walking_by_the_coxa_alone_keeps_femur_and_tibia_still() -> None:
+def test_walking_by_the_coxa_alone_keeps_femur_and_tibia_still():
     # By construction of that law; the paper's words then hold, on the condition that feet slip.
     evidence = Evidence(SHORT)
     plan = evidence.variant("coxa-only", "as-given").walk
@@ -161,14 +153,14 @@ def test_walking_by_the_coxa_alone_keeps_femur_and_tibia_still() -> None:
         assert bool(max(moved) < 1e-9) is still
 
 
-def test_the_coxa_is_uncoupled_with_masses_at_mid_length() -> None:
+def test_the_coxa_is_uncoupled_with_masses_at_mid_length():
     # The condition of Eq. 10 itself: m12 = m13 = 0 where all masses lie in the leg's plane.
     assert equations.uncoupled(Evidence(SHORT)).grade is Grade.WITH_A_LIMIT
     middle = on(lambda robot: with_mass_model(robot, "mid-length"))
     assert equations.uncoupled(Evidence(middle)).grade is Grade.HOLDS
 
 
-def test_what_needs_a_correction_or_holds_in_part_is_graded_so() -> None:
+def test_what_needs_a_correction_or_holds_in_part_is_graded_so():
     # The printed Eq. 10 misses both methods; frames 0 and 1 share their origin alone.
     evidence = Evidence(SHORT)
     for name in ("eq-1-offset", "eqs-3-to-9", "eq-10", "eq-11-sign"):
@@ -179,7 +171,7 @@ def test_what_needs_a_correction_or_holds_in_part_is_graded_so() -> None:
 
 
 @pytest.mark.slow
-def test_the_solids_of_a_step_file_give_the_robot_back(monkeypatch) -> None:
+def test_the_solids_of_a_step_file_give_the_robot_back(monkeypatch):
     found = structure.from_cad(Evidence(SHORT))
     assert found.grade is Grade.WITH_A_LIMIT
     assert found.number.startswith("a STEP file and the file beside it give 6 legs and 18 joints; ")

@@ -1,13 +1,8 @@
 """A robot's look: parts keep their numbers in a file, and a damaged file gets a sentence."""
 
-from __future__ import annotations
-
 import json
 import struct
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,11 +22,11 @@ TRIANGLE = Part(
 
 
 @pytest.fixture
-def look(tmp_path: Path) -> Path:
+def look(tmp_path):
     return tmp_path / "look.glb"
 
 
-def test_parts_keep_shape_colour_name_and_pose_in_a_file(look: Path) -> None:
+def test_parts_keep_shape_colour_name_and_pose_in_a_file(look):
     look.write_bytes(glb({"body": (TRIANGLE, TRIANGLE), "left_front.coxa": (TRIANGLE,)}))
     parts = read_glb(look)
     assert set(parts) == {"body", "left_front.coxa"}
@@ -42,7 +37,7 @@ def test_parts_keep_shape_colour_name_and_pose_in_a_file(look: Path) -> None:
     # A colour has 256 steps.
     np.testing.assert_allclose(part.color, TRIANGLE.color, atol=0.5 / 255)
 
-    def shown_again(told: dict[str, Any]) -> None:
+    def shown_again(told):
         told["nodes"].append({"name": "body/again", "mesh": 0, "translation": [0.1, 0.2, 0.3]})
         told["scenes"][0]["nodes"].append(len(told["nodes"]) - 1)
 
@@ -51,7 +46,7 @@ def test_parts_keep_shape_colour_name_and_pose_in_a_file(look: Path) -> None:
     np.testing.assert_allclose(again.vertices - plate.vertices, [[0.1, 0.2, 0.3]] * 3, atol=6e-8)
 
 
-def told_otherwise(change: Callable[[dict[str, Any]], object]) -> bytes:
+def told_otherwise(change):
     """A file of one triangle whose description is changed, its data not."""
     raw = glb({"body": (TRIANGLE,)})
     length = struct.unpack_from("<I", raw, 12)[0]
@@ -64,22 +59,22 @@ def told_otherwise(change: Callable[[dict[str, Any]], object]) -> bytes:
     return struct.pack("<4sIIII", b"glTF", 2, size, len(text), 0x4E4F534A) + text + rest
 
 
-def nodes(count: int, **keys: object) -> Callable[[dict[str, Any]], object]:
+def nodes(count, **keys):
     return lambda told: told["nodes"].extend({"name": f"body/{n}", **keys} for n in range(count))
 
 
-def nest(levels: int) -> Callable[[dict[str, Any]], object]:
+def nest(levels):
     """Nodes each of which holds the next."""
     first = 1000
 
-    def change(told: dict[str, Any]) -> None:
+    def change(told):
         told["nodes"] = [{} for _ in range(first)]
         told["nodes"] += [{"children": [first + n + 1]} for n in range(levels)] + [{}]
 
     return change
 
 
-def accessor(**keys: object) -> Callable[[dict[str, Any]], object]:
+def accessor(**keys):
     return lambda told: told["accessors"][0].update(keys)
 
 
@@ -123,14 +118,14 @@ POINTS = trimesh.Scene({"body/a": trimesh.PointCloud(TRIANGLE.vertices)})
         (POINTS.export(file_type="glb"), ": it holds points or lines without faces"),
     ],
 )
-def test_a_damaged_or_lying_file_gets_one_sentence(look: Path, content: bytes, said: str) -> None:
+def test_a_damaged_or_lying_file_gets_one_sentence(look, content, said):
     look.write_bytes(content)
     with pytest.raises(InvalidInput) as refused:
         read_glb(look)
     assert refused.value.what.startswith(f"look.glb cannot be read as a binary glTF file{said}")
 
 
-def test_a_mesh_counts_as_often_as_it_is_shown(look: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_counts_as_often_as_it_is_shown(look, monkeypatch):
     look.write_bytes(told_otherwise(nodes(6, mesh=0)))
     # The triangle and its 6 copies have 3 corners and 3 indices each: 42 numbers of 4 per face.
     monkeypatch.setattr(glb_files, "MOST_FACES", 10)
@@ -147,19 +142,18 @@ def test_a_mesh_counts_as_often_as_it_is_shown(look: Path, monkeypatch: pytest.M
         ({"color": (1.0, 0.0, 0.0, 2.0)}, "four numbers from 0 to 1"),
     ],
 )
-def test_an_impossible_mesh_is_refused(changes: dict[str, object], said: str) -> None:
+def test_an_impossible_mesh_is_refused(changes, said):
     with pytest.raises(InvalidRobot, match=said):
         replace(TRIANGLE, **changes)
 
 
-def test_a_robot_file_names_its_look_and_walks_without_it(tmp_path: Path) -> None:
+def test_a_robot_file_names_its_look_and_walks_without_it(tmp_path):
     robot = replace(load_robot("phantomx-paper"), appearance=Appearance.of({}, "look.glb"))
     path = tmp_path / "robot.toml"
     path.write_text(robot_to_toml(robot), encoding="utf-8")
     assert load_robot(path).appearance is None
     (tmp_path / "look.glb").write_bytes(glb({"body": (TRIANGLE,)}))
     look = load_robot(path).appearance
-    assert look is not None
     assert len(look.body) == 1
     # A leg without parts of its own has those of all legs.
     look = Appearance.of({"coxa": (TRIANGLE,), "left_front.femur": (TRIANGLE, TRIANGLE)})
@@ -168,7 +162,7 @@ def test_a_robot_file_names_its_look_and_walks_without_it(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("name", ["../look.glb", "/look.glb", "look.stl", "c:look.glb", "a\\b.glb"])
-def test_a_look_lies_beside_its_robot(tmp_path: Path, name: str) -> None:
+def test_a_look_lies_beside_its_robot(tmp_path, name):
     path = tmp_path / "robot.toml"
     text = robot_to_toml(replace(load_robot("phantomx-paper"), appearance=None))
     path.write_text(f"appearance = '{name}'\n{text}", encoding="utf-8")

@@ -1,14 +1,11 @@
 """The leg's equations of motion in symbols."""
 
-from __future__ import annotations
-
 import pytest
 import sympy as sp
 
 from pages.derivation import (
     ANGLES,
     PRINTED_ANGLES,
-    SymbolicMatrices,
     lagrange,
     mid_length,
     newton_euler,
@@ -21,19 +18,19 @@ from pages.derivation import (
 
 
 @pytest.fixture(scope="module")
-def derived() -> SymbolicMatrices:
+def derived():
     """Equations by the recursion of Newton and Euler, for any mass distribution."""
     return newton_euler()
 
 
-def test_newton_euler_and_lagrange_give_the_same_equations(derived: SymbolicMatrices) -> None:
+def test_newton_euler_and_lagrange_give_the_same_equations(derived):
     # Forces and moments against energies: every entry for every mass distribution.
     for ours, energies in zip(derived, lagrange(), strict=True):
         assert ours == energies
     assert sum(entry != 0 for part in derived for entry in part) == 9 + 4 + 6 + 2
 
 
-def test_the_papers_form_is_the_derived_equation(derived: SymbolicMatrices) -> None:
+def test_the_papers_form_is_the_derived_equation(derived):
     special = mid_length(derived)
     theta2, theta3 = PRINTED_ANGLES
     signs = {theta2: ANGLES[1], theta3: -ANGLES[2]}
@@ -41,7 +38,7 @@ def test_the_papers_form_is_the_derived_equation(derived: SymbolicMatrices) -> N
         assert normal_form(grouped.subs(signs).applyfunc(sp.expand_trig)) == part
 
 
-def test_it_is_printed_as_the_paper_groups_it(derived: SymbolicMatrices) -> None:
+def test_it_is_printed_as_the_paper_groups_it(derived):
     # The printed m33, b23, c32 and third of G, which need no correction, then three that do.
     lines = paper_text(mid_length(derived)).splitlines()
     for line in (

@@ -1,7 +1,5 @@
 """The parametric model: real servos, every part once, any robot, and masses that add up."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from dataclasses import replace
@@ -18,11 +16,11 @@ from support.general_robot import general_robot
 
 
 @pytest.fixture(scope="module")
-def paper() -> Assembly:
+def paper():
     return build(load_robot("phantomx-paper"))
 
 
-def test_the_paper_s_robot_has_eighteen_servos_of_one_solid_of_real_size(paper: Assembly) -> None:
+def test_the_paper_s_robot_has_eighteen_servos_of_one_solid_of_real_size(paper):
     servos = [p for parts in paper.links.values() for p in parts if p.name.endswith("servo")]
     assert len(servos) == 18
     assert len({id(p.solid.shape) for p in servos}) == 1
@@ -36,7 +34,7 @@ def test_the_paper_s_robot_has_eighteen_servos_of_one_solid_of_real_size(paper: 
     assert mass_properties(alone)["body"].mass == pytest.approx(0.0546, rel=1e-12)
 
 
-def test_plates_are_at_the_bottom_and_the_top_of_the_trunks_box() -> None:
+def test_plates_are_at_the_bottom_and_the_top_of_the_trunks_box():
     """A box off the origin, whose sides are where plates hold the servos: 24 to 31 mm away."""
     robot = load_robot("phantomx-ax")
     body = replace(
@@ -50,7 +48,7 @@ def test_plates_are_at_the_bottom_and_the_top_of_the_trunks_box() -> None:
         assert found == pytest.approx(height, abs=1e-9)
 
 
-def test_legs_of_one_kind_share_their_meshes_and_others_do_not(paper: Assembly) -> None:
+def test_legs_of_one_kind_share_their_meshes_and_others_do_not(paper):
     assert set(meshes(paper)) == {"body", *JOINTS}
     robot = load_robot("phantomx-paper")
     first = robot.legs[0]
@@ -60,7 +58,7 @@ def test_legs_of_one_kind_share_their_meshes_and_others_do_not(paper: Assembly) 
     assert "tibia" not in own
 
 
-def test_a_mesh_is_its_solid_within_the_tolerance(paper: Assembly) -> None:
+def test_a_mesh_is_its_solid_within_the_tolerance(paper):
     # Chords of a round face lie inside by 0.15 mm at most, so that a mesh's volume differs by less
     # than that depth times the part's surface.
     look = meshes(paper)["femur"]
@@ -73,7 +71,7 @@ def test_a_mesh_is_its_solid_within_the_tolerance(paper: Assembly) -> None:
         assert volume == pytest.approx(shape.volume, rel=0.02)
 
 
-def test_any_robot_can_be_drawn() -> None:
+def test_any_robot_can_be_drawn():
     # Five unlike legs on tilted hips.
     robot = general_robot()
     assembly = build(robot)
@@ -97,6 +95,6 @@ print(loaded)
 """
 
 
-def test_walking_and_the_robot_s_look_load_no_cad_library() -> None:
+def test_walking_and_the_robot_s_look_load_no_cad_library():
     run = subprocess.run([sys.executable, "-c", WALKS], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

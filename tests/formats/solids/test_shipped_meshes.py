@@ -1,31 +1,28 @@
 """The meshes that come with the package fit the robots' frames and need no CAD library."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
-from phasmid.robot import JOINTS, Part, load_robot, preset_names
-from phasmid.robot.appearance import Appearance
+from phasmid.robot import JOINTS, load_robot, preset_names
 
 WIDEST = 0.0235
 """Half a servo's depth with two sheets, and a horn's radius: nothing goes farther past an axis."""
 
 
-def box(parts: tuple[Part, ...]) -> np.ndarray:
+def box(parts):
     """Lowest and highest corner, shape (2, 3)."""
     corners = np.concatenate([part.vertices for part in parts])
     return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
 
-def look(preset: str) -> Appearance:
+def look(preset):
     found = load_robot(preset).appearance
     assert found is not None
     return found
 
 
 @pytest.mark.parametrize("preset", preset_names())
-def test_a_preset_s_meshes_fit_its_frames(preset: str) -> None:
+def test_a_preset_s_meshes_fit_its_frames(preset):
     from importlib import resources
 
     robot, own = load_robot(preset), look(preset)
@@ -60,7 +57,7 @@ def test_a_preset_s_meshes_fit_its_frames(preset: str) -> None:
             assert np.sum(a * np.cross(b, c)) / 6 > 1e-9
 
 
-def test_the_shipped_meshes_are_those_of_the_model() -> None:
+def test_the_shipped_meshes_are_those_of_the_model():
     # make pages PAGE=meshes writes them; single precision of 0.2 m is 1.5e-8 m, and other
     # versions of the library may place corners on a round face elsewhere.
     pytest.importorskip("build123d")
