@@ -107,9 +107,7 @@ def test_forward_dynamics_undoes_inverse_dynamics(robot, state):
     torque, force = rng.normal(size=(2, *q.shape))
     made = dynamics.forward_dynamics(robot, body, q, qd, torque, foot_force=force)
     moved = replace(
-        body,
-        acceleration=made.acceleration,
-        angular_acceleration=made.angular_acceleration,
+        body, acceleration=made.acceleration, angular_acceleration=made.angular_acceleration
     )
     needed = dynamics.inverse_dynamics(robot, moved, q, qd, made.qdd, foot_force=force)
     np.testing.assert_allclose(needed.joint_torque, torque, rtol=0, atol=1e-9)

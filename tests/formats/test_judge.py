@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 
 from formats.trees import block, with_joint, with_link
-from phasmid.formats import (
-    Severity,
-    judge_robot,
-    robot_from_tree,
-    tree_of,
-)
+from phasmid.formats import Severity, judge_robot, robot_from_tree, tree_of
 from phasmid.robot import load_robot, preset_names
 from phasmid.robot.inertial import Inertial
 

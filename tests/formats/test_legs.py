@@ -19,14 +19,7 @@ from formats.trees import (
     with_joints,
     with_link,
 )
-from phasmid.formats import (
-    ImportOptions,
-    Severity,
-    TreeJoint,
-    TreeLink,
-    robot_from_tree,
-    tree_of,
-)
+from phasmid.formats import ImportOptions, Severity, TreeJoint, TreeLink, robot_from_tree, tree_of
 from phasmid.gait import load_gait
 from phasmid.robot import HEXAPOD_LEGS, load_robot
 from phasmid.robot.inertial import Inertial

@@ -91,9 +91,7 @@ def test_the_round_trip_keeps_geometry_within_a_micrometre_and_inertias_within_o
         assert np.abs(link.inertia - solid.inertia).max() < 0.01 * largest
 
 
-def test_a_converted_robot_keeps_the_numbers_of_its_file_whatever_its_legs_are_called(
-    tmp_path,
-):
+def test_a_converted_robot_keeps_the_numbers_of_its_file_whatever_its_legs_are_called(tmp_path):
     """Names that are patterns, paths, the trunk's, another's, not of the first plane, and long."""
     names = ["leg[1]*?", "a/b", "a_b", "body", 'ü\U0001f600"', 64 * "l"]
     legs = tuple(replace(leg, name=name) for leg, name in zip(ROBOT.legs, names, strict=True))

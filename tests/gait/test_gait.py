@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InvalidGait
-from phasmid.gait import (
-    GAITS,
-    HEXAPOD_GAITS,
-    Gait,
-    load_gait,
-    support_margin,
-    sway,
-)
+from phasmid.gait import GAITS, HEXAPOD_GAITS, Gait, load_gait, support_margin, sway
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
 from phasmid.robot import load_robot
 from support.walks import WALKS

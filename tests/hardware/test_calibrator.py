@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.hardware import (
-    Bus,
-    BusError,
-    load_calibration,
-    model,
-    save_calibration,
-)
+from phasmid.hardware import Bus, BusError, load_calibration, model, save_calibration
 from phasmid.hardware.calibrator import Calibrator, Sweep, check_pose, first_pose, pose_angles
 from phasmid.robot import load_robot, preset_names
 from support.hand_turned import BAUD, PATIENCE, Bench

@@ -202,10 +202,7 @@ def test_commands_begin_when_the_robot_stands_and_their_end_lets_it_sit(monkeypa
     ],
 )
 def test_what_no_drive_can_follow_is_refused(monkeypatch, changes, words):
-    with (
-        virtual_bus(monkeypatch) as (*robot, bus, _, _),
-        pytest.raises(InvalidInput, match=words),
-    ):
+    with virtual_bus(monkeypatch) as (*robot, bus, _, _), pytest.raises(InvalidInput, match=words):
         new_driver(*robot, bus, **changes)
 
 

@@ -170,10 +170,7 @@ def test_a_walk_over_terrain_serves_no_other_terrain():
             {"terrain": "step", "rise_mm": 110, "step_height_mm": 40, "period": 6, "duration": 30},
             "the step of 80 mm",
         ),
-        (
-            {"terrain": "stairs", "period": 1.0},
-            "the servo AX-12A allows 6.18 rad/s.",
-        ),
+        ({"terrain": "stairs", "period": 1.0}, "the servo AX-12A allows 6.18 rad/s."),
         (
             {"terrain": "steps", "edge_x_mm": [330, 340], "edge_z_mm": [30, 0], "step_height": 0.0},
             "would strike the ground in its swing, or wait for too much of it.",

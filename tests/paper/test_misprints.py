@@ -18,11 +18,7 @@ from phasmid.dynamics.printed import (
 )
 from phasmid.errors import InvalidRobot
 from phasmid.kinematics import foot_position
-from phasmid.kinematics.printed import (
-    KinematicMisprint,
-    printed_body_rotation,
-    printed_leg_pose,
-)
+from phasmid.kinematics.printed import KinematicMisprint, printed_body_rotation, printed_leg_pose
 from phasmid.paper.misprints import MISPRINTS, Proof
 from phasmid.paper.states import random_states, walk_states
 

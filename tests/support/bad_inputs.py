@@ -124,9 +124,7 @@ def robots(whole: dict[str, bytes]) -> Iterator[BadInput]:
     yield changed(
         "mjcf", "includes elsewhere", "</worldbody>", '<include file="/etc/passwd"/></worldbody>'
     )
-    for name, content in {
-        "deep": "<mujoco><worldbody>" + "<body>" * 20_000,
-    }.items():
+    for name, content in {"deep": "<mujoco><worldbody>" + "<body>" * 20_000}.items():
         yield BadInput(f"mjcf: {name}", ("check", "--robot", "a.xml"), {"a.xml": content.encode()})
 
     step = b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"

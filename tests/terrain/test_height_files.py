@@ -118,11 +118,7 @@ NOT_FINITE = "height map is not finite in 1 places, first at row 2, column "
         # T4: a file of a hundred bytes: nothing but its head can have been read.
         ("a.png", a_png(100_000, 100_000), UNREAD),
         ("a.npy", an_npy((100_000, 100_000)), UNREAD),
-        (
-            "a.npy",
-            bytes_of(np.array([[None, 1], [2, 3]])),
-            UNREAD + ".",
-        ),
+        ("a.npy", bytes_of(np.array([[None, 1], [2, 3]])), UNREAD + "."),
         ("a.csv", b"1,2\n\n3\n", "height map has 1 numbers in row 2 and 2 in row 1; all rows "),
         ("a.csv", b"1,2\n3,4,5\n", "height map has 3 numbers in row 2 and 2 in row 1; all rows "),
         ("a.csv", b"1,2\nx,3\n", NOT_FINITE + "1."),

@@ -246,10 +246,7 @@ STONE = {"height_range": 0.0, "depth": 0.1}
         (lambda: Rough(0.03, 0.8, 0.3), "rough ground of 30 mm in waves of 800 mm is steeper"),
         (lambda: HeightMap(np.eye(3), 0.1, 0.0), "height map has a slope of 84° near row 1, col"),
         # A ramp to h over 0.1 m is as steep as 15/8 h/0.1 m in its middle: atan(1.125).
-        (
-            lambda: HeightMap(np.full((5, 9), 0.06), 0.01, 0.3),
-            "height map has a slope of 48°",
-        ),
+        (lambda: HeightMap(np.full((5, 9), 0.06), 0.01, 0.3), "height map has a slope of 48°"),
         # The cubic through 0, 0, h, h is as steep as 5/4 h/cell halfway: atan(1.1875).
         (lambda: HeightMap(0.019 * (EAST > 0.3), 0.02, 0.3), "height map has a slope of 50° betw"),
         # 0.8 along and 0.8 across are 0.8 √2 together: 48.5°, and more at the bends.
