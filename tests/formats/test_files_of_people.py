@@ -41,14 +41,11 @@ def with_limit(lower, upper):
 @pytest.mark.parametrize(
     ("limit", "severity", "words"),
     [
-        (
-            with_limit(-9.5, 9.5),
-            "note",
-            "limits -9.5 to 9.5 rad are a turn or more and no stops; ±180°",
-        ),
+        (with_limit(-9.5, 9.5), "note", "limits -9.5 to 9.5 rad are a turn or more and no stops;"),
         (with_limit(-6.283185307, 6.283185307), "note", "are a turn or more and no stops; ±180°"),
         ('<limit effort="2.2" velocity="6"/>', "note", "no limits in the file; ±180° was assumed."),
         (with_limit(-1e9, 1e9), "note", "no limits in the file; ±180° was assumed."),
+        (with_limit(-90, 90), "suspect", "rad are 14 turns; ±180° was assumed."),
         (with_limit(-90, 90), "suspect", "-1.571 to 1.571 in the file, if these are degrees"),
         (with_limit(0, 0), "impossible", "limits 0 to 0 rad let it not move. --joint-limit-deg 90"),
     ],

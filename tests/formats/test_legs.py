@@ -20,8 +20,7 @@ from formats.trees import (
     with_link,
 )
 from phasmid.formats import ImportOptions, Severity, TreeJoint, TreeLink, robot_from_tree, tree_of
-from phasmid.gait import load_gait
-from phasmid.robot import HEXAPOD_LEGS, load_robot
+from phasmid.robot import load_robot
 from phasmid.robot.inertial import Inertial
 from phasmid.scenario import Scenario
 from phasmid.servo import load_servo
@@ -30,11 +29,8 @@ from support.general_robot import general_robot
 
 MK4 = replace(load_robot("phantomx-mk4"), appearance=None)
 TREE = tree_of(MK4)
-FEMUR = "right_rear_femur"
-OCTOPOD = load_robot("octopod")
-
-
-TRIPOD = load_gait("tripod")
+FEMUR, TIBIA = "right_rear_femur", "right_rear_tibia"
+AT_LEG_3 = "robot: leg at joint right_rear_coxa: "
 
 
 def robot_of(tree, **options):
@@ -64,6 +60,14 @@ def joint_called(name):
     return next(joint for joint in TREE.joints if joint.name == name)
 
 
+def straight_knee(joint):
+    return replace(joint, lower=0.1, upper=0.2) if "tibia" in joint.name else joint
+
+
+def on_its_side():
+    return reframed(TREE, {"base_link": pose(turn([1, 0, 0], math.pi / 2))})
+
+
 def with_three_legs():
     kept = ("right_front", "left_front", "left_rear", "base")
     links = {n: k for n, k in TREE.links.items() if n.startswith(kept)}
@@ -74,33 +78,18 @@ def with_three_legs():
 @pytest.mark.parametrize(
     ("tree", "what"),
     [
-        (turned_joint("right_rear_tibia", 12), "leg 3: femur and tibia axes differ by 12°; this"),
+        (turned_joint(TIBIA, 12), "leg 3: femur and tibia axes differ by 12°; this"),
         (turned_joint(FEMUR, 60), "leg 3: coxa and femur axes are 60° apart; this model needs"),
-        (
-            with_joint(TREE, "right_rear_tibia", kind="fixed"),
-            "robot: leg at joint right_rear_coxa: it has 2 hinges (right_rear_coxa, "
-            "right_rear_femur); this model needs 3 hinges in a row, for coxa, femur and tibia.",
-        ),
+        (with_joint(TREE, TIBIA, kind="fixed"), AT_LEG_3 + "it has 2 hinges (right_rear_coxa, "),
         (
             with_joint(TREE, "right_rear_foot_joint", kind="revolute"),
-            "robot: leg at joint right_rear_coxa: it has 4 hinges (",
+            AT_LEG_3 + "it has 4 hinges (",
         ),
-        (
-            with_joint(TREE, FEMUR, kind="prismatic"),
-            "robot: leg at joint right_rear_coxa: joint right_rear_femur is prismatic;",
-        ),
+        (with_joint(TREE, FEMUR, kind="prismatic"), AT_LEG_3 + f"joint {FEMUR} is prismatic;"),
         (with_three_legs(), "robot: phantomx-mk4 has 3 chains of three hinges that leave"),
-        (
-            with_joints(
-                TREE, lambda j: replace(j, lower=0.1, upper=0.2) if "tibia" in j.name else j
-            ),
-            "robot: no stance with knees up is within the joint limits.",
-        ),
+        (with_joints(TREE, straight_knee), "robot: no stance with knees up is within the joint"),
         (with_joints(TREE, lambda j: replace(j, effort=None)), "servo: the joints have no effort,"),
-        (
-            reframed(TREE, {"base_link": pose(turn([1, 0, 0], math.pi / 2))}),
-            "robot: the hips spread 200 mm along z and 0 mm along y; z must be up.",
-        ),
+        (on_its_side(), "robot: the hips spread 200 mm along z and 0 mm along y; z must be up."),
     ],
 )
 def test_i13_a_robot_that_is_no_walking_robot_is_told_why(tree, what):
@@ -144,25 +133,16 @@ def test_frames_of_links_mean_nothing(seed):
 
 def test_zeros_of_femur_and_tibia_become_bends_and_limits():
     """A file whose joints are at 0 elsewhere is the same leg: θ = φ + offset."""
-    shift = {
-        f"{leg}_{joint}": angle
-        for leg in HEXAPOD_LEGS
-        for joint, angle in (("femur", 0.3), ("tibia", -0.7))
-    }
-    told = with_joints(
-        TREE,
-        lambda j: (
-            replace(
-                j,
-                X_parent_child=j.X_parent_child @ pose(turn([0, 0, 1], shift[j.name])),
-                lower=j.lower - shift[j.name],
-                upper=j.upper - shift[j.name],
-                home=(j.home or 0.0) - shift[j.name],
-            )
-            if j.name in shift
-            else j
-        ),
-    )
+
+    def shifted(joint):
+        shift = {"femur": 0.3, "tibia": -0.7}.get(joint.name.rpartition("_")[2])
+        if shift is None:
+            return joint
+        X = joint.X_parent_child @ pose(turn([0, 0, 1], shift))
+        limits = {"lower": joint.lower - shift, "upper": joint.upper - shift}
+        return replace(joint, X_parent_child=X, home=(joint.home or 0.0) - shift, **limits)
+
+    told = with_joints(TREE, shifted)
     a, b = robot_of(TREE), robot_of(told)
     bends = [f"legs[{i}].{bend}" for i in range(6) for bend in ("femur_bend", "tibia_bend")]
     assert differences(a, b) == bends
@@ -220,8 +200,7 @@ def test_a_trunk_may_float_in_a_world_and_have_its_origin_anywhere():
 
 def test_small_misalignments_are_set_right_and_told():
     """A tibia axis 0.005° off: a foot 246 mm away is at most 246 mm · 8.7e-5 elsewhere."""
-    imported = robot_from_tree(turned_joint("right_rear_tibia", 0.005))
-    assert imported.robot is not None
+    imported = robot_from_tree(turned_joint(TIBIA, 0.005))
     assert (
         "leg 3: its axes were turned by up to 0.005° to be vertical, square or parallel, which "
         "moves the foot by up to 0.021 mm."
@@ -277,7 +256,7 @@ def test_a_coxa_whose_zero_is_out_of_reach_points_where_its_limits_are_even():
 def test_legs_are_named_by_where_they_stand():
     for count, names in (
         (5, ("right_1", "right_2", "rear", "left_1", "left_2")),
-        (8, OCTOPOD.leg_names),
+        (8, load_robot("octopod").leg_names),
         (10, tuple(f"{s}_{i}" for s in ("right", "left") for i in (1, 2, 3, 4, 5))),
     ):
         legs = []
@@ -296,10 +275,7 @@ def without_feet():
 
 def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball():
     tree = without_feet()
-    assert refusal(tree) == (
-        "legs 1, 2, 3 and 3 more: its foot is not given; its last link has neither a fixed link "
-        "at its end nor a shape."
-    )
+    assert refusal(tree).startswith("legs 1, 2, 3 and 3 more: its foot is not given; its last link")
     length = MK4.legs[0].tibia.length
     assert robot_of(tree, foot=f"{length},0,0").legs[0].tibia.length == pytest.approx(length)
     for name, link in tree.links.items():
@@ -334,14 +310,11 @@ def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused():
     assert not differences(robot_of(TREE), robot_of(TREE, foot="_foot"))
     for option, what in (
         ("1-9=_foot", 'robot: there is no leg "1-9"; legs are 1 to 6.'),
-        ("1=", 'robot: foot is "1="; it must be numbers of legs, =, and a link\'s name or three '
-         "numbers."),
-        ("hand", 'leg 1: no links at its end have a name that ends in "hand"; '
-         "1 is needed."),
-        ("0,0,x", "legs 1, 2, 3 and 3 more: foot is 0,0,x; it must be a link's name or three "
-         "numbers in metres, each of at most 2."),
-    ):  # fmt: skip
-        assert refusal(TREE, foot=option) == what
+        ("1=", 'robot: foot is "1="; it must be numbers of legs, =, and a link\'s name or three'),
+        ("hand", 'leg 1: no links at its end have a name that ends in "hand"; 1 is needed.'),
+        ("0,0,x", "legs 1, 2, 3 and 3 more: foot is 0,0,x; it must be a link's name or three"),
+    ):
+        assert refusal(TREE, foot=option).startswith(what)
 
 
 def test_masses_may_come_from_a_scale_and_from_boxes():
