@@ -1,8 +1,9 @@
-"""Whatever happens to a file, its reader soon ends with a robot or a sentence.
+"""Whatever happens to a file, its reader soon ends with its content or a sentence.
 
 ``FUZZ_FILES=2000 pytest tests/formats/test_fuzz.py`` reads 2000 damaged files per reader.
 """
 
+import io
 import os
 import random
 import re
@@ -10,10 +11,13 @@ import sys
 import time
 import warnings
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 
 from formats.test_urdf_in import LEG
 from formats.tetrahedron import CORNERS, FACES, binary_stl
@@ -22,8 +26,12 @@ from formats.wild_model import BESIDE, WILD
 from phasmid.errors import PhasmidError
 from phasmid.formats import import_robot, load_robot
 from phasmid.formats.meshes import read_meshes
+from phasmid.kinematics import joint_angles
+from phasmid.motion import load_trajectory
+from phasmid.motion.trajectory import joint_names
 from phasmid.robot import Appearance, Part, robot_to_toml
 from phasmid.robot.glb import glb, read_glb
+from phasmid.terrain import read_heights
 
 FILES = int(os.environ.get("FUZZ_FILES", "20"))
 
@@ -44,6 +52,24 @@ ROBOT = load_robot("phantomx-paper")
 SHOWN = replace(ROBOT, appearance=Appearance.of({"body": (PART,), "coxa": (PART,)}))
 URDF, MJCF = files_of(SHOWN, ".urdf"), files_of(SHOWN, ".xml")
 BALL = trimesh.creation.icosphere(subdivisions=3)
+STAND = joint_angles(ROBOT.arrays, ROBOT.arrays.neutral_foot).ravel()
+ANGLES = np.column_stack([np.arange(41) * 0.05, np.tile(STAND, (41, 1))])
+HEIGHTS = np.random.default_rng(1).uniform(0, 0.02, (6, 8))
+
+
+def written(write, *arguments, **options):
+    """The bytes that a function writes into a file."""
+    file = io.BytesIO()
+    write(file, *arguments, **options)
+    return file.getvalue()
+
+
+def as_csv(table, heading=""):
+    return written(np.savetxt, table, delimiter=",", header=heading, comments="")
+
+
+GREY = Image.fromarray((5000 * HEIGHTS).astype(np.uint8))
+TRAJECTORY, MAP = partial(load_trajectory, robot=ROBOT), partial(read_heights, white=0.02)
 
 READERS = {
     "a.urdf": (import_robot, [URDF.pop("robot.urdf"), LEG.encode()]),
@@ -59,6 +85,11 @@ READERS = {
         read_meshes,
         [BALL.export(file_type="ply"), BALL.export(file_type="ply", encoding="ascii")],
     ),
+    "walk.csv": (TRAJECTORY, [as_csv(ANGLES, ",".join(["time", *joint_names(ROBOT)]))]),
+    "walk.npy": (TRAJECTORY, [written(np.save, ANGLES)]),
+    "map.csv": (MAP, [as_csv(HEIGHTS)]),
+    "map.npy": (MAP, [written(np.save, HEIGHTS)]),
+    "map.png": (MAP, [written(GREY.save, format="png")]),
 }
 """Readers and undamaged files by a file's name."""
 
