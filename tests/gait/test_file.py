@@ -56,41 +56,22 @@ def test_a_scenario_repeats_without_the_file_of_its_gait(tmp_path):
     assert walk.gait.offsets == tuple(offsets.values())
 
 
-TRIPOD = "offsets = [0, 0.5, 0, 0.5, 0, 0.5]\n"
+DUTY, TRIPOD = "duty_factor", "offsets = [0, 0.5, 0, 0.5, 0, 0.5]\n"
+FALLS = 'gait "mine" leaves {} feet on the ground, {} at phase {:.2f}; at least 3 are needed.'
 
 
 @pytest.mark.parametrize(
     ("text", "what", "line", "hint"),
     [
-        (
-            f"duty_factor = 1.4\n{TRIPOD}",
-            "gait.duty_factor is 1.4; it must be greater than 0 and less than 1.",
-            1,
-            "duty_factor = 0.5, as the tripod gait of the paper",
-        ),
-        (
-            f"duty_factor = 0.3\n{TRIPOD}",
-            'gait "mine" leaves 0 to 3 feet on the ground, 0 at phase 0.10; at least 3 are needed.',
-            2,
-            "duty_factor = 0.5 or more",
-        ),
-        (
-            "duty_factor = 0.5\noffsets = [0, 0.5, 1.7, 0.5, 0, 0.5]\n",
-            "gait.offsets[2] is 1.7; offsets are phases in [0, 1).",
-            2,
-            "",
-        ),
-        (
-            "duty_factor = 0.8\noffsets = [0, 0.8, 0.6, 0.2, 0.3]\n",
-            "gait.offsets has 5 values; one per leg, 6 in all.",
-            0,
-            "",
-        ),
+        (f"{DUTY} = 1.4\n{TRIPOD}", "gait.duty_factor is 1.4; it must be", 1, f"{DUTY} = 0.5, as "),
+        (f"{DUTY} = 0.3\n{TRIPOD}", FALLS.format("0 to 3", 0, 0.1), 2, f"{DUTY} = 0.5 or more"),
+        (f"{DUTY} = 0.5\noffsets = [0, 0.5, 1.7, 0.5, 0, 0.5]\n", "gait.offsets[2] is 1.7;", 2, ""),
+        (f"{DUTY} = 0.8\noffsets = [0, 0.8, 0.6, 0.2, 0.3]\n", "gait.offsets has 5 values;", 0, ""),
         (f"dutyfactor = 0.5\n{TRIPOD}", 'unknown key "dutyfactor".', 1, '"duty_factor"'),
         (TRIPOD, "duty_factor is missing.", 0, "duty_factor = ..."),
         (
-            "duty_factor = 0.5\noffsets = { right_front = 0, left_front = 0.5, x = 0, y = 0 }\n",
-            'gait "mine" leaves 1 to 3 feet on the ground, 1 at phase 0.25; at least 3 are needed.',
+            f"{DUTY} = 0.5\noffsets = {{ right_front = 0, left_front = 0.5, x = 0, y = 0 }}\n",
+            FALLS.format("1 to 3", 1, 0.25),
             2,
             "offsets = [0.0, 0.25, 0.5, 0.75]",
         ),
@@ -99,7 +80,8 @@ TRIPOD = "offsets = [0, 0.5, 0, 0.5, 0, 0.5]\n"
 def test_a_gait_file_that_cannot_be_says_why(tmp_path, text, what, line, hint):
     with pytest.raises(InvalidInput) as caught:
         load_gait(written(tmp_path, text), leg_names=NAMES)
-    assert (caught.value.what, caught.value.hint) == (what, hint)
+    assert caught.value.what.startswith(what)
+    assert caught.value.hint.startswith(hint)
     assert caught.value.where == (f"mine.toml, line {line}" if line else "mine.toml")
 
 

@@ -143,33 +143,28 @@ def test_a_walk_over_terrain_serves_no_other_terrain():
     plan(PAPER).for_scenario(PAPER.replace(friction=0.5))
 
 
+COXA_ONLY = {"stance_law": "coxa-only", "step_length_mm": 40}
+TOO_HIGH = {"rise_mm": 110, "step_height_mm": 40, "period": 6, "duration": 30}
+
+
 @pytest.mark.parametrize(
     ("changes", "what"),
     [
         (
             {"terrain": "gap", "gap_width_mm": 120},
-            "on this gap terrain at 1.00 s right_front finds no foothold within 40 mm of "
-            "(0.351, -0.168) m.",
+            "at 1.00 s right_front finds no foothold within 40 mm of (0.351, -0.168) m.",
         ),
         (
             {"terrain": "slope", "slope_deg": 31},
-            "on this slope terrain at the start right_middle finds no foothold within 40 mm of "
-            "(-0.120, -0.253) m.",
+            "at the start right_middle finds no foothold within 40 mm of (-0.120, -0.253) m.",
         ),
         (
             # A load slides where friction is below tan 25° = 0.466.
             {"terrain": "slope", "slope_deg": 25, "friction": 0.3},
-            "on this slope terrain every foot would slide: friction is 0.3 at the most, and the "
-            "slope takes 0.47.",
+            "every foot would slide: friction is 0.3 at the most, and the slope takes 0.47.",
         ),
-        (
-            {"terrain": "stairs", "stance_law": "coxa-only", "step_length_mm": 40},
-            "on this stairs terrain feet cannot slide as the stance law coxa-only has them.",
-        ),
-        (
-            {"terrain": "step", "rise_mm": 110, "step_height_mm": 40, "period": 6, "duration": 30},
-            "the step of 80 mm",
-        ),
+        ({"terrain": "stairs", **COXA_ONLY}, "feet cannot slide as the stance law coxa-only has"),
+        ({"terrain": "step", **TOO_HIGH}, "the step of 80 mm"),
         ({"terrain": "stairs", "period": 1.0}, "the servo AX-12A allows 6.18 rad/s."),
         (
             {"terrain": "steps", "edge_x_mm": [330, 340], "edge_z_mm": [30, 0], "step_height": 0.0},

@@ -111,10 +111,7 @@ def too_late(time, q):
         (too_late, "trajectory row 41: time is 1e+300 s; it must be a finite number"),
         (in_degrees, 'right_front.coxa reaches 45 rad. unit = "deg"'),
         (jumping, "right_front.tibia jumps 0.8 rad between rows 20 and 21 (16.1 rad/s; the servo"),
-        (
-            beyond,
-            "trajectory row 41 turns right_middle.femur to 114.6°; its limits are -100° to 100°.",
-        ),
+        (beyond, "trajectory row 41 turns right_middle.femur to 114.6°; its limits are -100° to"),
     ],
 )
 def test_motions_that_no_robot_can_make_are_told(tmp_path, change, what):  # J1, J4, J5
@@ -127,8 +124,14 @@ def test_motions_that_no_robot_can_make_are_told(tmp_path, change, what):  # J1,
 
 
 HEAD = ",".join(["time", *NAMES])
+CELLS = "nan", "inf", "three", ""
 CLAIM = b"{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000, 19), }"
 CLAIM = b"\x93NUMPY\x01\x00\x76\x00" + CLAIM + b" " * (117 - len(CLAIM)) + b"\n" + bytes(100)
+
+
+def with_cell(cell):
+    """A table whose last angle of the first row is something else."""
+    return f"{HEAD}\n{'0,' * 18}{cell}\n1{',0' * 18}\n"
 
 
 @pytest.mark.parametrize(
@@ -139,12 +142,8 @@ CLAIM = b"\x93NUMPY\x01\x00\x76\x00" + CLAIM + b" " * (117 - len(CLAIM)) + b"\n"
         ("a.csv", "time,knee\n0,0\n", 'a column "knee"'),
         ("a.csv", "time,time\n0,0\n", 'a column "time.1"'),
         *(
-            (
-                "a.csv",
-                f"{HEAD}\n{'0,' * 18}{cell}\n1{',0' * 18}\n",
-                "row 1, column left_front.tibia: not a fin",
-            )
-            for cell in ("nan", "inf", "three", "")
+            ("a.csv", with_cell(cell), "row 1, column left_front.tibia: not a fin")
+            for cell in CELLS
         ),
         ("a.csv", b"\xff\xfe\x00", "not a table of text"),
         ("a.npy", CLAIM, "not an array that can be read"),

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 from importlib import resources
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,21 +15,26 @@ SIN_54, COS_54 = np.sin(np.radians(54)), np.cos(np.radians(54))
 PAPER = (resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml").read_text("utf-8")
 
 
-def said(tmp_path: Path, text: str) -> InvalidInput:
+def said(tmp_path, text):
     """The error that a robot file gets."""
-    path = tmp_path / "my.toml"
-    path.write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInput) as caught:
-        load_robot(path)
+        loaded(tmp_path, text)
     return caught.value
 
 
-def with_leg_line(line: str, leg: str = "right_front") -> str:
+def loaded(tmp_path, text):
+    """The robot of a file."""
+    path = tmp_path / "my.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_robot(path)
+
+
+def with_leg_line(line, leg="right_front"):
     """The paper's robot with one more line in the table of one leg."""
     return PAPER.replace(f"[legs.{leg}]", f"[legs.{leg}]\n{line}")
 
 
-def swapped(old: str, new: str) -> str:
+def swapped(old, new):
     assert old in PAPER
     return PAPER.replace(old, new, 1)
 
@@ -64,15 +68,12 @@ def test_the_papers_robot_is_table_2_completed_to_26_newton():
 @pytest.mark.parametrize("preset", preset_names())
 def test_a_robot_written_and_read_again_has_the_same_numbers(preset, tmp_path):
     text = robot_to_toml(load_robot(preset))
-    (tmp_path / "again.toml").write_text(text, encoding="utf-8")
-    assert robot_to_toml(load_robot(tmp_path / "again.toml")) == text
+    assert robot_to_toml(loaded(tmp_path, text)) == text
 
 
 def test_a_hip_is_turned_by_its_yaw_then_its_pitch_then_its_roll(tmp_path):
     # X_body_hip = Rz(yaw) Ry(pitch) Rx(roll); a pitch lowers x, a roll raises y.
-    path = tmp_path / "tilted.toml"
-    path.write_text(with_leg_line("pitch_deg = 20\nroll_deg = -10"), encoding="utf-8")
-    robot = load_robot(path)
+    robot = loaded(tmp_path, with_leg_line("pitch_deg = 20\nroll_deg = -10"))
     leg = robot.legs[0]
     y, p, r = (math.radians(a) for a in (-45, 20, -10))
     Rz = [[math.cos(y), -math.sin(y), 0], [math.sin(y), math.cos(y), 0], [0, 0, 1]]
@@ -82,17 +83,15 @@ def test_a_hip_is_turned_by_its_yaw_then_its_pitch_then_its_roll(tmp_path):
     assert leg.X_body_hip[2, 0] == pytest.approx(-math.sin(math.radians(20)), abs=1e-15)
     assert leg.X_body_hip[2, 1] < 0
     assert np.array_equal(robot.legs[1].X_body_hip[2, :3], [0, 0, 1])
-    (tmp_path / "again.toml").write_text(robot_to_toml(robot), encoding="utf-8")
-    again = load_robot(tmp_path / "again.toml").legs[0]
+    again = loaded(tmp_path, robot_to_toml(robot)).legs[0]
     assert np.array_equal(again.X_body_hip, leg.X_body_hip)
     assert (again.mount_pitch, again.mount_roll) == (leg.mount_pitch, leg.mount_roll)
 
 
 def test_legs_of_a_hexapod_are_numbered_alike_in_whatever_order_they_are_declared(tmp_path):
     head, *legs = PAPER.split("\n[legs.")
-    path = tmp_path / "turned.toml"
-    path.write_text(head + "".join(f"\n[legs.{leg}\n" for leg in reversed(legs)), encoding="utf-8")
-    assert robot_to_toml(load_robot(path)) == robot_to_toml(load_robot("phantomx-paper"))
+    text = head + "".join(f"\n[legs.{leg}\n" for leg in reversed(legs))
+    assert robot_to_toml(loaded(tmp_path, text)) == robot_to_toml(load_robot("phantomx-paper"))
 
 
 def test_legs_are_numbered_around_the_body():
@@ -134,9 +133,7 @@ def test_kits_have_the_published_numbers(preset, lengths_mm, hip_mm, yaw_deg, ma
 
 
 def test_a_leg_may_have_its_own_lengths_and_units(tmp_path):
-    path = tmp_path / "long.toml"
-    path.write_text(with_leg_line("femur_cm = 9\ntibia = 0.15"), encoding="utf-8")
-    legs = load_robot(path).legs
+    legs = loaded(tmp_path, with_leg_line("femur_cm = 9\ntibia = 0.15")).legs
     assert legs[0].lengths == pytest.approx([0.052, 0.09, 0.15], abs=1e-15)
     assert legs[1].lengths == pytest.approx([0.052, 0.082, 0.14], abs=1e-15)
 
@@ -144,74 +141,49 @@ def test_a_leg_may_have_its_own_lengths_and_units(tmp_path):
 def test_other_numbers_of_legs_are_welcome_where_the_file_says_so(tmp_path):
     text = PAPER.replace("[legs.right_middle]\nmount_mm = [0, -103.4, 0]\nyaw_deg = -90\n", "")
     text = text.replace("[legs.left_middle]\nmount_mm = [0, 103.4, 0]\nyaw_deg = 90\n", "")
-    path = tmp_path / "four.toml"
-    path.write_text(text.replace("total_weight", "leg_count = 4\ntotal_weight"), encoding="utf-8")
-    robot = load_robot(path)
+    robot = loaded(tmp_path, text.replace("total_weight", "leg_count = 4\ntotal_weight"))
     assert robot.leg_names == ("right_front", "right_rear", "left_rear", "left_front")
 
 
 def test_home_angles_may_stand_for_the_neutral_foot(tmp_path):
-    path = tmp_path / "home.toml"
-    path.write_text(with_leg_line("home_deg = [0, 0, -90]"), encoding="utf-8")
+    leg = loaded(tmp_path, with_leg_line("home_deg = [0, 0, -90]")).legs[0]
     # Level femur, hanging tibia: 52 + 82 mm out, 140 mm down.
-    assert load_robot(path).legs[0].neutral_foot == pytest.approx([0.134, 0, -0.140], abs=1e-15)
+    assert leg.neutral_foot == pytest.approx([0.134, 0, -0.140], abs=1e-15)
 
 
 SERVO = 'servo = "AX-12A"'
-INERTIA = "inertia_g_mm2 = { xx = 31076.2, yy = 233156, zz = 210833"
-
-
+COXA = "inertia_g_mm2 = { xx = 8633.6, yy = 9496.5, zz = 9496.5, xy = -0.04, xz = 0.04, yz = 0 }"
+INERTIA = "inertia_g_mm2 = { xx = 31076.2, yy = 233156, zz = 210833, xy = -1.832, xz = 254.103"
 IN_QUOTES = swapped("femur_mm = 82", 'femur_mm = "82"')
 TWICE = "femur_mm = 82\nfemur_mm = 83"
+LINE = with_leg_line(TWICE).splitlines().index("femur_mm = 83") + 1
 
 
-def named(name: str) -> str:
+def named(name):
     return swapped('name = "phantomx-paper"', f'name = "{name}"')
 
 
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        (
-            with_leg_line("femur_mm = -82"),
-            "leg right_front: femur is -82 mm; it must be finite and greater than 0.",
-        ),
-        (
-            with_leg_line("femur_m = 82"),
-            "leg right_front: femur is 82 m; lengths above 2 m are refused. femur_mm = 82",
-        ),
-        (
-            with_leg_line("femur_mm = inf"),
-            "leg right_front: femur is inf; it must be a finite number.",
-        ),
+        (with_leg_line("femur_mm = -82"), "leg right_front: femur is -82 mm; it must be finite"),
+        (with_leg_line("femur_m = 82"), "leg right_front: femur is 82 m; lengths above 2 m are"),
+        (with_leg_line("femur_mm = inf"), "leg right_front: femur is inf; it must be a finite"),
         ("legs = 3", "leg and legs must be tables."),
         ("[legs]\na = 1", "legs.a must be a table."),
         (IN_QUOTES, 'leg.femur is "82"; it must be a number.'),
         (
-            swapped(
-                "xx = 8633.6, yy = 9496.5, zz = 9496.5",
-                "xx = 0.0086336, yy = 0.0094965, zz = 0.0094965",
-            ).replace("xy = -0.04, xz = 0.04, yz = 0 }", "xy = 0 }", 1),
-            "link coxa: inertia 9.5e-12 kg m^2 gives a gyration radius of 0.021 mm for a 52 mm "
-            "link; it must lie between 1 and 78 mm."
-            " check the unit: inertia_g_mm2 or inertia_kg_m2",
+            swapped(COXA, "inertia_g_mm2 = { xx = 0.0086, yy = 0.0095, zz = 0.0095 }"),
+            "link coxa: inertia 9.5e-12 kg m^2 gives a gyration radius of 0.021 mm for a 52 mm",
         ),
         (
-            swapped(
-                INERTIA + ", xy = -1.832, xz = 254.103, yz = -0.734",
-                "inertia_g_mm2 = { xx = 1e5, yy = 1e5, zz = 3e5",
-            ),
-            "link tibia: principal moments 0.0001, 0.0001, 0.0003 kg m^2 cannot belong to a rigid "
-            "body; the largest may not exceed the sum of the others.",
+            swapped(INERTIA, "inertia_g_mm2 = { xx = 1e5, yy = 1e5, zz = 3e5"),
+            "link tibia: principal moments 0.0001, 0.0001, 0.0003 kg m^2 cannot belong to a rigid",
         ),
-        (
-            swapped("mass_g = 73.685", "mass_g = 0"),
-            "link tibia: mass is 0 kg; it must be greater than 0.",
-        ),
+        (swapped("mass_g = 73.685", "mass_g = 0"), "link tibia: mass is 0 kg; it must be greater"),
         (
             PAPER.replace("[legs.left_rear]\nmount_mm = [-124.8, 61.64, 0]\nyaw_deg = 135\n", ""),
-            "robot: 5 legs given; a hexapod has 6. Missing: left_rear."
-            " leg_count = 5, if it is no hexapod",
+            "robot: 5 legs given; a hexapod has 6. Missing: left_rear. leg_count = 5,",
         ),
         (
             PAPER.replace("mount_mm = [0, -103.4, 0]", "mount_mm = [124.8, -61.64, 0]"),
@@ -219,14 +191,11 @@ def named(name: str) -> str:
         ),
         (
             with_leg_line("joint_limits.tibia = [-75, 60]"),
-            "joint right_front.tibia: its limits reach 75 rad, 11.9 turns; "
-            "they must be within two turns."
-            " tibia_deg = [-75, 60], if these are degrees",
+            "joint right_front.tibia: its limits reach 75 rad, 11.9 turns; they must be within",
         ),
         (
             with_leg_line("joint_limits.tibia_deg = [60, -60]"),
-            "joint right_front.tibia: lower limit 60° is above upper limit -60°. "
-            "tibia_deg = [-60, 60]",
+            "joint right_front.tibia: lower limit 60° is above upper limit -60°. tibia_deg = [-60,",
         ),
         (
             with_leg_line("home_deg = [0, 110, -110]", "left_rear"),
@@ -234,40 +203,29 @@ def named(name: str) -> str:
         ),
         (
             with_leg_line("neutral_foot_mm = [-150, 0, -100]"),
-            "leg right_front: neutral foot lies -150 mm along its hip's x axis; "
-            "it must stand at least 1 mm out."
-            " turn the leg's yaw, which is the direction in which it points",
+            "leg right_front: neutral foot lies -150 mm along its hip's x axis; it must stand at",
         ),
         (
-            with_leg_line("femurr_mm = 82"),
+            with_leg_line("femurr_mm = 8"),
             'unknown key "femurr_mm" in legs.right_front. "femur_mm"',
         ),
-        (
-            with_leg_line(TWICE),
-            f"my.toml line {with_leg_line(TWICE).splitlines().index('femur_mm = 83') + 1}: "
-            'key "femur_mm" is given twice.',
-        ),
+        (with_leg_line(TWICE), f'my.toml line {LINE}: key "femur_mm" is given twice.'),
         (
             with_leg_line("femur_mm = 82\nfemur_cm = 8.2"),
-            'key "femur" is given twice, as "femur_cm" and in another unit.',
+            'key "femur" is given twice, as "femur_cm"',
         ),
         (
             swapped("com_mm = [75.816, -1.747, -21.392]", "com_m = [3.0, 0, 0]"),
-            "link tibia: centre of mass lies 3 m from a 0.14 m link."
-            " check the unit: com_mm or com_m",
+            "link tibia: centre of mass lies 3 m from a 0.14 m link. check the unit: com_mm or",
         ),
         (swapped(SERVO, "servo = {}"), "servo.name is missing. name = ..."),
         (swapped(SERVO, 'servo = "AX-12"'), 'no servo called "AX-12". "AX-12A"'),
-        (
-            named(" a"),
-            'name is " a"; it must be a plain name.'
-            " 1 to 64 printable characters, without a blank at the ends",
-        ),
+        (named(" a"), 'name is " a"; it must be a plain name. 1 to 64 printable characters,'),
     ],
 )
 def test_an_impossible_robot_is_told_why(tmp_path, text, what):
     error = said(tmp_path, text)
-    assert f"{error.what} {error.hint}".strip() == what
+    assert f"{error.what} {error.hint}".startswith(what)
     assert "my.toml" in f"{error.where} {error.what}"
     assert error.exit_status == 2
 
@@ -298,8 +256,7 @@ def test_any_printable_name_is_written_and_read_again(tmp_path, name):
     robot = load_robot("phantomx-paper")
     legs = (replace(robot.legs[0], name=name), *robot.legs[1:])
     text = robot_to_toml(replace(robot, name=name, description=f"{name}\n\t\x7f", legs=legs))
-    (tmp_path / "named.toml").write_text(text, encoding="utf-8")
-    again = load_robot(tmp_path / "named.toml")
+    again = loaded(tmp_path, text)
     assert (again.name, again.legs[0].name) == (name, name)
     assert again.description == f"{name}\n\t\x7f"
 
