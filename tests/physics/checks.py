@@ -28,7 +28,7 @@ CHECKS = {
     19: ("friction of sliding feet", "|T| ≤ μ N, T · slip ≤ 0", contact.cone),
     20: ("impact", "energy after ≤ energy before", contact.impact_energy),
     21: ("servo limits, every sample", "|τ| ≤ τ₀ (1 - |ω|/ω₀), …", servo.servo_limits),
-    22: ("force sharing", "A F = w, F = Aᵀλ + z", sharing.force_sharing),
+    22: ("force sharing", "A F = w, Σ F² least in the cones", sharing.force_sharing),
     23: ("quintic paths", "q, q', q'' continuous, ends exact", planning.quintic),
     24: ("gaits", "3 feet down, margin > 0, duty factor", planning.gaits),
     25: ("walking, mean load", "mean ΣN = m g", walking.mean_load),
