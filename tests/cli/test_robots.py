@@ -13,7 +13,6 @@ from phasmid.robot import robot_to_toml
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
 MARK_4 = DATA / "interbotix_xshexapod_descriptions/urdf/pxmark4.urdf"
-HUMA = DATA / "phantomx_description/urdf/phantomx.urdf"
 needs_data = pytest.mark.skipif(not DATA.exists(), reason="the descriptions are not there")
 
 
@@ -47,23 +46,6 @@ def test_a_sound_urdf_is_possible_and_walks(here, capsys):
     again = ["walk", "mk4/scenario.toml", "--out", "again", "--no-figures", "--quiet"]
     assert answered(capsys, *again)[0] == 0
     assert run.equals(phasmid.load_recording("again"))
-
-
-@needs_data
-def test_an_impossible_urdf_is_judged_and_walks_with_other_masses(here, capsys):
-    status, out, err = answered(capsys, "check", "--robot", HUMA)
-    assert status == 2
-    assert "impossible" in out
-    assert err.startswith("phasmid: ")
-    status, out, err = answered(capsys, "walk", "--robot", HUMA)
-    assert status == 2
-    assert "phasmid check" in err
-    assert "Traceback" not in err
-    options = ["--masses", "geometry", "--total-mass-g", "2100", "--duration", "2"]
-    options += ["--dt", "0.0005"]
-    arguments = ["walk", "--robot", HUMA, *options]
-    status, out, err = answered(capsys, *arguments, "--out", "huma", "--no-figures")
-    assert status == 0, err
 
 
 READERS = [

@@ -10,8 +10,7 @@ from pages.derivation import ANGLES, GRAVITY, LENGTHS, LINKS
 from phasmid import dynamics
 from phasmid.dynamics.matrices import in_plane
 from phasmid.dynamics.printed import printed_leg_matrices
-from phasmid.robot import load_robot, with_mass_model
-from support.general_robot import upright
+from phasmid.robot import load_robot
 
 # Row 10 of the physics charter. Torques are below 10 N·m and entries sums of some hundred terms,
 # so that round-off stays below 100 * 2.2e-16 * 10 = 2e-13.
@@ -49,16 +48,6 @@ def test_the_matrices_add_up_to_the_leg_torque(robot, rng):
         torque = torque + (matrix @ by[..., None])[..., 0]
     expected = dynamics.leg_torque(robot.arrays, q, qd, qdd)
     np.testing.assert_allclose(torque, expected, rtol=0, atol=TORQUE)
-
-
-def test_the_papers_form_with_every_misprint_corrected_is_the_equation_of_motion(robot, rng):
-    # Sums of about twenty terms below 10 N·m: 20 * 2.2e-16 * 10 = 4e-14.
-    robot = upright(with_mass_model(robot, "mid-length"))
-    q = rng.uniform(-np.pi, np.pi, size=(500, len(robot.legs), 3))
-    for legs, angles in ((robot.arrays, q), (robot.legs[1], q[:, 1])):
-        paper = printed_leg_matrices(legs, angles, misprints=())
-        for ours, true in zip(paper, dynamics.leg_matrices(legs, angles), strict=True):
-            np.testing.assert_allclose(ours, true, rtol=0, atol=1e-12)
 
 
 def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng):

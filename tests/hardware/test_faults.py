@@ -1,14 +1,12 @@
 """Faults of the emulated bus, its protection, and what a client sees of them."""
 
 import re
-import sys
-import time
 
 import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput
-from phasmid.hardware import Bus, Emulator, StatusError, make_servos, model
+from phasmid.hardware import StatusError, make_servos
 from phasmid.hardware.emulated_servo import Reading
 from phasmid.hardware.faults import FaultSource, parse_fault
 from phasmid.hardware.line import Line
@@ -17,7 +15,6 @@ from phasmid.hardware.status import status_error
 
 NAMES = {1: "AX-12A", 2: "XL430-W250"}
 BAUD = 1_000_000
-posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
 def line_of(protocol, *faults, seed=0):
@@ -167,21 +164,3 @@ def test_the_watchdog_of_an_x_servo_holds_it_and_locks_the_goal():
     assert write_goal(3000, 0.3) == StatusError.RANGE
     servo.handle(Packet(1, Instruction.WRITE, bytes([98, 0, 0])), 0.3)
     assert write_goal(3000, 0.3) == StatusError(0)
-
-
-# Behind a port ------------------------------------------------------------------------------------
-
-
-@posix
-@pytest.mark.parametrize(("fault", "flag"), [("1 hot", "OVERHEATING"), ("1 overload", "OVERLOAD")])
-@pytest.mark.parametrize("protocol", [1, 2])
-def test_a_failing_servo_reports_it_and_goes_limp(protocol, fault, flag):
-    pytest.importorskip("dynamixel_sdk")
-    servos = make_servos(NAMES[protocol], [1], baud=BAUD)
-    with Emulator(servos) as emulator, Bus(emulator.port, BAUD, protocol, latency=1e-3) as bus:
-        bus.models[1] = model(NAMES[protocol])
-        bus.write(1, "torque_enable", 1)
-        emulator.add_fault(fault)
-        time.sleep(0.1)
-        assert bus.errors(1) == StatusError[flag]
-        assert not emulator.servo(1).enabled

@@ -1,7 +1,6 @@
 """The live view of a robot on a bus."""
 
 import json
-import time
 
 import numpy as np
 import pytest
@@ -12,14 +11,8 @@ pytest.importorskip("websockets")
 
 from phasmid.hardware.live_view import serve_driver
 from support.foxglove_client import FoxgloveClient
+from support.hand_turned import until
 from support.virtual_bus import FollowingPlant, new_driver, virtual_bus
-
-
-def until(condition):
-    end = time.monotonic() + 20
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def test_a_client_sees_the_measured_angles_and_its_velocity_is_followed(monkeypatch):

@@ -105,17 +105,6 @@ def test_a_walk_in_the_air_shows_the_motor_and_not_viscous_friction():
     assert error[constant] <= 0.05 * values["motor_constant"]
 
 
-def csv_of(log, path, legs=ROBOT.legs):
-    """The log as CSV of `phasmid identify --compare`, the same for all legs."""
-    table = {"time_ms": 1000 * log.time, "voltage": np.full(len(log.time), 11.1)}
-    for leg in legs:
-        for j, joint in enumerate(("coxa", "femur", "tibia")):
-            table[f"{leg.name}.{joint}.target"] = log.target[:, j]
-            table[f"{leg.name}.{joint}.measured_deg"] = np.degrees(log.position[:, j])
-    rows = np.column_stack(list(table.values()))
-    np.savetxt(path, rows, fmt="%.6f", delimiter=",", header=",".join(table), comments="")
-
-
 @pytest.mark.slow
 def test_the_command_reads_the_log_of_a_robot(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)

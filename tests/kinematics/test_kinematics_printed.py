@@ -2,29 +2,15 @@
 
 import numpy as np
 
-from phasmid.kinematics import dh_transform, foot_position, joint_angles, rotation_rpy
+from phasmid.kinematics import dh_transform, rotation_rpy
 from phasmid.kinematics.printed import (
     printed_body_rotation,
     printed_dh_transform,
-    printed_joint_angles,
     printed_leg_pose,
 )
 from phasmid.robot import load_robot
 
 LEG = load_robot("phantomx-paper").legs[0]
-
-
-def test_eqs_3_to_9_corrected_are_the_joint_angles():
-    # Knees bent by 0.2 rad or more: the arc cosine multiplies round-off by at most 1/sin(0.2),
-    # so that 5 * 2.2e-16 * a few terms stays below 1e-13.
-    q = np.random.default_rng(0).uniform([-3.0, -0.7, -2.0], [3.0, 0.7, -0.2], (1000, 3))
-    p = foot_position(LEG, q[foot_position(LEG, q * [0, 1, 1])[:, 0] > 0.01])
-    assert len(p) > 500
-    corrected = printed_joint_angles(LEG, p, misprints=())
-    np.testing.assert_allclose(corrected, joint_angles(LEG, p), rtol=0, atol=1e-13)
-    # A foot out of reach has no angles of femur and tibia.
-    beyond = printed_joint_angles(LEG, np.array([1.0, 0.0, 0.0]), misprints=())
-    assert np.isnan(beyond).tolist() == [False, True, True]
 
 
 def test_eqs_1_and_2_corrected_are_the_transforms_of_chain_and_hip():

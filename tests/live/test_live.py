@@ -32,6 +32,7 @@ from phasmid.live import serve
 from phasmid.live import server as live_server
 from phasmid.live.scene import Scene
 from support.foxglove_client import FoxgloveClient, doubles, fields
+from support.hand_turned import until
 
 PAPER = load_scenario("paper").replace(duration=1.0)
 TOPICS = ["/joint_states", "/tf", "/odom", "/feet/left_rear/force"]
@@ -60,23 +61,17 @@ def connected(server, topics=()):
         client.close()
 
 
-def until(condition, between=lambda: None):
-    """Wait for another thread: at most 20 s, much longer than it takes."""
-    end = time.monotonic() + 20
-    while not condition():
-        assert time.monotonic() < end
-        between()
-        time.sleep(0.01)
-
-
 def until_all_arrive(client, server, run, clock):
     """Show the first state until every subscription is in force, and forget it."""
 
-    def show():
+    def all_arrive():
         clock.now += 1 / 60
         server.show(np.zeros(1), run.channels(run.first))
+        # The last of these states is received, too, before the run begins.
+        time.sleep(0.01)
+        return all(client.received.values())
 
-    until(lambda: all(client.received.values()), show)
+    until(all_arrive)
     for received in client.received.values():
         received.clear()
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from phasmid.robot import Body, Leg, Link, Robot, load_robot
@@ -45,12 +43,3 @@ def general_robot() -> Robot:
         )
     body = Body(1.3, np.array([0.02, -0.03, 0.01]), _random_inertia(rng, 1.3, 0.3), np.full(3, 0.3))
     return Robot("general", body, tuple(legs), load_robot("phantomx-paper").servo)
-
-
-def upright(robot: Robot) -> Robot:
-    """The robot with vertical coxa axes and no lateral offsets, as the paper's."""
-    legs = []
-    for leg in robot.legs:
-        links = {link.name: replace(link, lateral_offset=0.0) for link in leg.links}
-        legs.append(replace(leg, **links, mount_pitch=0.0, mount_roll=0.0))
-    return replace(robot, legs=tuple(legs))

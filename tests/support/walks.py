@@ -44,9 +44,6 @@ def _walks() -> list[tuple[str, str]]:
 WALKS = _walks()
 """Every gait of a schedule of its own, by the presets with so many legs in turn."""
 
-HEXAPODS = [name for name, gaits in GAITS_OF.items() if "tripod" in gaits]
-"""Presets of six legs."""
-
 
 def neutral_and_mass(name: str) -> tuple[np.ndarray, np.ndarray]:
     """Neutral feet and centre of mass of a preset, in the body's x and y [m]."""
