@@ -37,3 +37,10 @@ def compiled_engine(tmp_path_factory):
     from support.compiling import compile_once
 
     compile_once(tmp_path_factory.getbasetemp().parent)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty folder, in which the test runs."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

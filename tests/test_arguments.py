@@ -41,9 +41,8 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
-def test_first_argument_of_another_kind_is_refused_in_a_sentence(name, tmp_path, monkeypatch):
+def test_first_argument_of_another_kind_is_refused_in_a_sentence(name, here):
     """An object of a class of its own is no scenario, recording, robot, file or list of these."""
-    monkeypatch.chdir(tmp_path)
     function = getattr(phasmid, name)
     first, *others = inspect.signature(function).parameters.values()
     required = [one.name for one in others if one.default is one.empty]
@@ -69,9 +68,8 @@ def test_first_argument_of_another_kind_is_refused_in_a_sentence(name, tmp_path,
         ("LocomotionEngine", ("robot", "settings", "gait", "period", "dynamics")),
     ],
 )
-def test_no_argument_ends_in_an_error_from_the_depth(name, arguments, wrong, tmp_path, monkeypatch):
+def test_no_argument_ends_in_an_error_from_the_depth(name, arguments, wrong, here):
     """Each argument in turn has another kind: the call succeeds, or is refused in a sentence."""
-    monkeypatch.chdir(tmp_path)
     scenario = phasmid.load_scenario("paper").replace(duration=0.01, drive="ideal-servo")
     robot = scenario.load_robot()
     right = {

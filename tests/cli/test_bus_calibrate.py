@@ -171,8 +171,7 @@ def test_absent_servos_have_status_1(robot, tmp_path, capsys):
         (["--robot", "phantomx-ax", "--out", "old.toml"], "old.toml exists; nothing was written"),
     ],
 )
-def test_bad_options_are_refused(arguments, words, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_bad_options_are_refused(arguments, words, capsys, here):
     Path("old.toml").touch()
     assert main(["bus", "calibrate", "/dev/null", *arguments]) == 2
     assert words in capsys.readouterr().err

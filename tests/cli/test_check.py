@@ -16,13 +16,7 @@ from phasmid.scenario import load_scenario
 from phasmid.servo import complete_servo, load_servo
 from phasmid.studio.setting import setting_of
 
-pytestmark = pytest.mark.usefixtures("compiled_engine")
-
-
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("compiled_engine", "here")
 
 
 def checked(capsys, *arguments):

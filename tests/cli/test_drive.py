@@ -91,13 +91,10 @@ VELOCITY = ["--velocity", "0,0,0"]
         (["--commands", "absent.toml"], "absent.toml does not exist."),
     ],
 )
-def test_what_cannot_be_driven_is_refused_in_one_sentence(
-    arguments, said, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
+def test_what_cannot_be_driven_is_refused_in_one_sentence(arguments, said, here, capsys):
     assert main(["drive", *arguments]) == 2
     assert said in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+    assert not list(here.iterdir())
 
 
 def test_a_first_drive_announces_the_compiler_once(tmp_path, monkeypatch, capsys):

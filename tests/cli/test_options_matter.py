@@ -176,12 +176,11 @@ ALONE = {
 @pytest.mark.parametrize(
     "line", [f"{command} {option}" for command, options in ALONE.items() for option in options]
 )
-def test_an_option_without_effect_is_refused(line, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_an_option_without_effect_is_refused(line, capsys, here):
     assert main(line.split()) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"phasmid: --{line.rpartition(' --')[2].split()[0]} ")
-    assert not list(tmp_path.iterdir())
+    assert not list(here.iterdir())
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -10,6 +10,7 @@ from phasmid.cli import main
 from phasmid.paper.evidence import Evidence
 from phasmid.simulation import Run
 from phasmid.studies.executor import LocalExecutor
+from phasmid.studio.live_simulation import LiveSimulation
 
 STUDY = 'kind = "plan"\nmetrics = ["energy.work"]\nseeds = 1\n'
 
@@ -18,6 +19,7 @@ COMMANDS = {
     "drive": ["drive", "--velocity", "0.05,0,0"],
     "paper": ["paper"],
     "study": ["study", "study.toml"],
+    "studio": ["studio", "--no-open", "--port", "0"],
 }
 
 
@@ -32,20 +34,25 @@ PLACES = {
     "folder of a file": ("study.toml/out", "study.toml is not a folder"),
     "no access": ("out", "is not writable"),
     "read only": ("out", "read-only file system"),
-    "full disk": ("out", "needs about 0.01 GB; 0 GB are free on its disk"),
+    "full disk": ("out", "GB; 0 GB are free on its disk"),
 }
 
 
+WORK = (
+    (Run, "__init__"),
+    (Evidence, "trial"),
+    (LocalExecutor, "__enter__"),
+    (LiveSimulation, "start"),
+)
 CASES = [(command, place) for command in COMMANDS for place in PLACES]
-# The paper's files have names of their own in the folder.
-CASES.remove(("paper", "long name"))
+# The files of paper and studio have names of their own in the folder.
+CASES = [case for case in CASES if case not in (("paper", "long name"), ("studio", "long name"))]
 
 
 @pytest.mark.parametrize(("command", "place"), CASES)
-def test_a_place_is_refused_before_the_work(command, place, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "study.toml").write_text(STUDY)
-    for owner, name in ((Run, "__init__"), (Evidence, "trial"), (LocalExecutor, "__enter__")):
+def test_a_place_is_refused_before_the_work(command, place, here, monkeypatch, capsys):
+    (here / "study.toml").write_text(STUDY)
+    for owner, name in WORK:
         monkeypatch.setattr(owner, name, lambda *_, **__: pytest.fail("the work began"))
     if place == "no access":
         monkeypatch.setattr("os.access", lambda *_: False)
@@ -59,7 +66,7 @@ def test_a_place_is_refused_before_the_work(command, place, tmp_path, monkeypatc
     said = capsys.readouterr().err
     assert reason in said
     assert "Traceback" not in said
-    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+    assert [path.name for path in here.iterdir()] == ["study.toml"]
 
 
 def test_a_walk_without_room_for_its_folder_is_refused_before_its_first_step(

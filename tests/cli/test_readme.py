@@ -32,8 +32,7 @@ def shortened(arguments):
 
 
 @pytest.mark.slow
-def test_no_command_of_the_readme_refuses_another(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_no_command_of_the_readme_refuses_another(here, monkeypatch, capsys):
     monkeypatch.setattr("phasmid.studio.live_simulation.LiveSimulation", Stage)
     monkeypatch.setattr(Stage, "start", lambda self: interrupt())
     # What "make walk" writes, and the files that the reader brings.
@@ -68,8 +67,7 @@ def test_no_command_of_the_readme_refuses_another(tmp_path, monkeypatch, capsys)
     assert len(folders) == len(walks) - 1 + 2
 
 
-def test_a_folder_that_is_taken_gets_the_next_number(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_a_folder_that_is_taken_gets_the_next_number(here, capsys):
     walk = ["walk", "--duration", "0.1", "--no-figures"]
     Path("results").mkdir()
     Path("results/paper_duration-0.1-2.mcap").write_text("the log of a run that was cut off")

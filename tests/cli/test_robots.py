@@ -16,12 +16,6 @@ MARK_4 = DATA / "interbotix_xshexapod_descriptions/urdf/pxmark4.urdf"
 needs_data = pytest.mark.skipif(not DATA.exists(), reason="the descriptions are not there")
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def answered(capsys, *arguments):
     """Exit status, output and error text of a call."""
     status = main([str(argument) for argument in arguments])

@@ -1,16 +1,12 @@
 """``phasmid studio`` opens the page of a live robot, and ends when it is told to."""
 
-import errno
 import os
-import shutil
 import signal
 import socket
 import sys
-import tempfile
 import threading
 import urllib.request
 import webbrowser
-from types import SimpleNamespace
 
 import pytest
 
@@ -125,29 +121,6 @@ def test_a_robot_that_is_being_built_is_not_waited_for(stage, monkeypatch, capsy
     assert main(["studio", "--port", "0"]) == 130
     assert waited == [studio.LONGEST_CLOSE]
     assert capsys.readouterr().err == "phasmid: stopped.\n"
-
-
-def test_a_folder_of_recordings_that_cannot_be_used_is_refused_at_the_start(
-    stage, monkeypatch, tmp_path, capsys
-):
-    def refused(out):
-        assert main(["studio", "--no-open", "--port", "0", "--out", str(out)]) == 1
-        assert not stage.made
-        return capsys.readouterr().err
-
-    (tmp_path / "file").touch()
-    (tmp_path / "mine").mkdir()
-    assert "file is not a folder" in refused(tmp_path / "file")
-    assert "file is not a folder" in refused(tmp_path / "file" / "deeper")
-    assert "too long" in refused(tmp_path / ("x" * 300))
-    with monkeypatch.context() as full:
-        full.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=119e6))
-        assert "needs about 0.12 GB; 0.119 GB are free" in refused(tmp_path / "new" / "er")
-    with monkeypatch.context() as read_only:
-        denied = OSError(errno.EROFS, os.strerror(errno.EROFS))
-        read_only.setattr(tempfile, "TemporaryFile", lambda **_: (_ for _ in ()).throw(denied))
-        assert "read-only file system" in refused(tmp_path / "mine")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "mine"]
 
 
 @pytest.mark.parametrize("given", ["--no-open", "no display"])

@@ -24,12 +24,11 @@ def blocks(page, language):
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch):
+def run(here):
     """Runs Python code as a program in an empty folder; warnings are errors."""
-    monkeypatch.chdir(tmp_path)
 
     def run_code(code):
-        path = tmp_path / "program.py"
+        path = here / "program.py"
         path.write_text(code, encoding="utf-8")
         with warnings.catch_warnings():
             warnings.simplefilter("error")

@@ -18,11 +18,10 @@ void write_servo(int, float);
 """
 
 
-def test_the_sketch_of_the_page_compiles(tmp_path, monkeypatch, capsys):
+def test_the_sketch_of_the_page_compiles(here, capsys):
     compiler = next(filter(None, map(shutil.which, ("c++", "g++", "clang++"))), None)
     if compiler is None:
         pytest.skip("needs a C++ compiler")
-    monkeypatch.chdir(tmp_path)
     assert main(re.search("```\nphasmid (.*)\n```", PAGE)[1].split()) == 0, capsys.readouterr().err
     sketch = re.search("```cpp\n(.*?)```", PAGE, re.DOTALL)[1]
     Path("sketch.cpp").write_text(BOARD + sketch, encoding="utf-8")

@@ -13,13 +13,12 @@ OFFSETS = (Path(__file__).parents[2] / "examples/offset-legs.toml").read_text("u
 
 
 @pytest.mark.parametrize("servo", ["by name", "by its own table"])
-def test_the_robot_of_the_page_walks_on_either_servo(tmp_path, monkeypatch, capsys, servo):
-    monkeypatch.chdir(tmp_path)
+def test_the_robot_of_the_page_walks_on_either_servo(here, capsys, servo):
     text = ROBOT
     if servo == "by its own table":
         # Tables of TOML come after the keys that stand alone.
         text = re.sub(r'^servo = "AX-12A".*$', "", ROBOT, flags=re.MULTILINE) + SERVO
-    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    (here / "mine.toml").write_text(text, encoding="utf-8")
     commands = re.search(r"Then\n\n```\n(.*?)```", PAGE, re.DOTALL)[1].splitlines()
     assert [command.split()[:2] for command in commands] == [
         ["phasmid", "check"],
@@ -34,9 +33,8 @@ def test_the_robot_of_the_page_walks_on_either_servo(tmp_path, monkeypatch, caps
         assert "HV-20 at 6 V: stall 1.1 N·m" in told
 
 
-def test_the_robot_with_lateral_offsets_walks(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "offset-legs.toml").write_text(OFFSETS, encoding="utf-8")
+def test_the_robot_with_lateral_offsets_walks(here, capsys):
+    (here / "offset-legs.toml").write_text(OFFSETS, encoding="utf-8")
     assert main(["check", "--robot", "offset-legs.toml"]) == 0
     # The column of lateral offsets: to the left of two legs, to the right of the others.
     offsets = re.findall(r"^\d \w+ +(-?\d+)  ", capsys.readouterr().out, re.MULTILINE)

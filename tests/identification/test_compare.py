@@ -43,12 +43,6 @@ def unchanged():
     return log_of()
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def contains(quantity, difference):
     return quantity.interval[0] <= difference <= quantity.interval[1]
 

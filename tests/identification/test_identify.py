@@ -69,9 +69,8 @@ RNG = np.random.default_rng(1)
 
 
 @pytest.mark.slow
-def test_the_command_prints_a_table_and_writes_its_files(tmp_path, capsys, monkeypatch):
+def test_the_command_prints_a_table_and_writes_its_files(here, capsys):
     # M2 of the AX-12A with its law fixed; the exit status says that something is determined.
-    monkeypatch.chdir(tmp_path)
     values = held_out(AX, "m1", RNG)
     fixed = ("compliance_margin", "compliance_slope", "punch")
     for name in fixed:
@@ -89,7 +88,7 @@ def test_the_command_prints_a_table_and_writes_its_files(tmp_path, capsys, monke
     assert "motor_constant" in printed
     assert "rms error" in printed
     for file in ("servo.toml", "m1.json", "fit.svg"):
-        assert (tmp_path / file).stat().st_size > 100
+        assert (here / file).stat().st_size > 100
     assert main(arguments) == 2
     assert "exists" in capsys.readouterr().err
 

@@ -106,22 +106,21 @@ def test_a_walk_in_the_air_shows_the_motor_and_not_viscous_friction():
 
 
 @pytest.mark.slow
-def test_the_command_reads_the_log_of_a_robot(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_reads_the_log_of_a_robot(here, capsys):
     rng = np.random.default_rng(1)
     values = held_out(SERVO, "own", rng)
     (log,) = read(list(walks(ROBOT, ("middle",))), SERVO, "own", values, rng)
     targets, positions = (np.repeat(x[:, None], 6, axis=1) for x in (log.target, log.position))
     supply = np.full(len(log.time), 11.1)
-    write_csv(tmp_path / "log.csv", ROBOT, log.time, targets, positions, voltage=supply)
+    write_csv(here / "log.csv", ROBOT, log.time, targets, positions, voltage=supply)
     fixed = "compliance_margin,compliance_slope,punch,backlash,load_loss"
     arguments = ["identify", "log.csv", "--robot", "phantomx-ax", "--fix", fixed]
     assert main([*arguments, "--figure", "fit.svg", "--out", "servo.toml"]) == 0
     printed = capsys.readouterr().out
     assert "viscous_friction" in printed
     assert "hanging" not in printed
-    assert (tmp_path / "fit.svg").stat().st_size > 100
-    assert (tmp_path / "servo.toml").stat().st_size > 100
+    assert (here / "fit.svg").stat().st_size > 100
+    assert (here / "servo.toml").stat().st_size > 100
 
 
 @pytest.mark.slow

@@ -82,8 +82,7 @@ def test_a_fallen_robot_ends_its_episode_and_pays_once():
     assert information["reward_sums"]["fall"].tolist() == [0.0, -10.0]
 
 
-def test_a_robot_whose_state_is_not_finite_ends_its_episode(tmp_path, monkeypatch, capfd):
-    monkeypatch.chdir(tmp_path)
+def test_a_robot_whose_state_is_not_finite_ends_its_episode(here, capfd):
     env = WalkVectorEnv(2)
     env.reset(seed=0)
     env.physics.qpos[0, 9] = np.nan
@@ -96,7 +95,7 @@ def test_a_robot_whose_state_is_not_finite_ends_its_episode(tmp_path, monkeypatc
     assert np.isfinite(env.physics.qpos).all()
     # MuJoCo would print a warning, and write it to a file.
     assert capfd.readouterr() == ("", "")
-    assert not list(tmp_path.iterdir())
+    assert not list(here.iterdir())
 
 
 @pytest.mark.parametrize("command", [(0.1, 0.0, 0.0), (0.0, -0.08, 0.0), (0.05, 0.05, 0.4)])
