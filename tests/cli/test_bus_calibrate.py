@@ -153,14 +153,6 @@ def test_a_servo_that_falls_silent_ends_the_calibration(robot, tmp_path):
     assert not path.exists()
 
 
-@posix
-def test_absent_servos_have_status_1(robot, tmp_path, capsys):
-    with Bench(robot, faults=["4 dead"]) as bench:
-        arguments = ["bus", "calibrate", bench.emulator.port, "--robot", "phantomx-ax", *PATIENT]
-        assert main([*arguments, "--out", str(tmp_path / "robot.toml")]) == 1
-    assert "no servo answers for right_middle.coxa (id 4)" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

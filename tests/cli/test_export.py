@@ -67,21 +67,11 @@ def test_mcap_names_the_legs(here):
 
 
 @pytest.mark.parametrize("suffix", [".urdf", ".xml", ".toml"])
-@pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-mk4"])
-def test_a_robot_there_and_back_keeps_geometry_and_masses(here, capsys, suffix, preset):
-    there, back = f"{preset}{suffix}", f"back-{preset}.toml"
-    assert main(["export", "--robot", preset, "--out", there]) == 0
+def test_what_a_format_of_robots_loses_is_told(here, capsys, suffix):
+    assert main(["export", "--robot", "phantomx-mk4", "--out", f"mine{suffix}"]) == 0
     assert (" are lost." in capsys.readouterr().out) == (suffix != ".toml")
-    assert main(["export", "--robot", there, "--out", back]) == 0
-    first, last = phasmid.load_robot(preset), phasmid.load_robot(back)
-    assert last.leg_names == first.leg_names
-    same = ("lengths", "mass", "com", "inertia", "p_body_hip", "joint_limits", "neutral_foot")
-    for name in same:
-        own = getattr(first.arrays, name)
-        np.testing.assert_allclose(getattr(last.arrays, name), own, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(last.body.inertia, first.body.inertia, rtol=0, atol=1e-9)
-    if suffix == ".toml":
-        assert last.servo == first.servo
+    assert main(["export", "--robot", f"mine{suffix}", "--out", "back.toml"]) == 0
+    assert phasmid.load_robot("back.toml").leg_names == phasmid.load_robot("phantomx-mk4").leg_names
 
 
 def test_a_folder_gets_solids_and_meshes(here, capsys):

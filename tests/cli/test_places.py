@@ -69,9 +69,7 @@ def test_a_place_is_refused_before_the_work(command, place, here, monkeypatch, c
     assert [path.name for path in here.iterdir()] == ["study.toml"]
 
 
-def test_a_walk_without_room_for_its_folder_is_refused_before_its_first_step(
-    tmp_path, monkeypatch, capsys
-):
+def test_a_walk_without_room_for_its_folder_is_refused(tmp_path, monkeypatch, capsys):
     # The log would fit, but not the folder beside it: 1 s of samples takes about 2 MB.
     free = 12_000_000
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(free, 0, free))

@@ -73,9 +73,7 @@ NUMBERS = [getattr(signal, name) for name in STOP_SIGNALS if hasattr(signal, nam
 
 
 @pytest.mark.parametrize("number", NUMBERS)
-def test_it_opens_the_page_and_ends_at_a_signal_as_it_should(
-    number, stage, monkeypatch, tmp_path, capsys
-):
+def test_it_opens_the_page_and_ends_at_a_signal(number, stage, monkeypatch, tmp_path, capsys):
     before = [signal.getsignal(one) for one in NUMBERS]
     seen = opened(monkeypatch, lambda: interrupt(number))
     options = ["--port", "0", "--out", str(tmp_path / "kept"), "--gait", "wave"]

@@ -136,9 +136,7 @@ def test_one_trunk_serves_any_number_of_joint_states(robot):
             np.testing.assert_allclose(whole[i], work(i), rtol=0, atol=1e-12, err_msg=name)
 
 
-def test_a_falling_robot_with_locked_joints_feels_nothing_and_a_resting_one_its_weight(
-    robot, state
-):
+def test_a_falling_robot_feels_nothing_and_a_resting_one_its_weight(robot, state):
     body, q, *_ = state
     still, zero = np.zeros_like(q), np.zeros(3)
     rest = dynamics.BodyMotion.at_rest(body.position, body.rotation)

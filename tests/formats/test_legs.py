@@ -273,7 +273,7 @@ def without_feet():
     return replace(TREE, links=links, joints=tuple(j for j in TREE.joints if j.kind != "fixed"))
 
 
-def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball():
+def test_a_foot_is_named_given_or_taken_from_the_mesh():
     tree = without_feet()
     assert refusal(tree).startswith("legs 1, 2, 3 and 3 more: its foot is not given; its last link")
     length = MK4.legs[0].tibia.length
@@ -289,16 +289,6 @@ def test_a_foot_is_named_given_or_taken_from_the_mesh_or_a_ball():
         text.startswith("legs 1, 2, 3 and 3 more: no foot in the file; the tip of the shape")
         for text in said(imported, Severity.SUSPECT)
     )
-    # A ball of 12 mm about a point 120 mm from the tibia's axis is the foot.
-    for name in tree.links:
-        if name.endswith("tibia_link"):
-            tree = with_link(tree, name, balls=((0.12, 0.0, 0.0, 0.012),))
-    imported = robot_from_tree(tree)
-    assert imported.robot.legs[0].tibia.length == pytest.approx(0.12, abs=1e-12)
-    assert imported.robot.foot_radius == 0.012
-    (note,) = [f for f in imported.findings if "the ball of its last link" in f.what]
-    assert note.sentence.endswith("was taken, 120.0 mm from the tibia's axis, of radius 12 mm.")
-    assert note.hint.startswith('foot = "0.12,0,0", in metres')
 
 
 def test_foot_options_name_a_link_or_a_point_for_each_leg_or_are_refused():

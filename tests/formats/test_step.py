@@ -72,9 +72,7 @@ def test_parts_keep_their_colours_and_volumes(assembly, drawing):
         assert 1e9 * part.solid.mass == pytest.approx(placed.solid.shape.volume, rel=1e-5)
 
 
-def test_the_round_trip_keeps_geometry_within_a_micrometre_and_inertias_within_one_percent(
-    imported, assembly
-):
+def test_the_round_trip_keeps_geometry_and_inertias(imported, assembly):
     assert imported.leg_names == ROBOT.leg_names
     made = mass_properties(assembly)
     links = [(imported.body, made["body"])]

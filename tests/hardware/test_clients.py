@@ -58,7 +58,7 @@ def settled(read, goal, tolerance, within=5.0):
         ("XL430-W250", 2.0, 116, 64, 132, 4, 2600),
     ],
 )
-def test_the_makers_library_finds_reads_and_moves_a_servo(
+def test_the_makers_library_moves_a_servo(
     name, protocol, goal_at, enable_at, position_at, size, goal
 ):
     sdk = pytest.importorskip("dynamixel_sdk")

@@ -550,9 +550,7 @@ def test_the_log_is_a_recording_of_what_was_sent_and_read(monkeypatch, tmp_path)
 @pytest.mark.parametrize(
     ("name", "words"), [("a" * 300 + ".mcap", "name"), ("file/a.mcap", "folder"), ("a.mcap", "GB")]
 )
-def test_a_log_that_cannot_be_written_is_refused_before_the_torque(
-    monkeypatch, tmp_path, name, words
-):
+def test_a_log_is_refused_before_the_torque(monkeypatch, tmp_path, name, words):
     (tmp_path / "file").touch()
     if words == "GB":
         monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=1e6))

@@ -63,9 +63,7 @@ def test_legs_135_swing_first_from_half_a_stroke_behind_to_half_a_stroke_ahead()
         (uneven_robot(), "ripple"),
     ],
 )
-def test_standing_feet_stay_where_they_stand_and_swinging_feet_stay_above(
-    robot, gait, timing, stride
-):
+def test_standing_feet_stay_and_swinging_feet_stay_above(robot, gait, timing, stride):
     # Stance law "straight" is exact, sway and tilt or not: 1e-12 m is round-off of the inverse
     # and back.
     changes = {"stance_timing": timing, "period": 4.0, **STRIDES[stride]}

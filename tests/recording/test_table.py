@@ -85,9 +85,7 @@ FORMULAS = [
 ]
 
 
-def test_no_name_becomes_a_formula_whatever_the_spreadsheet_takes_for_a_separator(
-    recording, tmp_path
-):
+def test_no_name_becomes_a_formula_whatever_the_separator(recording, tmp_path):
     for name in FORMULAS:
         save_csv(recording, tmp_path / "a.csv", leg_names=[name, "other"])
         text = (tmp_path / "a.csv").read_text("utf-8")

@@ -178,9 +178,7 @@ def test_bad_arguments_get_one_sentence(arguments, sentence, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("letters", "status"), [("+" * 10, 0), ("f" * 10, 1)])
-def test_the_exit_status_says_whether_a_loss_is_shown(
-    letters, status, tmp_path, capsys, monkeypatch
-):
+def test_the_exit_status_shows_a_loss(letters, status, tmp_path, capsys, monkeypatch):
     """Ten of ten pairs lost: p = 2 / 2^10."""
     file = tmp_path / "passes.json"
     ground.save(passes(range(10), stairs="+" * 10), file)
