@@ -88,12 +88,8 @@ def test_a_gait_file_that_cannot_be_says_why(tmp_path, text, what, line, hint):
 def test_offsets_of_legs_that_the_robot_lacks_are_refused(tmp_path):
     legs = (*NAMES[:5], "left_fornt")
     path = written(tmp_path, by_name({name: i / 6 for i, name in enumerate(legs)}))
-    with pytest.raises(InvalidGait) as caught:
+    with pytest.raises(InvalidGait, match=r'names a leg "left_fornt"; (.|\n)*try  "left_front"'):
         load_gait(path, leg_names=NAMES)
-    assert caught.value.what == (
-        'gait.offsets names a leg "left_fornt"; the robot has none of that name.'
-    )
-    assert caught.value.hint == '"left_front"'
     with pytest.raises(InvalidGait, match=r"gait\.offsets go by the names of legs"):
         load_gait(path)
 

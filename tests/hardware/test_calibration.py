@@ -62,10 +62,8 @@ def test_a_calibration_of_lerobot_is_told_from_ours(tmp_path, space):
     motor = {"id": 1, "drive_mode": 0, "homing_offset": -20, "range_min": 900, "range_max": 3100}
     path, robot = tmp_path / "arm.json", load_robot("phantomx-mk4")
     path.write_text(space + json.dumps({"right_front_coxa": motor}, indent=4))
-    with pytest.raises(InvalidInput) as caught:
+    with pytest.raises(InvalidInput, match=r"of LeRobot, (.|\n)*try  phasmid bus calibrate /dev"):
         load_calibration(path, robot)
-    assert caught.value.what.startswith("arm.json is a calibration of LeRobot, whose homing_offset")
-    assert caught.value.hint == "phasmid bus calibrate /dev/ttyUSB0 --robot phantomx-mk4"
     path.write_text(space + '{"joints": []}')
     with pytest.raises(InvalidInput, match=r"arm\.json is JSON; a calibration is a TOML file\."):
         load_calibration(path, replace(robot, name="mine"))

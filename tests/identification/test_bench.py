@@ -75,6 +75,7 @@ def test_a_servo_table_has_the_identified_values():
         assert servo.delay == values["delay"]
 
 
+RIGHT = "time [s],target [deg],position [deg]\n"
 HEADING = "time [ms],position [deg],target [rad],powered,note\n"
 
 
@@ -96,21 +97,17 @@ def test_a_csv_has_units_and_columns_in_any_order(tmp_path):
         ("time [s],target [deg]\n0,1\n", 'no column "position"'),
         ("time [s],target [deg],position [m]\n0,1,2\n", 'has the unit "m"'),
         ("time [s],target [deg],position\n0,1,2\n", 'has the unit ""'),
-        (
-            "time [s],target [deg],position [deg]\n0,1,2\n0,1,2\n",
-            "log row 2: time 0 s does not follow 0 s",
-        ),
-        ("time [s],target [deg],position [deg]\n0,1,2\n1,x,2\n", "target in row 2"),
-        ("time [s],target [deg],position [deg]\n0,1,2\n", "has 1 rows"),
-        ("time [s],target [deg],position [deg]\n0,1,2\n9999,1,2\n", "at most 3600 s"),
+        (f"{RIGHT}0,1,2\n0,1,2\n", "log row 2: time 0 s does not follow 0 s"),
+        (f"{RIGHT}0,1,2\n1,x,2\n", "target in row 2"),
+        (f"{RIGHT}0,1,2\n", "has 1 rows"),
+        (f"{RIGHT}0,1,2\n9999,1,2\n", "at most 3600 s"),
     ],
 )
 def test_a_bad_log_is_refused(tmp_path, text, message):
     path = tmp_path / "log.csv"
     path.write_text(text)
-    with pytest.raises(InvalidInput) as error:
+    with pytest.raises(InvalidInput, match=message):
         load_bench_log(path, LOAD, 12.0)
-    assert message in str(error.value)
 
 
 @pytest.mark.parametrize("model", ["m1", "m2", "m3", "m4", "m5", "m6"])

@@ -63,12 +63,8 @@ def test_the_first_unreachable_point_is_named():
     p = np.tile(robot.arrays.neutral_foot, (2, 500, 1, 1))
     for place in ((1, 200, 4), (1, 200, 5), (1, 300, 0)):
         p[place] = [np.nan, 0.0, 0.0] if place == (1, 300, 0) else [0.4, 0.0, -0.1]
-    with pytest.raises(Unreachable) as caught:
+    with pytest.raises(Unreachable, match=r"leg 5, point 1, 200, 4: .* is 362\.1 mm from the fem"):
         joint_angles(robot.arrays, p)
-    assert str(caught.value) == (
-        "leg 5, point 1, 200, 4: foot target (400.0, 0.0, -100.0) mm is 362.1 mm from the "
-        "femur axis; the leg reaches 58.0 to 222.0 mm."
-    )
     with pytest.raises(Unreachable, match=r"leg right_front: foot target \(nan, 0.0, 0.0\) mm"):
         joint_angles(robot.legs[0], p[1, 300, 0])
 

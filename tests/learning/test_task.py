@@ -32,9 +32,8 @@ def test_tasks_load_and_units_are_converted(tmp_path):
 def test_bad_tasks_are_refused_in_one_sentence(tmp_path, text, sentence):
     path = tmp_path / "task.toml"
     path.write_text(text)
-    with pytest.raises(InvalidInput) as error:
+    with pytest.raises(InvalidInput, match=sentence):
         load_task(path)
-    assert sentence in str(error.value)
     with pytest.raises(InvalidInput, match="unknown key"):
         load_task("walk").replace(fidelty="full")
 

@@ -160,10 +160,8 @@ def test_an_older_log_is_replaced_only_by_force(tmp_path):
     path, arrays = tmp_path / "walk.mcap", everything(2)
     write(path)
     before = path.read_bytes()
-    with pytest.raises(InvalidInput) as caught:
+    with pytest.raises(InvalidInput, match=r"walk\.mcap exists; .*\n  try  phasmid report "):
         RecordingLog(path, arrays, CUT, time=np.arange(2.0))
-    assert caught.value.what == f"{path} exists; nothing was written."
-    assert caught.value.hint.startswith(f"phasmid report {path}")
     assert path.read_bytes() == before
     with RecordingLog(path, arrays, CUT, time=np.arange(2.0), force=True) as log:
         assert path.read_bytes() == before
@@ -184,11 +182,8 @@ def fill_until_full(path, time, arrays):
 
 def test_a_full_disk_keeps_what_was_saved_and_says_how_much(tmp_path):
     path = tmp_path / "walk.mcap"
-    with pytest.raises(OutputError) as caught:
+    with pytest.raises(OutputError, match="file too large; 41 s of 59 s were saved and") as caught:
         fill_until_full(path, np.arange(60.0), everything(60))
-    assert caught.value.what == (
-        f"cannot write {path}: file too large; 41 s of 59 s were saved and can be read."
-    )
     assert caught.value.exit_status == 1
     with pytest.warns(DamagedRecording, match="is cut off: 4[2-7] of 60 samples"):
         assert load_recording(path).sizes["time"] >= 42
@@ -198,11 +193,8 @@ def test_a_disk_without_room_is_found_before_the_run(tmp_path, monkeypatch):
     # Time and a position: 32 bytes a sample, 3.2 GB for 10^8 of them.
     monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=10**9))
     time = np.broadcast_to(0.0, 10**8)
-    with pytest.raises(OutputError) as caught:
+    with pytest.raises(OutputError, match=r"a\.mcap needs about 3\.2 GB; 1 GB are free on its"):
         RecordingLog(tmp_path / "a.mcap", {"body_position": np.zeros((1, 3))}, CUT, time=time)
-    assert (
-        caught.value.what == f"{tmp_path / 'a.mcap'} needs about 3.2 GB; 1 GB are free on its disk."
-    )
 
 
 POSITION = "float64 time  # s\nfloat64[3] body_position  # m"

@@ -60,12 +60,9 @@ def test_the_verdict_follows_the_discordant_pairs(theirs, verdict, worse):
 # Pairs --------------------------------------------------------------------------------------------
 
 
-def test_runs_of_equal_seeds_make_pairs():
+def test_runs_of_equal_seeds_make_pairs_and_others_in_order():
     """Seeds 2 and 3 are common: their places are 2, 3 and 1, 0."""
     assert ground.seed_pairs([0, 1, 2, 3], [3, 2, 7]) == [(2, 1), (3, 0)]
-
-
-def test_runs_of_other_seeds_make_pairs_in_order():
     assert ground.seed_pairs([0, 1, 2], [10, 11]) == [(0, 0), (1, 1)]
 
 
