@@ -1,6 +1,5 @@
 """Channels of any numbers, one of each kind."""
 
-from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -25,7 +24,7 @@ def everything(samples):
 
 
 @contextmanager
-def files_of_at_most(size: int) -> Iterator[None]:
+def files_of_at_most(size):
     """No file of this process can grow beyond a size [bytes]."""
     resource, signal = pytest.importorskip("resource"), pytest.importorskip("signal")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -29,12 +29,12 @@ def loaded(tmp_path, text):
     return load_robot(path)
 
 
-def with_leg_line(line, leg="right_front"):
+def on_leg(line, leg="right_front"):
     """The paper's robot with one more line in the table of one leg."""
     return PAPER.replace(f"[legs.{leg}]", f"[legs.{leg}]\n{line}")
 
 
-def swapped(old, new):
+def swap(old, new):
     assert old in PAPER
     return PAPER.replace(old, new, 1)
 
@@ -73,7 +73,7 @@ def test_a_robot_written_and_read_again_has_the_same_numbers(preset, tmp_path):
 
 def test_a_hip_is_turned_by_its_yaw_then_its_pitch_then_its_roll(tmp_path):
     # X_body_hip = Rz(yaw) Ry(pitch) Rx(roll); a pitch lowers x, a roll raises y.
-    robot = loaded(tmp_path, with_leg_line("pitch_deg = 20\nroll_deg = -10"))
+    robot = loaded(tmp_path, on_leg("pitch_deg = 20\nroll_deg = -10"))
     leg = robot.legs[0]
     y, p, r = (math.radians(a) for a in (-45, 20, -10))
     Rz = [[math.cos(y), -math.sin(y), 0], [math.sin(y), math.cos(y), 0], [0, 0, 1]]
@@ -133,7 +133,7 @@ def test_kits_have_the_published_numbers(preset, lengths_mm, hip_mm, yaw_deg, ma
 
 
 def test_a_leg_may_have_its_own_lengths_and_units(tmp_path):
-    legs = loaded(tmp_path, with_leg_line("femur_cm = 9\ntibia = 0.15")).legs
+    legs = loaded(tmp_path, on_leg("femur_cm = 9\ntibia = 0.15")).legs
     assert legs[0].lengths == pytest.approx([0.052, 0.09, 0.15], abs=1e-15)
     assert legs[1].lengths == pytest.approx([0.052, 0.082, 0.14], abs=1e-15)
 
@@ -146,7 +146,7 @@ def test_other_numbers_of_legs_are_welcome_where_the_file_says_so(tmp_path):
 
 
 def test_home_angles_may_stand_for_the_neutral_foot(tmp_path):
-    leg = loaded(tmp_path, with_leg_line("home_deg = [0, 0, -90]")).legs[0]
+    leg = loaded(tmp_path, on_leg("home_deg = [0, 0, -90]")).legs[0]
     # Level femur, hanging tibia: 52 + 82 mm out, 140 mm down.
     assert leg.neutral_foot == pytest.approx([0.134, 0, -0.140], abs=1e-15)
 
@@ -154,72 +154,55 @@ def test_home_angles_may_stand_for_the_neutral_foot(tmp_path):
 SERVO = 'servo = "AX-12A"'
 COXA = "inertia_g_mm2 = { xx = 8633.6, yy = 9496.5, zz = 9496.5, xy = -0.04, xz = 0.04, yz = 0 }"
 INERTIA = "inertia_g_mm2 = { xx = 31076.2, yy = 233156, zz = 210833, xy = -1.832, xz = 254.103"
-IN_QUOTES = swapped("femur_mm = 82", 'femur_mm = "82"')
+TINY = "inertia_g_mm2 = { xx = 0.0086, yy = 0.0095, zz = 0.0095 }"
+NO_BODY = "inertia_g_mm2 = { xx = 1e5, yy = 1e5, zz = 3e5"
+COM, JOINT = "com_mm = [75.816, -1.747, -21.392]", "joint right_front.tibia: "
+LEFT_REAR = "[legs.left_rear]\nmount_mm = [-124.8, 61.64, 0]\nyaw_deg = 135\n"
+IN_QUOTES = swap("femur_mm = 82", 'femur_mm = "82"')
 TWICE = "femur_mm = 82\nfemur_mm = 83"
-LINE = with_leg_line(TWICE).splitlines().index("femur_mm = 83") + 1
+LINE = on_leg(TWICE).splitlines().index("femur_mm = 83") + 1
 
 
 def named(name):
-    return swapped('name = "phantomx-paper"', f'name = "{name}"')
+    return swap('name = "phantomx-paper"', f'name = "{name}"')
 
 
 @pytest.mark.parametrize(
     ("text", "what"),
     [
-        (with_leg_line("femur_mm = -82"), "leg right_front: femur is -82 mm; it must be finite"),
-        (with_leg_line("femur_m = 82"), "leg right_front: femur is 82 m; lengths above 2 m are"),
-        (with_leg_line("femur_mm = inf"), "leg right_front: femur is inf; it must be a finite"),
+        (on_leg("femur_mm = -82"), "leg right_front: femur is -82 mm; it must be finite"),
+        (on_leg("femur_m = 82"), "leg right_front: femur is 82 m; lengths above 2 m are"),
+        (on_leg("femur_mm = inf"), "leg right_front: femur is inf; it must be a finite"),
         ("legs = 3", "leg and legs must be tables."),
         ("[legs]\na = 1", "legs.a must be a table."),
         (IN_QUOTES, 'leg.femur is "82"; it must be a number.'),
+        (swap(COXA, TINY), "link coxa: inertia 9.5e-12 kg m^2 gives a gyration radius of 0.021 mm"),
+        (swap(INERTIA, NO_BODY), "link tibia: principal moments 0.0001, 0.0001, 0.0003 kg m^2 can"),
+        (swap("mass_g = 73.685", "mass_g = 0"), "link tibia: mass is 0 kg; it must be greater"),
         (
-            swapped(COXA, "inertia_g_mm2 = { xx = 0.0086, yy = 0.0095, zz = 0.0095 }"),
-            "link coxa: inertia 9.5e-12 kg m^2 gives a gyration radius of 0.021 mm for a 52 mm",
+            swap(LEFT_REAR, ""),
+            "robot: 5 legs given; a hexapod has 6. Missing: left_rear. leg_count",
         ),
         (
-            swapped(INERTIA, "inertia_g_mm2 = { xx = 1e5, yy = 1e5, zz = 3e5"),
-            "link tibia: principal moments 0.0001, 0.0001, 0.0003 kg m^2 cannot belong to a rigid",
-        ),
-        (swapped("mass_g = 73.685", "mass_g = 0"), "link tibia: mass is 0 kg; it must be greater"),
-        (
-            PAPER.replace("[legs.left_rear]\nmount_mm = [-124.8, 61.64, 0]\nyaw_deg = 135\n", ""),
-            "robot: 5 legs given; a hexapod has 6. Missing: left_rear. leg_count = 5,",
-        ),
-        (
-            PAPER.replace("mount_mm = [0, -103.4, 0]", "mount_mm = [124.8, -61.64, 0]"),
+            swap("mount_mm = [0, -103.4, 0]", "mount_mm = [124.8, -61.64, 0]"),
             "legs right_front and right_middle share the hip position (0.1248, -0.06164, 0) m.",
         ),
+        (on_leg("joint_limits.tibia = [-75, 60]"), f"{JOINT}its limits reach 75 rad, 11.9 turns;"),
+        (on_leg("joint_limits.tibia_deg = [60, -60]"), f"{JOINT}lower limit 60° is above upper li"),
         (
-            with_leg_line("joint_limits.tibia = [-75, 60]"),
-            "joint right_front.tibia: its limits reach 75 rad, 11.9 turns; they must be within",
-        ),
-        (
-            with_leg_line("joint_limits.tibia_deg = [60, -60]"),
-            "joint right_front.tibia: lower limit 60° is above upper limit -60°. tibia_deg = [-60,",
-        ),
-        (
-            with_leg_line("home_deg = [0, 110, -110]", "left_rear"),
+            on_leg("home_deg = [0, 110, -110]", "left_rear"),
             "joint left_rear.femur: home 110° is outside [-100°, 100°].",
         ),
+        (on_leg("neutral_foot_mm = [-150, 0, -100]"), "leg right_front: neutral foot lies -150 mm"),
+        (on_leg("femurr_mm = 8"), 'unknown key "femurr_mm" in legs.right_front. "femur_mm"'),
+        (on_leg(TWICE), f'my.toml line {LINE}: key "femur_mm" is given twice.'),
+        (on_leg("femur_mm = 82\nfemur_cm = 8"), 'key "femur" is given twice, as "femur_cm" and'),
         (
-            with_leg_line("neutral_foot_mm = [-150, 0, -100]"),
-            "leg right_front: neutral foot lies -150 mm along its hip's x axis; it must stand at",
+            swap(COM, "com_m = [3.0, 0, 0]"),
+            "link tibia: centre of mass lies 3 m from a 0.14 m link",
         ),
-        (
-            with_leg_line("femurr_mm = 8"),
-            'unknown key "femurr_mm" in legs.right_front. "femur_mm"',
-        ),
-        (with_leg_line(TWICE), f'my.toml line {LINE}: key "femur_mm" is given twice.'),
-        (
-            with_leg_line("femur_mm = 82\nfemur_cm = 8.2"),
-            'key "femur" is given twice, as "femur_cm"',
-        ),
-        (
-            swapped("com_mm = [75.816, -1.747, -21.392]", "com_m = [3.0, 0, 0]"),
-            "link tibia: centre of mass lies 3 m from a 0.14 m link. check the unit: com_mm or",
-        ),
-        (swapped(SERVO, "servo = {}"), "servo.name is missing. name = ..."),
-        (swapped(SERVO, 'servo = "AX-12"'), 'no servo called "AX-12". "AX-12A"'),
+        (swap(SERVO, "servo = {}"), "servo.name is missing. name = ..."),
+        (swap(SERVO, 'servo = "AX-12"'), 'no servo called "AX-12". "AX-12A"'),
         (named(" a"), 'name is " a"; it must be a plain name. 1 to 64 printable characters,'),
     ],
 )
@@ -239,7 +222,7 @@ def test_an_impossible_robot_is_told_why(tmp_path, text, what):
     ],
 )
 def test_what_is_wrong_in_the_shared_leg_is_told_with_its_own_line(tmp_path, old, new, line):
-    text = swapped(old, new)
+    text = swap(old, new)
     assert said(tmp_path, text).where == f"my.toml, line {text.splitlines().index(line) + 1}"
 
 

@@ -1,7 +1,6 @@
 """A quadruped whose legs end in balls, as an MJCF file."""
 
 from itertools import product
-from pathlib import Path
 
 BALL = '<geom type="sphere" size="{radius}" pos="0 0 -0.2"/>'
 
@@ -14,7 +13,7 @@ LEG = """
 <joint name="{n}3" axis="0 1 0" range="-2.7 -0.92"/>{foot}</body></body></body>"""
 
 
-def ball_dog(folder: Path, radius: float = 0.02, foot: str = BALL) -> Path:
+def ball_dog(folder, radius=0.02, foot=BALL):
     """Write the file; links of 200 mm.
 
     Args:

@@ -1,13 +1,9 @@
 """A real browser for tests of pages: the system's Chromium, driven by playwright."""
 
-from __future__ import annotations
-
 import io
 import os
 import shutil
-from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +24,7 @@ PATIENCE = 90.0
 
 
 @contextmanager
-def started(*flags: str) -> Iterator[Any]:
+def started(*flags):
     """A browser; the test is skipped where nothing drives one.
 
     Args:
@@ -47,12 +43,12 @@ def started(*flags: str) -> Iterator[Any]:
         browser.close()
 
 
-def is_ours(message: Any) -> bool:
+def is_ours(message):
     """Whether a line of the console is the page's, and not of a graphics driver to itself."""
     return "GL Driver Message" not in message.text
 
 
-def until(window: Any, truth: str) -> None:
+def until(window, truth):
     """Wait for a truth; a page's policy forbids the driver's own way, which evaluates text."""
     for _ in range(round(PATIENCE / 0.05)):
         if window.evaluate(truth):
@@ -61,7 +57,7 @@ def until(window: Any, truth: str) -> None:
     raise AssertionError(f"{PATIENCE:g} s passed and not: {truth}")
 
 
-def pixels(window: Any, selector: str = "#view") -> np.ndarray:
+def pixels(window, selector="#view"):
     """A part of the page as numbers, shape (H, W, 3)."""
     from PIL import Image
 

@@ -1,7 +1,5 @@
 """A cable to an emulated bus that can be cut and unplugged, and processes that use it."""
 
-from __future__ import annotations
-
 import os
 import pty
 import select
@@ -24,7 +22,7 @@ class Cable:
         is_cut: Whether bytes are dropped in both directions, as with a broken data line.
     """
 
-    def __init__(self, path: Path, port: str) -> None:
+    def __init__(self, path, port):
         self.path, self.is_cut, self._ends = path, False, threading.Event()
         self._port = os.open(port, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self._port)
@@ -32,14 +30,14 @@ class Cable:
         mode = termios.tcgetattr(self._port)
         mode[4] = mode[5] = termios.B1000000
         termios.tcsetattr(self._port, termios.TCSANOW, mode)
-        self._near: int | None = None
+        self._near = None
         self._name = ""
         self._lock = threading.Lock()
         self.plug()
         self._thread = threading.Thread(target=self._carry, daemon=True)
         self._thread.start()
 
-    def plug(self) -> None:
+    def plug(self):
         """Make a new pseudo-terminal, and let the link name it."""
         near, far = pty.openpty()
         if os.ttyname(far) == self._name:
@@ -56,7 +54,7 @@ class Cable:
         self.path.unlink(missing_ok=True)
         self.path.symlink_to(self._name)
 
-    def unplug(self) -> None:
+    def unplug(self):
         """Close the pseudo-terminal; its path ends with it."""
         self.path.unlink()
         with self._lock:
@@ -64,7 +62,7 @@ class Cable:
         if near is not None:
             os.close(near)
 
-    def close(self) -> None:
+    def close(self):
         """End the thread, and close everything."""
         self._ends.set()
         self._thread.join()
@@ -72,13 +70,13 @@ class Cable:
             self.unplug()
         os.close(self._port)
 
-    def __enter__(self) -> Cable:
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         self.close()
 
-    def _carry(self) -> None:
+    def _carry(self):
         while not self._ends.is_set():
             with self._lock:
                 near = self._near

@@ -1,27 +1,25 @@
 """A robot without any symmetry."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from phasmid.robot import Body, Leg, Link, Robot, load_robot
 
 
-def _random_inertia(rng: np.random.Generator, mass: float, size: float) -> np.ndarray:
+def _random_inertia(rng, mass, size):
     # Second moments of a cloud of points, so that some rigid body has this inertia.
     points = rng.normal(size=(8, 3)) * size / 4
     spread = mass * points.T @ points / 8
     return np.trace(spread) * np.eye(3) - spread
 
 
-def _random_link(rng: np.random.Generator, name: str) -> Link:
+def _random_link(rng, name):
     length, mass = rng.uniform(0.05, 0.2), rng.uniform(0.02, 0.3)
     com = rng.uniform(-0.4, 0.4, size=3) * length + [length / 2, 0.0, 0.0]
     inertia = _random_inertia(rng, mass, length)
     return Link(name, length, mass, com, inertia, 0.04 if name == "coxa" else 0.0)
 
 
-def general_robot() -> Robot:
+def general_robot():
     """Five unlike legs on tilted hips with lateral offsets, every inertia full."""
     rng, tilt = np.random.default_rng(20180816), np.random.default_rng(20261121)
     legs = []

@@ -1,7 +1,6 @@
 """Names that would run, load or write something wherever they are not taken for mere text (W11)."""
 
 from dataclasses import replace
-from typing import Any
 
 from phasmid.robot import load_robot, robot_to_toml
 from phasmid.scenario import load_scenario, scenario_to_toml
@@ -24,7 +23,7 @@ LEG_NAMES = (
 """Such as a robot file may hold: letters that cannot be seen are refused there."""
 
 
-def hostile_files(duration: float) -> dict[str, str]:
+def hostile_files(duration):
     """A scenario's file and its robot's, ``robot.toml``, whose names are such; by their names."""
     robot = load_robot("phantomx-paper")
     legs = tuple(replace(leg, name=name) for leg, name in zip(robot.legs, LEG_NAMES, strict=True))
@@ -37,7 +36,7 @@ def hostile_files(duration: float) -> dict[str, str]:
     }
 
 
-def hostile_walk(recording: Any) -> Any:
+def hostile_walk(recording):
     """A recording whose robot and scenario are named so.
 
     Args:

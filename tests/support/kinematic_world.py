@@ -1,7 +1,5 @@
 """A world without forces: joints follow their targets, and stance feet do not move."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,14 +1,10 @@
 """Runs of sequences without physics: joints that are where their targets were."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from phasmid.control.sequences import Sequencer, Stage
-from phasmid.experiment import Command, JointTargets, Observation
+from phasmid.experiment import JointTargets, Observation
 
 DT = 0.005
 
@@ -16,14 +12,14 @@ DT = 0.005
 class Still:
     """A controller that holds the joints as they were when it was reset."""
 
-    def __init__(self) -> None:
-        self.commands: list[Command] = []
+    def __init__(self):
+        self.commands = []
         self.q = np.zeros((0, 3))
 
-    def reset(self, observation: Observation) -> None:
+    def reset(self, observation):
         self.q = np.array(observation.joint_position)
 
-    def update(self, observation: Observation, command: Command) -> JointTargets:
+    def update(self, observation, command):
         self.commands.append(command)
         return JointTargets(self.q, 0 * self.q)
 
@@ -38,14 +34,8 @@ class Told:
 
 
 def run(
-    sequencer: Sequencer,
-    q: np.ndarray,
-    commands: Iterable[Command],
-    *,
-    change: Callable[[int, Observation], Observation] = lambda _, observation: observation,
-    begin: bool = True,
-    until: Stage | None = None,
-) -> Told:
+    sequencer, q, commands, *, change=lambda _, observation: observation, begin=True, until=None
+):
     """Update a sequencer with one command after the other, every 5 ms.
 
     Args:
@@ -60,7 +50,7 @@ def run(
     observation = Observation(start, q)
     if begin:
         sequencer.reset(change(-1, observation))
-    told: list[JointTargets] = []
+    told = []
     stages = []
     for k, command in enumerate(commands):
         seen = replace(observation, time=start + (k + 1) * DT)

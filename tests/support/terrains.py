@@ -1,7 +1,5 @@
 """One terrain of each kind that the PhantomX of the paper can walk."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from phasmid.terrain import height_text

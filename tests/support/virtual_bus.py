@@ -1,7 +1,5 @@
 """A servo bus in virtual time: the emulator without thread and pseudo-terminal, for exact tests."""
 
-from __future__ import annotations
-
 from contextlib import contextmanager
 
 import numpy as np

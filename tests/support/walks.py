@@ -1,7 +1,5 @@
 """Presets with the gaits that they can walk, and robots with odd legs."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -9,7 +7,7 @@ import numpy as np
 
 from phasmid.gait import GAITS
 from phasmid.kinematics import centre_of_mass, joint_angles, neutral_feet
-from phasmid.robot import Leg, Link, Robot, load_robot, preset_names, with_neutral_foot
+from phasmid.robot import Link, load_robot, preset_names, with_neutral_foot
 
 GAITS_OF = {name: tuple(GAITS[len(load_robot(name).legs)]) for name in preset_names()}
 """Gaits by preset."""
@@ -20,9 +18,9 @@ PRESETS_OF = {
 """Presets by number of legs."""
 
 
-def _different(legs: int) -> list[str]:
+def _different(legs):
     """Names of the gaits of so many legs, one for each schedule."""
-    names: dict[tuple, str] = {}
+    names = {}
     for name, gait in GAITS[legs].items():
         names.setdefault((gait.duty_factor, gait.offsets, gait.sway), name)
     return list(names.values())
@@ -32,7 +30,7 @@ SLOW = ("lynxmotion-ch3r", "markwtech")
 """Presets whose servos lift a foot by 30 mm in half of 2 s, but not always in a wave's sixth."""
 
 
-def _walks() -> list[tuple[str, str]]:
+def _walks():
     """Presets and gaits, each preset with so many legs in turn."""
     found = [(name, "tripod") for name in SLOW]
     for legs, presets in PRESETS_OF.items():
@@ -45,20 +43,20 @@ WALKS = _walks()
 """Every gait of a schedule of its own, by the presets with so many legs in turn."""
 
 
-def neutral_and_mass(name: str) -> tuple[np.ndarray, np.ndarray]:
+def neutral_and_mass(name):
     """Neutral feet and centre of mass of a preset, in the body's x and y [m]."""
     robot = load_robot(name)
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     return neutral_feet(robot)[:, :2], centre_of_mass(robot, q)[:2]
 
 
-def with_servo(**changes: float | None) -> Robot:
+def with_servo(**changes):
     """The paper's robot, with other numbers of its servo."""
     robot = load_robot("phantomx-paper")
     return replace(robot, servo=replace(robot.servo, **changes))
 
 
-def tilted_robot() -> Robot:
+def tilted_robot():
     """A hexapod whose coxa axes lean outwards by 20° and aside, legs at yaws of their own.
 
     Left and right legs are mirror images, masses included: all centres of mass lie in the legs'
@@ -70,7 +68,7 @@ def tilted_robot() -> Robot:
         "rear": (-140.0, 20.0, 3.0),
     }
 
-    def mounted(leg: Leg) -> Leg:
+    def mounted(leg):
         side = 1.0 if leg.name.startswith("right") else -1.0
         yaw, pitch, roll = np.radians(turns[leg.name.split("_")[1]])
         links = {link.name: _even(link, link.length) for link in leg.links}
@@ -82,10 +80,10 @@ def tilted_robot() -> Robot:
     return with_neutral_foot(robot, 0.15, 0.1)
 
 
-def uneven_robot() -> Robot:
+def uneven_robot():
     """A hexapod with longer rear legs: femurs by 15 mm, tibias by 30 mm."""
 
-    def grown(leg: Leg) -> Leg:
+    def grown(leg):
         if "rear" not in leg.name:
             return leg
         longer = {"femur": leg.femur.length + 0.015, "tibia": leg.tibia.length + 0.03}
@@ -96,7 +94,7 @@ def uneven_robot() -> Robot:
     return replace(robot, name="uneven", legs=tuple(grown(leg) for leg in robot.legs))
 
 
-def _even(link: Link, length: float) -> Link:
+def _even(link, length):
     """A link of some length as an even rod of 20 mm, its weight grown with its length."""
     mass = link.mass * length / link.length
     across, along = mass * 0.01**2 / 4, mass * 0.01**2 / 2
@@ -105,11 +103,11 @@ def _even(link: Link, length: float) -> Link:
     return Link(link.name, length, mass, com, np.diag([along, across, across]))
 
 
-def scaled_robot(robot: Robot, factor: float) -> Robot:
+def scaled_robot(robot, factor):
     """The robot with all lengths times a factor, of the same density."""
     mass, inertia = factor**3, factor**5
 
-    def scaled(link: Link) -> Link:
+    def scaled(link):
         return replace(
             link,
             length=factor * link.length,
