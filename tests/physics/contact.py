@@ -66,14 +66,9 @@ def static_depth(bench):
     law, weight = run.scenario.contact_law(run.robot), run.robot.mass * run.scenario.model.gravity
     depth = touching(run.robot, run.model, run.data).depth
     why = "Springs are exact at rest; after 2 s the residual motion is below 1e-12 m."
-    yield row(
-        f"mean of {contact_points(run.robot)} points",
-        float(depth.mean()) if len(depth) else math.nan,
-        1e-9,
-        why,
-        unit="m",
-        expected=weight / (contact_points(run.robot) * law.stiffness),
-    )
+    points = contact_points(run.robot)
+    found, expected = depth.mean() if len(depth) else math.nan, weight / (points * law.stiffness)
+    yield row(f"mean of {points} points", found, 1e-9, why, unit="m", expected=expected)
 
 
 def standing(bench):
@@ -170,14 +165,8 @@ def incline(bench):
             slides = _speed_on_slope(run, middle) > limit
             low, high = (low, middle) if slides else (middle, high)
         why = "Specified; slip from a slope 0.1° too steep shows after 0.5 s; bisected to 0.06°."
-        yield row(
-            f"steepest that holds, μ = {friction:g}",
-            math.degrees((low + high) / 2),
-            0.5,
-            why,
-            unit="°",
-            expected=math.degrees(critical),
-        )
+        case, expected = f"steepest that holds, μ = {friction:g}", math.degrees(critical)
+        yield row(case, math.degrees((low + high) / 2), 0.5, why, unit="°", expected=expected)
 
 
 def creep(bench):
@@ -209,21 +198,14 @@ def stopping(bench):
             "Half a step at full speed is 0.2 %; the damper in which friction ends adds about "
             "0.1 mm, 0.2 %."
         )
-        yield row(
-            f"way, μ = {friction:g}",
-            float(run.data.qpos[0]) - start,
-            0.005 * expected,
-            why,
-            unit="m",
-            expected=expected,
-        )
+        way, case = float(run.data.qpos[0]) - start, f"way, μ = {friction:g}"
+        yield row(case, way, 0.005 * expected, why, unit="m", expected=expected)
         why = (
             "A slipping point receives an additional normal force μ · damping · v, as in engines "
             "with convex contact: above load / (μ · damping), here some 0.1 m/s, feet hop."
         )
-        yield row(
-            f"time off the ground, μ = {friction:g}", 100 * aloft / steps, None, why, unit="%"
-        )
+        case = f"time off the ground, μ = {friction:g}"
+        yield row(case, 100 * aloft / steps, None, why, unit="%")
 
 
 def cone(bench):
@@ -241,9 +223,8 @@ def cone(bench):
         f"A point that slips by more than {FAST_SLIP:g} m/s has all the friction that the cone "
         "allows; round-off as above."
     )
-    yield row(
-        "short of μ times the normal force, fast slip", short.max(initial=0.0), 1e-9, why, unit="N"
-    )
+    case = "short of μ times the normal force, fast slip"
+    yield row(case, short.max(initial=0.0), 1e-9, why, unit="N")
     why = "Friction on a slipping point only dissipates energy."
     yield row("along the slip", along.max(initial=0.0), 1e-9, why, unit="N")
     yield samples(int(slips.sum()), "points that slipped fast, all steps together")
