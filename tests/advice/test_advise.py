@@ -130,33 +130,6 @@ def test_servos_that_do_not_hold_give_status_2(capsys):
     assert "the AX-12A does not hold it in the tripod gait." in captured.err
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--robot", "nobody"], 'no robot called "nobody".'),
-        (["--servo", "AX-12"], 'no servo called "AX-12".'),
-        (["--gait", "gallop"], 'no gait called "gallop".'),
-        (["--payload-g", "much"], '--payload-g is "much"'),
-        (["--payload-g", "-5"], "--payload-g is -5"),
-        (["--speed-mm-s", "0"], '--speed-mm-s is "0"'),
-        (["--speed-mm-s", "900"], "--speed-mm-s 133"),
-        (["--servo", "mg996r"], 'try  "MG996R"'),
-        (["--battery-mah", "nan"], '--battery-mah is "nan"'),
-        (["--out", "advice.txt"], '--out is "advice.txt"'),
-        (
-            ["--robot", "phantomx-ax", "--step-length-mm", "0", "--speed-mm-s", "20"],
-            "step_length is 0",
-        ),
-    ],
-)
-def test_bad_input_gets_one_sentence(arguments, message, capsys):
-    assert main(["advise", "--robot", "phantomx-ax", *arguments]) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert message in captured.err
-    assert captured.err.startswith("phasmid: ")
-
-
 @pytest.mark.parametrize("number", [0.0, -1.0, np.nan])
 def test_speed_and_capacity_must_be_positive(number):
     with pytest.raises(InvalidInput, match="speed is"):

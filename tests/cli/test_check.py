@@ -159,41 +159,6 @@ def test_a_walk_gets_its_longest_step(here, capsys):
     assert out.endswith("possible.\n")
 
 
-PLACE = ("--foot-at", "1", "0,0,0")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error"),
-    [
-        (["--foot-at", "right_frnt", "0,0,0"], 'there is no leg "right_frnt"; legs are right_'),
-        (["--foot-at", "9", "0,0,0"], "there is no leg 9; legs are 1 to 6."),
-        (["--foot-at", "1", "0,nan,0"], '--foot-at LEG is "0,nan,0"; it must be three numbers'),
-        (["--pose", "0,1"], '--pose is "0,1"; it must be three numbers with commas between.'),
-        (["--pose", "0,0,0", *PLACE], "--foot-at and a posture are two questions;"),
-        ([*PLACE, "--frame", "world"], '--frame is "world"; it must be body or hip.'),
-        ([*PLACE, "--out", "a.txt"], '--out is "a.txt"; it must end in .svg, .png, .pdf.'),
-        ([*PLACE, "--out", "a.svg"], "a.svg exists; nothing was written.\n  try  --force"),
-        (["phantomx-ax"], "phantomx-ax is a robot, no scenario.\n  try  --robot phantomx-ax"),
-        (["tripod"], "tripod is a gait, no scenario.\n  try  --gait tripod"),
-        (["--robot", "phantomx-ax", "--total-mass-g", "0"], "--total-mass-g is 0 g; it must be"),
-        (["--robot", "phantomx-ax", "--mesh-unit", "inch"], '--mesh-unit is "inch"; it must be'),
-        (["--robot", "phantomx-ax", "--package", "a"], 'package is "a"; it must be a name and'),
-        (
-            ["--robot", "phantomx-ax", "--total-mass-g", "5000"],
-            "phantomx-ax describes its robot in full; options of reading are for URDF, MJCF and "
-            "STEP files.\n  try  phasmid export --robot phantomx-ax --out robot.toml",
-        ),
-    ],
-)
-def test_bad_input_gets_one_sentence(here, capsys, arguments, error):
-    (here / "a.svg").write_text("older")
-    status, _, err = checked(capsys, *arguments)
-    assert status == 2
-    assert err.startswith(f"phasmid: {error}")
-    assert [path.name for path in here.iterdir()] == ["a.svg"]
-    assert (here / "a.svg").read_text() == "older"
-
-
 # The servo verdict --------------------------------------------------------------------------------
 
 STRONG = complete_servo(

@@ -1,4 +1,4 @@
-"""``phasmid gaits``: what it prints, and what it refuses."""
+"""``phasmid gaits``: what it prints."""
 
 import re
 from pathlib import Path
@@ -52,26 +52,6 @@ def test_lost_legs_are_walked_without(capsys):
     assert "tripod without 2" in out
     assert "2 right middle" not in out
     assert "shift ahead, left" in out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--step-length-mm", "far"), 'phasmid: --step-length-mm is "far"; it must be a number.\n'),
-        (
-            ("--lost", "1,2", "--gait", "wave"),
-            "phasmid: without legs 1, 2 the others do not hold the robot: the centre of mass "
-            "is 50.8 mm outside the support polygon.\n"
-            "  try  feet that stand closer to where the legs are missing\n",
-        ),
-        (("--gait", "tripode"), 'phasmid: no gait called "tripode".\n'),
-        (("--gait", "nowhere.toml"), "phasmid: nowhere.toml does not exist.\n"),
-    ],
-)
-def test_what_cannot_be_told_is_refused_in_a_sentence(capsys, arguments, said):
-    status, out, err = answered(capsys, *arguments)
-    assert (status, out) == (2, "")
-    assert err.startswith(said)
 
 
 def test_the_page_of_gaits_tells_what_the_command_tells(capsys):

@@ -1,4 +1,4 @@
-"""``phasmid report``: result folders, figures and their refusals."""
+"""``phasmid report``: result folders and figures."""
 
 import shutil
 import webbrowser
@@ -68,34 +68,6 @@ def test_all_are_those_whose_channels_are_recorded(here, monkeypatch):
 def test_the_catalogue_is_listed(capsys):
     assert main(["report", "--list-figures"]) == 0
     assert set(CATALOGUE) <= set(capsys.readouterr().out.split())
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error"),
-    [
-        (["results/a", "--figures", "gait-digram"], 'no figure "gait-digram".'),
-        (["results/b", "--figures", "power"], "recording results/b does not exist."),
-        (["results", "--figures", "power"], "results is a folder without a recording.nc."),
-        ([], "no recording is named."),
-        (["b.nc", "results/a"], "several recordings have no common result folder;"),
-        (["b.nc", "results/a", "--figures", "power", "--video", "a.gif"], "a video shows one run;"),
-        (["b.nc", "--figures", "power", "--format", "pgn"], 'no format "pgn".\n  try  "png"'),
-        (["b.nc", "--figures", "power", "--dpi", "nan"], '--dpi is "nan"; it must be a number'),
-        (["b.nc", "--figures", "power", "--width-mm", "8.5"], '--width-mm is "8.5"; it must be'),
-        (["b.nc", "--figures", "power,joint-angle", "--legs", "9"], "there is no leg 9;"),
-        (["b.nc", "--figures", "power,servo-current"], "the recording has no servo_current;"),
-        (["results/a", "b.nc", "--figures", "walk"], "the figure walk shows one run;"),
-        (["b.nc", "--figures", "power", "--labels", "a,b"], "2 labels were given for 1 runs;"),
-        (["b.nc", "--dpi", "300"], "--dpi belongs to --figures, which is missing."),
-        (["b.nc", "--figures", "power", "--mcap"], "--mcap belongs to a result folder."),
-        (["b.nc", "--open", "--no-figures"], "--open shows report.html, which --no-figures"),
-    ],
-)
-def test_a_report_is_refused_before_anything_is_drawn(here, capsys, arguments, error):
-    before = set(here.rglob("*"))
-    assert main(["report", *arguments]) == 2
-    assert capsys.readouterr().err.startswith(f"phasmid: {error}")
-    assert set(here.rglob("*")) == before
 
 
 def test_figures_are_replaced_only_with_force(here, capsys):

@@ -135,24 +135,6 @@ def test_no_browser_is_opened_where_none_is_wanted(given, stage, monkeypatch):
     assert asked == []
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [
-        (["--port", "http"], '--port is "http"; it must be a whole number from 0 to 65535.'),
-        (["--host", "a..b"], '--host is "a..b"; it must be a name or a number of this machine.'),
-        # An address that is kept for examples, and no machine's.
-        (["--host", "192.0.2.1", "--port", "0"], "cannot listen at 192.0.2.1, port 0: "),
-        (["--gait", "tripode"], 'no gait called "tripode".'),
-        (["--prot", "8033"], 'no option "--prot".'),
-        (["nowhere"], 'no scenario called "nowhere".'),
-    ],
-)
-def test_what_cannot_be_shown_is_refused_in_one_sentence(options, said, stage, capsys):
-    assert main(["studio", "--no-open", *options]) == 2
-    assert capsys.readouterr().err.startswith(f"phasmid: {said}")
-    assert not stage.made
-
-
 def test_without_the_extra_its_command_is_named(stage, monkeypatch, capsys):
     monkeypatch.delitem(sys.modules, "phasmid.studio.guard")
     monkeypatch.setitem(sys.modules, "starlette.datastructures", None)

@@ -91,27 +91,3 @@ def test_the_command_prints_a_table_and_writes_its_files(here, capsys):
         assert (here / file).stat().st_size > 100
     assert main(arguments) == 2
     assert "exists" in capsys.readouterr().err
-
-
-BENCH, LEG = ["--mass-g", "1", "--length-mm", "1"], ["--robot", "phantomx-ax"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], "--mass-g is missing"),
-        (["--mass-g", "x", "--length-mm", "1"], "must be a positive number"),
-        (["--mass-g", "1,2", "--length-mm", "1"], "2 numbers for 1 logs"),
-        ([*BENCH, "--model", "m7"], 'no model "m7"'),
-        ([*BENCH, "--bam", "a.json"], "BAM has no model"),
-        (BENCH, "does not exist"),
-        ([*LEG, "--mass-g", "300"], "is for a pendulum"),
-        ([*LEG, "--leg", "right_frnt"], "right_front"),
-        (["--leg", "right_front"], "needs the robot"),
-        (["--robot", "phantomx-axe"], "phantomx-ax"),
-        (LEG, "does not exist"),
-    ],
-)
-def test_bad_options_are_refused(capsys, arguments, message):
-    assert main(["identify", "absent.csv", *arguments]) == 2
-    assert message in capsys.readouterr().err
