@@ -16,26 +16,10 @@ from phasmid.formats.solids.assembly import build123d
 from phasmid.robot.glb import read_glb
 
 
-@pytest.fixture(scope="module")
-def run():
-    scenario = phasmid.load_scenario("paper").replace(duration=0.4)
-    return phasmid.simulate(scenario, phasmid.plan(scenario))
-
-
-@pytest.fixture
-def here(run, tmp_path, monkeypatch):
-    """A folder with two recordings: ``results/a`` and ``b.nc``."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "results/a").mkdir(parents=True)
-    phasmid.save_recording(run, tmp_path / "results/a/recording.nc")
-    phasmid.save_recording(run, tmp_path / "b.nc")
-    return tmp_path
-
-
-def test_a_table_lies_beside_the_folder_and_keeps_every_bit(here, run, capsys):
+def test_a_table_lies_beside_the_folder_and_keeps_every_bit(runs, run, capsys):
     assert main(["export", "results/a"]) == 0
     assert capsys.readouterr().out == "Written to results/a.csv\n"
-    with (here / "results/a.csv").open(newline="") as file:
+    with (runs / "results/a.csv").open(newline="") as file:
         heading, *rows = csv.reader(file)
     numbers = dict(zip(heading, np.array(rows, dtype=float).T, strict=True))
     np.testing.assert_array_equal(numbers["time [s]"], run["time"].values)
@@ -44,10 +28,10 @@ def test_a_table_lies_beside_the_folder_and_keeps_every_bit(here, run, capsys):
         np.testing.assert_array_equal(numbers[f"joint_torque.{name}.femur [N m]"], torque)
     # The result folder holds nothing foreign, so that a walk of its name may still replace it.
     assert main(["export", "results/a/recording.nc", "--force", "--quiet"]) == 0
-    assert not list((here / "results/a").glob("*.csv"))
+    assert not list((runs / "results/a").glob("*.csv"))
 
 
-def test_netcdf_is_a_recording_of_the_chosen_channels(here, run):
+def test_netcdf_is_a_recording_of_the_chosen_channels(runs, run):
     command = ["export", "b.nc", "--out", "c.nc", "--channels", "foot_force,joint_torque"]
     assert main([*command, "--rate", "100"]) == 0
     found = phasmid.load_recording("c.nc")
@@ -55,11 +39,11 @@ def test_netcdf_is_a_recording_of_the_chosen_channels(here, run):
     assert found.equals(run[["joint_torque", "foot_force"]].isel(time=slice(None, None, 10)))
 
 
-def test_mcap_names_the_legs(here):
+def test_mcap_names_the_legs(runs):
     from mcap.reader import make_reader
 
     assert main(["export", "b.nc", "--out", "b.mcap", "--rate", "50"]) == 0
-    with (here / "b.mcap").open("rb") as file:
+    with (runs / "b.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
     topics = {channel.topic for channel in summary.channels.values()}
     assert {"/joint_states", "/tf", "/feet/right_front/force"} <= topics
@@ -67,36 +51,36 @@ def test_mcap_names_the_legs(here):
 
 
 @pytest.mark.parametrize("suffix", [".urdf", ".xml", ".toml"])
-def test_what_a_format_of_robots_loses_is_told(here, capsys, suffix):
+def test_what_a_format_of_robots_loses_is_told(runs, capsys, suffix):
     assert main(["export", "--robot", "phantomx-mk4", "--out", f"mine{suffix}"]) == 0
     assert (" are lost." in capsys.readouterr().out) == (suffix != ".toml")
     assert main(["export", "--robot", f"mine{suffix}", "--out", "back.toml"]) == 0
     assert phasmid.load_robot("back.toml").leg_names == phasmid.load_robot("phantomx-mk4").leg_names
 
 
-def test_a_folder_gets_solids_and_meshes(here, capsys):
+def test_a_folder_gets_solids_and_meshes(runs, capsys):
     pytest.importorskip("build123d")
     assert main(["export", "--robot", "phantomx-paper", "--out", "cad"]) == 0
     files = {"phantomx-paper.step", "phantomx-paper.step.toml", "phantomx-paper.glb"}
-    assert {path.name for path in (here / "cad").iterdir()} == files
+    assert {path.name for path in (runs / "cad").iterdir()} == files
     printed = capsys.readouterr().out
     assert all(name in printed for name in files)
-    assert set(read_glb(here / "cad/phantomx-paper.glb")) == {"body", "coxa", "femur", "tibia"}
+    assert set(read_glb(runs / "cad/phantomx-paper.glb")) == {"body", "coxa", "femur", "tibia"}
     # The STEP file with its sidecar is a robot.
     assert main(["check", "--robot", "cad/phantomx-paper.step"]) == 0
     assert "52 / 82 / 140 " in capsys.readouterr().out
 
 
-def test_solids_without_the_extra_name_what_to_install(here, capsys, monkeypatch):
+def test_solids_without_the_extra_name_what_to_install(runs, capsys, monkeypatch):
     build123d.cache_clear()
     monkeypatch.setitem(sys.modules, "build123d", None)
     assert main(["export", "--out", "cad"]) == 2
     build123d.cache_clear()
     assert f"try  {install_hint('cad')}" in capsys.readouterr().err
-    assert not (here / "cad").exists()
+    assert not (runs / "cad").exists()
 
 
-def test_the_command_in_a_header_makes_it_again(here, capsys):
+def test_the_command_in_a_header_makes_it_again(runs, capsys):
     walk = ["paper", "--robot", "octopod", "--gait", "wave", "--samples", "17"]
     assert main(["export", *walk, "--out", "new/first.h"]) == 0
     written = "Written to new/first.h: octopod, 8 legs, 16 samples of a cycle\n"
@@ -108,7 +92,7 @@ def test_the_command_in_a_header_makes_it_again(here, capsys):
     assert Path("first.h").read_text("utf-8") == text
 
 
-def test_an_exported_walk_is_a_trajectory(here):
+def test_an_exported_walk_is_a_trajectory(runs):
     assert main(["walk", "--duration", "1", "--out", "a", "--no-figures", "--quiet"]) == 0
     assert main(["export", "a", "--out", "angles.csv", "--quiet"]) == 0
     walk = ["walk", "--duration", "1", "--no-figures", "--quiet", "--trajectory"]

@@ -1,10 +1,10 @@
 """Mistakes in a command line get one sentence and status 2, and change no file."""
 
 import shlex
+import shutil
 
 import pytest
 
-from phasmid import load_scenario, plan, save_recording, simulate
 from phasmid.cli import main
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")
@@ -13,15 +13,10 @@ FILES = ("a.svg", "old.toml", "there.h", "there.csv", "there.urdf")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A folder with two runs, ``results/a`` and ``b.nc``, other files, and a folder ``d.csv``."""
-    folder = tmp_path_factory.mktemp("folder")
-    scenario = load_scenario("paper").replace(duration=0.05)
-    run = simulate(scenario, plan(scenario))
-    for name in ("results/a", "d.csv"):
-        (folder / name).mkdir(parents=True)
-    for name in ("results/a/recording.nc", "b.nc"):
-        save_recording(run, folder / name)
+def folder(results, tmp_path_factory):
+    """A folder with two runs, other files, and a folder ``d.csv``."""
+    folder = shutil.copytree(results, tmp_path_factory.mktemp("folder"), dirs_exist_ok=True)
+    (folder / "d.csv").mkdir()
     for name in FILES:
         (folder / name).write_text("mine")
     return folder

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 from phasmid import load_scenario, plan
+from phasmid.cli import main
 from phasmid.errors import InvalidInput
 from phasmid.formats import firmware_header
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.kinematics.leg import angles_and_margin
 
-OFFSET_LEGS = Path(__file__).parents[2] / "examples/offset-legs.toml"
+ROOT, PAPER = Path(__file__).parents[2], load_scenario("paper")
+OFFSET_LEGS = ROOT / "examples/offset-legs.toml"
 HOST = Path(__file__).with_name("firmware_host.c")
 WARNINGS = ("-Wall", "-Wextra", "-Werror", "-pedantic", "-Wdouble-promotion")
 DOUBLE = "-DPHASMID_REAL=double"
@@ -121,7 +123,7 @@ def codes(robot, q, margin):
 
 @pytest.mark.parametrize("name", WALKS)
 def test_the_header_computes_as_the_package_does(name, tmp_path):
-    scenario = load_scenario("paper").replace(**WALKS[name])
+    scenario = PAPER.replace(**WALKS[name])
     walk = plan(scenario)
     robot, samples = walk.robot, scenario.stride.samples - 1
     feet = feet_around(robot, 3 * REACHABLE)
@@ -161,23 +163,22 @@ def test_the_header_computes_as_the_package_does(name, tmp_path):
 
 def test_single_precision_places_feet_within_a_micrometre(tmp_path):
     """Round-off of a float is 6e-8 of its value, 2e-8 m at 0.3 m; some fifty add up."""
-    scenario = load_scenario("paper")
-    robot = scenario.load_robot()
+    robot = PAPER.load_robot()
     feet = feet_around(robot, 20_000)
     q, margin = angles_and_margin(robot.arrays, feet)
-    got = answers(built(tmp_path, scenario), robot, feet, [0.25])
+    got = answers(built(tmp_path, PAPER), robot, feet, [0.25])
     expected = codes(robot, q, margin)
     assert (got.code == expected).mean() > 0.999
     usable = expected == 0
     assert usable.sum() > 4000
     assert np.abs(foot_position(robot.arrays, got.q) - feet)[usable].max() < 1e-6
     assert np.abs(got.q - q)[usable].max() < 1e-4
-    assert np.abs(got.gait[0] - plan(scenario).sample(np.array([0.5])).q[0]).max() < ANGLE
+    assert np.abs(got.gait[0] - plan(PAPER).sample(np.array([0.5])).q[0]).max() < ANGLE
 
 
 def test_servo_angles_count_from_the_zeros_of_the_robot_file(tmp_path):
     """The maker's limits of the Mark IV are whole degrees from its servos' zeros."""
-    scenario = load_scenario("paper").replace(robot="phantomx-mk4")
+    scenario = PAPER.replace(robot="phantomx-mk4")
     robot = scenario.load_robot()
     low, high = np.moveaxis(robot.arrays.joint_limits, -1, 0)
     feet = foot_position(robot.arrays, np.stack([low, robot.arrays.joint_limits.mean(axis=-1)]))
@@ -187,46 +188,58 @@ def test_servo_angles_count_from_the_zeros_of_the_robot_file(tmp_path):
     assert np.degrees(high) + shift == pytest.approx(np.tile([55, 98, 45], (2, 6, 1)), abs=1e-5)
 
 
-@pytest.mark.parametrize("real", ["float", "double"])
-def test_the_header_compiles_as_cpp(real, tmp_path):
-    header = firmware_header(plan(load_scenario("paper")))
-    (tmp_path / "walk.h").write_text(header, encoding="utf-8")
-    command = [compiler("c++", "g++", "clang++"), "-x", "c++", "-std=c++11", *WARNINGS]
-    command += [f"-DPHASMID_REAL={real}", f"-I{tmp_path}", "-fsyntax-only", str(HOST)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+def check_as_cpp(*options):
+    command = [compiler("c++", "g++", "clang++"), "-x", "c++", "-std=c++11", "-fsyntax-only"]
+    done = subprocess.run([*command, *options], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.parametrize("real", ["float", "double"])
+def test_the_header_compiles_as_cpp(real, tmp_path):
+    (tmp_path / "walk.h").write_text(firmware_header(plan(PAPER)), encoding="utf-8")
+    check_as_cpp(f"-DPHASMID_REAL={real}", f"-I{tmp_path}", str(HOST), *WARNINGS)
+
+
 def test_a_point_that_is_not_finite_is_out_of_reach(tmp_path):
-    scenario = load_scenario("paper")
-    robot = scenario.load_robot()
+    robot = PAPER.load_robot()
     feet = np.tile(robot.arrays.neutral_foot, (3, 1, 1))
     feet[0, :, 0], feet[1, :, 2] = np.nan, np.inf
-    got = answers(built(tmp_path, scenario, DOUBLE), robot, feet, [np.nan, -1e-20, 0.0])
+    got = answers(built(tmp_path, PAPER, DOUBLE), robot, feet, [np.nan, -1e-20, 0.0])
     assert got.code.tolist() == [[1] * 6, [1] * 6, [0] * 6]
     # A phase that is none begins the cycle, and one just before it does not leave the table.
     assert (got.gait == got.gait[2]).all()
 
 
 def test_names_end_no_comment(tmp_path):
-    scenario = load_scenario("paper")
-    robot = scenario.load_robot()
+    robot = PAPER.load_robot()
     legs = (replace(robot.legs[0], name="/*/ */\n#error"), *robot.legs[1:])
-    scenario = scenario.replace(robot=replace(robot, name="*/ #error /*", legs=legs))
-    built(tmp_path, scenario)
+    built(tmp_path, PAPER.replace(robot=replace(robot, name="*/ #error /*", legs=legs)))
 
 
 def test_the_stated_deviation_is_that_of_linear_interpolation():
     """Twice as many samples deviate a quarter as much, where the motion is smooth."""
-    scenario = load_scenario("paper")
     found = [
         float(re.search(r"by at most (\S+) rad", firmware_header(plan(s)))[1])
-        for s in (scenario.replace(samples=n) for n in (81, 161))
+        for s in (PAPER.replace(samples=n) for n in (81, 161))
     ]
     assert found[0] / found[1] == pytest.approx(4, rel=0.1)
 
 
 def test_uneven_ground_has_no_cycle():
-    scenario = load_scenario("paper").replace(terrain="stairs", duration=1)
     with pytest.raises(InvalidInput, match="cycles that are all equal"):
-        firmware_header(plan(scenario))
+        firmware_header(plan(PAPER.replace(terrain="stairs", duration=1)))
+
+
+BOARD = """\
+unsigned long millis(void);
+void delay(unsigned long);
+void write_servo(int, float);
+"""
+
+
+def test_the_sketch_of_the_page_compiles_with_the_header_of_its_command(here, capsys):
+    page = (ROOT / "docs/firmware.md").read_text("utf-8")
+    assert main(re.search("```\nphasmid (.*)\n```", page)[1].split()) == 0, capsys.readouterr().err
+    sketch = re.search("```cpp\n(.*?)```", page, re.DOTALL)[1]
+    (here / "sketch.cpp").write_text(BOARD + sketch, encoding="utf-8")
+    check_as_cpp("sketch.cpp", *WARNINGS[:-1])
