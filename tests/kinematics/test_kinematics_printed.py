@@ -3,11 +3,7 @@
 import numpy as np
 
 from phasmid.kinematics import dh_transform, rotation_rpy
-from phasmid.kinematics.printed import (
-    printed_body_rotation,
-    printed_dh_transform,
-    printed_leg_pose,
-)
+from phasmid.kinematics.printed import printed_body_rotation, printed_dh_transform, printed_leg_pose
 from phasmid.robot import load_robot
 
 LEG = load_robot("phantomx-paper").legs[0]
