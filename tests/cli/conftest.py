@@ -8,6 +8,11 @@ from phasmid import load_scenario, plan, save_recording, simulate
 from phasmid.reporting import report
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _compiled(compiled_engine):
+    pass
+
+
 @pytest.fixture(scope="session")
 def run():
     scenario = load_scenario("paper").replace(duration=0.4)

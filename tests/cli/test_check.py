@@ -16,7 +16,7 @@ from phasmid.scenario import load_scenario
 from phasmid.servo import complete_servo, load_servo
 from phasmid.studio.setting import setting_of
 
-pytestmark = pytest.mark.usefixtures("compiled_engine", "here")
+pytestmark = pytest.mark.usefixtures("here")
 
 
 def checked(capsys, *arguments):

@@ -6,8 +6,6 @@ import pytest
 
 from phasmid.cli import main
 
-pytestmark = pytest.mark.usefixtures("compiled_engine")
-
 
 def test_a_velocity_is_driven_and_its_commands_can_be_driven_again(tmp_path, capsys):
     out = tmp_path / "run"

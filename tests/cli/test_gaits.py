@@ -3,12 +3,8 @@
 import re
 from pathlib import Path
 
-import pytest
-
 from phasmid.cli import main
 from phasmid.gait import gaits_of
-
-pytestmark = pytest.mark.usefixtures("compiled_engine")
 
 DOCS = Path(__file__).parents[2] / "docs"
 

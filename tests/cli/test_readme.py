@@ -12,8 +12,6 @@ from phasmid.cli import main
 
 README = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
 
-pytestmark = pytest.mark.usefixtures("compiled_engine")
-
 
 def commands(heading):
     """Arguments of each command in the first block below a heading."""

@@ -7,8 +7,6 @@ import pytest
 
 from phasmid.cli import main
 
-pytestmark = pytest.mark.usefixtures("compiled_engine")
-
 FILES = ("a.svg", "old.toml", "there.h", "there.csv", "there.urdf")
 
 

@@ -16,8 +16,6 @@ from phasmid.paper.reproduction import STATEMENTS
 from phasmid.paper.statement import Finding, Grade
 from studio.pretended import PretendedStage
 
-pytestmark = pytest.mark.usefixtures("compiled_engine")
-
 WALK = ["--duration", "0.1", "--no-figures", "--out", "out"]
 
 COMMANDS = {

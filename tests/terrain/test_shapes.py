@@ -234,6 +234,10 @@ def test_friction_is_that_of_the_last_patch_that_holds_a_point():
 
 
 STONE = {"height_range": 0.0, "depth": 0.1}
+WIDE = {"width": 0.2, "height": 0.03, "distance": 0.1, "count": 2}
+DIAGONAL = np.clip(0.8 * (EAST + NORTH - 0.7), 0.0, 0.06)
+MANY = 1001 * (Patch((0, 1), (0, 1), 0.1),)
+BACKWARDS = tuple(Section(start, 0.0, Steps((), ())) for start in (0.5, 0.3))
 
 
 @pytest.mark.parametrize(
@@ -250,30 +254,18 @@ STONE = {"height_range": 0.0, "depth": 0.1}
         # The cubic through 0, 0, h, h is as steep as 5/4 h/cell halfway: atan(1.1875).
         (lambda: HeightMap(0.019 * (EAST > 0.3), 0.02, 0.3), "height map has a slope of 50° betw"),
         # 0.8 along and 0.8 across are 0.8 √2 together: 48.5°, and more at the bends.
-        (
-            lambda: HeightMap(np.clip(0.8 * (EAST + NORTH - 0.7), 0.0, 0.06), 0.02, 0.3),
-            "height map has a slope of 5",
-        ),
+        (lambda: HeightMap(DIAGONAL, 0.02, 0.3), "height map has a slope of 5"),
         (lambda: HeightMap(HILLS, 0.0, 0.0), "samples of the height map are 0 m apart"),
         (lambda: Ground(Flat(), math.nan), "friction is nan; it must be 0 or more and 10 or less"),
         (lambda: Patch((1, 1), (0, 1), 0.3), "a patch of friction goes from 1 to 1 m"),
-        (
-            lambda: Ground(Flat(), 0.7, 1001 * (Patch((0, 1), (0, 1), 0.1),)),
-            "ground has 1001 patches of friction; the limit is 1000.",
-        ),
+        (lambda: Ground(Flat(), 0.7, MANY), "ground has 1001 patches of friction; the limit is 1"),
         (lambda: Blocks(0.001, 0.0, 0.0, 0.1, 0.3), "a field of 3840000 blocks; the limit is"),
         (lambda: Blocks(0.1, 0.1, 0.2, 0.1, 0.3), "the floor between blocks lies 0.1 m deep"),
         (lambda: Blocks(0.1, 0.1, 0.02, 0.1, 0.3, jitter=0.06), "blocks are displaced by up to 0"),
         (lambda: Blocks.stones(0.3, size=0.1, distance=0.1, **STONE), "stones of 0.1 m, 0.1 m fr"),
-        (
-            lambda: Steps.beams(0.3, width=0.2, height=0.03, distance=0.1, count=2),
-            "beams of 0.2 m width, 0.1 m from centre to centre; the width must be",
-        ),
+        (lambda: Steps.beams(0.3, **WIDE), "beams of 0.2 m width, 0.1 m from centre to centre;"),
         (lambda: Course.mixed(0.3, difficulty=1.1), "the difficulty of a course is 1.1; it must"),
-        (
-            lambda: Course((Section(0.5, 0.0, Steps((), ())), Section(0.3, 0.1, Steps((), ())))),
-            "a section of a course begins at 0.3 m, the one before at 0.5 m; their starts must",
-        ),
+        (lambda: Course(BACKWARDS), "a section of a course begins at 0.3 m, the one before at 0."),
         (lambda: Steps((0.1,), ()), "steps.z has 0 values; one per edge, 1 in all."),
         (lambda: Steps((math.nan,), (0.0,)), "steps.x[0] is nan m; it must be a number below"),
     ],
