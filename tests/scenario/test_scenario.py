@@ -24,10 +24,7 @@ def test_a_scenario_written_and_read_again_is_the_same(tmp_path):
     for changes in (
         {},
         {"step_length_mm": 37.3, "step_turn_deg": 5, "robot": "phantomx-ax"},
-        {
-            "step_length": 1 / 3e3,
-            "gait": {"name": "mine", "duty_factor": 0.7, "offsets": [0.0] * 6},
-        },
+        {"step_length": 1 / 3e3, "gait": {"duty_factor": 0.7, "offsets": [0.0] * 6}},
         {"force_model": "friction-cone", "torque_limits": "counted", "load_transfer": 0.15},
         {"terrain": "stepping-stones", "stone_distance_mm": 160, "terrain_seed": 7},
         {"terrain": "beams", "beam_width_mm": 30, "beam_height_mm": 45, "beam_distance_mm": 190},
@@ -81,28 +78,13 @@ def told(error):
         ({"step_height_mm": -30}, "stride.step_height is -30 mm; it must be 0 or more."),
         ({"step_turn_deg": 400}, "stride.step_turn is 400 deg; it must be -180 or more and 180 or"),
         ({"period": 0}, "stride.period is 0 s; it must be greater than 0."),
-        (
-            {"samples": 3},
-            "stride.samples is 3; it must be 9 or more and 100000 or less. samples = 41, as in the",
-        ),
+        ({"samples": 3}, "stride.samples is 3; it must be 9 or more and 100000 or less. samples"),
         ({"dt": float("nan")}, "simulation.dt is nan; it must be a finite number."),
-        (
-            {"duration": 1e9},
-            "1e+09 s at 1 ms is 1e+12 steps, with 1 s to settle; the limit is 1e+08. duration = 40",
-        ),
-        (
-            {"duration": 50_000, "period": 10.0},
-            "50000 s recorded every 1 ms is 5e+07 samples, about 105 GB; the limit is 4e+06. dura",
-        ),
-        (
-            {"record_interval": 0.0015, "dt": 0.001},
-            "record_interval is 0.0015 s; it must be a whole number of steps of 0.001 s. record_i",
-        ),
+        ({"duration": 1e9}, "1e+09 s at 1 ms is 1e+12 steps, with 1 s to settle; the limit is"),
+        ({"duration": 50_000, "period": 10.0}, "50000 s recorded every 1 ms is 5e+07 samples, ab"),
+        ({"record_interval": 0.0015, "dt": 0.001}, "record_interval is 0.0015 s; it must be a w"),
         ({"drive": "motor"}, 'simulation.drive is "motor"; it must be "prescribed", "ideal-servo"'),
-        (
-            {"compliance_margin": "wide"},
-            'servo.compliance_margin is "wide"; it must be a list. a number of ticks, or two of',
-        ),
+        ({"compliance_margin": "wide"}, 'servo.compliance_margin is "wide"; it must be a list.'),
         ({"step_length": "far"}, 'stride.step_length is "far"; it must be a number.'),
         ({"step_length_mm": 10**400}, "stride.step_length is more than 1e308 mm; it must be a fi"),
         ({"stepp": 1}, 'a scenario has no field "stepp".'),
@@ -132,35 +114,22 @@ def test_a_scenario_made_by_hand_speaks_as_a_file_does(fields, what):
 
 
 @pytest.mark.parametrize(
-    ("text", "what", "where", "hint"),
+    ("text", "what", "line", "hint"),
     [
-        (
-            'name = "w"\n\n[stride]\nperiod = 2\nstep_height_mm = -30\n',
-            "stride.step_height is -30 mm; it must be 0 or more.",
-            "walk.toml, line 5",
-            "",
-        ),
-        (
-            "[stride]\nstep_heigt_mm = 30\n",
-            'unknown key "step_heigt_mm" in stride.',
-            "walk.toml, line 2",
-            '"step_height_mm"',
-        ),
-        ("friction = 1\n", 'unknown key "friction".', "walk.toml, line 1", "put it into [terrain]"),
-        (
-            'gait = { name = "five", duty_factor = 0.8, offsets = [0, 0, 0, 0, 0] }',
-            "gait.offsets has 5 values; one per leg, 6 in all.",  # G3
-            "",
-            "",
-        ),
+        ('name = "w"\n\n[stride]\nstep_height_mm = -30\n', "stride.step_height is -30 mm;", 4, ""),
+        ("[stride]\nstep_heigt_mm = 3\n", 'unknown key "step_heigt_mm"', 2, '"step_height_mm"'),
+        ("friction = 1\n", 'unknown key "friction".', 1, "put it into [terrain]"),
+        ("gait = { duty_factor = 0.8, offsets = [0, 0, 0] }", "gait.offsets has 3 values;", 0, ""),
     ],
 )
-def test_a_wrong_file_is_told_with_its_line(tmp_path, text, what, where, hint):
+def test_a_wrong_file_is_told_with_its_line(tmp_path, text, what, line, hint):
     path = tmp_path / "walk.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInput) as caught:
         load_scenario(path).load_gait(6)
-    assert (caught.value.what, caught.value.where, caught.value.hint) == (what, where, hint)
+    assert caught.value.what.startswith(what)
+    assert caught.value.where == (f"walk.toml, line {line}" if line else "")
+    assert caught.value.hint == hint
 
 
 def test_a_robot_file_is_looked_for_beside_its_scenario(tmp_path):
