@@ -114,12 +114,10 @@ def walked(scenario):
 
 
 def driven(scenario):
-    """The recording of a driven robot."""
     return digest(phasmid.drive(scenario, None, Command(velocity=(0.05, 0.0, 0.1))))
 
 
 def header(scenario):
-    """The C header of a planned walk."""
     return firmware_header(phasmid.plan(scenario))
 
 

@@ -22,14 +22,12 @@ def beside_its_plane():
 
 @pytest.fixture(params=["phantomx-paper", "quadruped", "general", "offsets"])
 def robot(request):
-    """Two presets, and robots without any symmetry."""
     own = {"general": general_robot, "offsets": beside_its_plane}
     return own[request.param]() if request.param in own else load_robot(request.param)
 
 
 @pytest.fixture
 def rng():
-    """Random numbers of a fixed seed."""
     return np.random.default_rng(10)
 
 

@@ -91,7 +91,6 @@ def test_a_robot_must_stand_over_its_feet():
 
 
 def changed(legs=("left_rear",), **fields):
-    """The Mark IV with some other legs."""
     made = [replace(leg, **fields) if leg.name in legs else leg for leg in MK4.legs]
     return replace(MK4, legs=tuple(made))
 

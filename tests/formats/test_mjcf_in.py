@@ -46,7 +46,6 @@ def wild(tmp_path):
 
 
 def forward(tree, angles, X_root):
-    """Poses of all links in the world."""
     from scipy.spatial.transform import Rotation
 
     poses, frontier = {tree.root.name: X_root}, [tree.root.name]

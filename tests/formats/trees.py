@@ -36,7 +36,6 @@ def files_of(robot, suffix):
 
 
 def pose(R=None, p=(0, 0, 0)):
-    """A homogeneous transform."""
     X = np.eye(4)
     if R is not None:
         X[:3, :3] = R
@@ -45,12 +44,10 @@ def pose(R=None, p=(0, 0, 0)):
 
 
 def turn(axis, angle):
-    """Rotation about an axis."""
     return Rotation.from_rotvec(angle * np.asarray(axis) / np.linalg.norm(axis)).as_matrix()
 
 
 def random_turn(rng):
-    """A rotation, any as likely as any."""
     return Rotation.random(random_state=rng).as_matrix()
 
 
@@ -104,17 +101,14 @@ def reframed(tree, frames):
 
 
 def with_joints(tree, change):
-    """The tree with each joint changed."""
     return replace(tree, joints=tuple(change(joint) for joint in tree.joints))
 
 
 def with_joint(tree, name, **fields):
-    """The tree with some fields of one joint changed."""
     return with_joints(tree, lambda j: replace(j, **fields) if j.name == name else j)
 
 
 def with_link(tree, name, **fields):
-    """The tree with some fields of one link changed, or with one more link."""
     link = replace(tree.links.get(name, TreeLink(name)), **fields)
     return replace(tree, links={**tree.links, name: link})
 
@@ -127,6 +121,5 @@ def joined(tree, *joints, links=()):
 
 
 def block(low, high):
-    """A closed box."""
     shape = primitive("box", extents=np.subtract(high, low))
     return shape.at(pose(p=np.add(low, high) / 2))

@@ -15,7 +15,6 @@ BOX = '<box size="0.26 0.14 0.06"/>'
 
 
 def _link(name, mass, length):
-    """A stick along x."""
     across, along = mass * 4e-4 / 12, mass * (length**2 + 1e-4) / 12
     return (
         f'<link name="{name}"><inertial><origin xyz="{length / 2} 0 0"/><mass value="{mass}"/>'
@@ -73,7 +72,6 @@ def hexapod(limit=LIMIT, lengths=(0.05, 0.08, 0.13), turn=0.0):
 
 
 def saved(folder, text):
-    """Write a file; return its path."""
     path = folder / "sticks.urdf"
     path.write_text(text, encoding="utf-8")
     return path

@@ -52,7 +52,6 @@ def address(protocol, number):
 
 
 def one_request(rng, protocol):
-    """Id, instruction and parameters."""
     id_ = rng.choice([1, 1, 2, 3, 9, 254])
     kind = rng.choice([1, 2, 2, 2, 3, 3, 3, 4, 5, 0x83, 0x82, 0x92, 0x93, 8, 16, UNKNOWN])
     size = 50 if protocol == 1 else 148
@@ -80,7 +79,6 @@ def one_request(rng, protocol):
 
 
 def expected(protocol, manuals, id_, kind, parameters, intact):
-    """Answers of all servos by the manual."""
     servos = {one.id: one for one in manuals}
     if id_ == 254 and intact:
         number = lambda k: int.from_bytes(bytes(parameters[k : k + protocol]), "little")  # noqa: E731

@@ -19,7 +19,6 @@ def random_actions(count, steps, seed=0, joints=18):
 
 
 def history(env, actions, seed):
-    """All that an environment returns for actions."""
     observation, _ = env.reset(seed=seed)
     rows = [(observation, 0.0, False, False)]
     for action in actions:

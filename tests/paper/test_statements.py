@@ -24,7 +24,6 @@ Change = Callable[[np.ndarray], np.ndarray]
 
 @pytest.fixture(scope="module")
 def walk():
-    """The paper's walk, simulated once."""
     return Evidence(SHORT).walk
 
 
@@ -37,7 +36,6 @@ def doctored(trial, **channels):
 
 
 def evidence_with(trial, name="the paper's walk"):
-    """Evidence whose walk of this name is the given one."""
     evidence = Evidence(SHORT)
     evidence.trials[name] = trial
     return evidence

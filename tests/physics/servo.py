@@ -50,7 +50,6 @@ def servo_limits(bench):
 
 
 def _overloaded(robot):
-    """Return a robot with the load in its trunk."""
     body = robot.body
     mass = body.mass + LOAD
     return replace(robot, body=replace(body, mass=mass, inertia=body.inertia * mass / body.mass))

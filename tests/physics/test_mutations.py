@@ -10,7 +10,6 @@ from physics.checks import CHECKS
 
 
 def failing(number, bench):
-    """Cases of a check that fail."""
     return {row.case for row in CHECKS[number][-1](bench) if not row.holds}
 
 

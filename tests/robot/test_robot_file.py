@@ -16,14 +16,12 @@ PAPER = (resources.files("phasmid.robot") / "presets" / "phantomx-paper.toml").r
 
 
 def said(tmp_path, text):
-    """The error that a robot file gets."""
     with pytest.raises(InvalidInput) as caught:
         loaded(tmp_path, text)
     return caught.value
 
 
 def loaded(tmp_path, text):
-    """The robot of a file."""
     path = tmp_path / "my.toml"
     path.write_text(text, encoding="utf-8")
     return load_robot(path)

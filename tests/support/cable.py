@@ -63,7 +63,6 @@ class Cable:
             os.close(near)
 
     def close(self):
-        """End the thread, and close everything."""
         self._ends.set()
         self._thread.join()
         if self._near is not None:
@@ -100,11 +99,9 @@ def wait(condition, process=None, lines=()):
 
 
 def runs(pid):
-    """Return whether a process runs."""
     status = Path(f"/proc/{pid}/status")
     return status.exists() and "State:\tZ" not in status.read_text()
 
 
 def is_off(servos):
-    """Return whether no servo's register has the torque on."""
     return not any(servo["torque_enable"] for servo in servos)

@@ -34,7 +34,6 @@ def walk(folder, policy, command, seconds):
 
 
 def observed(data):
-    """The exact observation of a robot."""
     return Observation(
         time=data.time,
         joint_position=data.qpos[7:].reshape(-1, 3).copy(),

@@ -50,7 +50,6 @@ def crc(data):
 
 
 def packet(protocol, id_, kind, parameters):
-    """A packet from its fields."""
     if protocol == 1:
         body = [id_, len(parameters) + 2, kind, *parameters]
         return bytes([255, 255, *body, 255 - sum(body) % 256])

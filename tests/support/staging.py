@@ -46,7 +46,6 @@ class Heard:
         return found
 
     def event(self, part):
-        """Wait for an event whose text has a part."""
         return self.wait_for(lambda: next((e for e in self.events if part in e["text"]), None))
 
     def frame(self):
@@ -66,7 +65,6 @@ class Heard:
 
 @contextmanager
 def staged(folder, scenario="paper", **changes):
-    """A stage that runs, with somebody who looks on."""
     heard = Heard(folder, scenario, **changes)
     heard.stage.viewers(1)
     heard.stage.start()
