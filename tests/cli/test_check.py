@@ -159,8 +159,6 @@ def test_a_walk_gets_its_longest_step(here, capsys):
     assert out.endswith("possible.\n")
 
 
-# The servo verdict --------------------------------------------------------------------------------
-
 STRONG = complete_servo(
     {
         "name": "strong",

@@ -35,9 +35,6 @@ def with_limit(lower, upper):
     return f'<limit lower="{lower}" upper="{upper}" effort="2.2" velocity="6"/>'
 
 
-# Limits -------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("limit", "severity", "words"),
     [
@@ -65,9 +62,6 @@ def test_an_option_gives_the_stops_that_a_file_leaves_out(tmp_path):
         quarter = math.pi / 2
         wanted = [[-quarter, quarter], [-quarter, quarter], [-quarter - 1.2, quarter - 1.2]]
         np.testing.assert_allclose(robot.legs[0].joint_limits, wanted, atol=1e-12)
-
-
-# Linkages, numbers of joints ----------------------------------------------------------------------
 
 
 def test_a_joint_that_follows_another_is_suspect_by_name(tmp_path):
@@ -100,9 +94,6 @@ def test_all_findings_come_at_once(tmp_path):
         "the joints have no effort, so their servos are not known.",
     ]
     assert told(imported, Severity.SUSPECT, "a.stl")
-
-
-# Stance -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("lengths", [(0.05, 0.08, 0.13), (0.04, 0.1, 0.1), (0.05, 0.08, 0.07)])
@@ -156,9 +147,6 @@ def test_a_trunk_below_all_feet_is_the_reason(tmp_path):
         load_robot(saved(tmp_path, text))
 
 
-# Forward ------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("axis", "turn"), [("y", 90), ("-x", 180), ("-y", -90)])
 def test_names_against_the_axis_are_told_and_the_option_turns_the_robot(axis, turn, tmp_path):
     text = hexapod(turn=math.radians(turn))
@@ -191,8 +179,6 @@ def test_names_of_many_kinds_are_understood(names, turn, tmp_path):
     found = told(read(tmp_path, text), Severity.SUSPECT, "say that -x points forward")
     assert len(found) == (turn == 180)
 
-
-# Feet and masses ----------------------------------------------------------------------------------
 
 SHIN = '<link name="{}_tibia">'
 ROD = '<visual><origin xyz="0.08 0 0"/><geometry><box size="0.16 0.02 0.02"/></geometry></visual>'

@@ -88,9 +88,6 @@ def test_what_is_no_bus_is_refused(servos, faults, words):
         Line(servos, FaultSource(faults))
 
 
-# Protection ---------------------------------------------------------------------------------------
-
-
 def running(protocol):
     servo = make_servos(NAMES[protocol], [1], baud=BAUD)[0]
     servo.update(Reading(), 0.0)

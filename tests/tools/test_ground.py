@@ -24,9 +24,6 @@ def passes(seeds, **results):
     return ground.Passes(list(seeds), {cells[name]: text for name, text in results.items()})
 
 
-# Sign test ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("won", "lost"), [(0, 0), (0, 5), (0, 6), (3, 9), (10, 3), (7, 7)])
 def test_the_sign_test_is_the_exact_binomial_test(won, lost):
     """Two-sided: twice the tail of the smaller count, sum of C(n, k) / 2^n, at most 1."""
@@ -57,9 +54,6 @@ def test_the_verdict_follows_the_discordant_pairs(theirs, verdict, worse):
     assert f"Verdict: {verdict}" in text
 
 
-# Pairs --------------------------------------------------------------------------------------------
-
-
 def test_runs_of_equal_seeds_make_pairs_and_others_in_order():
     """Seeds 2 and 3 are common: their places are 2, 3 and 1, 0."""
     assert ground.seed_pairs([0, 1, 2, 3], [3, 2, 7]) == [(2, 1), (3, 0)]
@@ -84,9 +78,6 @@ def test_the_stored_passes_are_those_of_the_quick_form():
     stored = ground.load(Path(TOOLS) / "ground_passes.json")
     assert set(ground.QUICK) <= set(stored.results)
     assert set(ground.QUICK) <= set(ground.CELLS)
-
-
-# Decisions ----------------------------------------------------------------------------------------
 
 
 def recording(x, y, tilt_deg, interval=0.02):
@@ -140,9 +131,6 @@ def test_a_run_is_decided_as_if_it_had_ended_then():
     whole, _ = ground.walk(scenario, ground.engine_of(robot, "gap", ground.BLIND), task)
     short = scenario.replace(duration=round(whole.time, 1))
     assert ground.walk(short, ground.engine_of(robot, "gap", ground.BLIND), task)[0] == whole
-
-
-# Command line -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
