@@ -92,7 +92,7 @@ def with_three_legs():
         (on_its_side(), "robot: the hips spread 200 mm along z and 0 mm along y; z must be up."),
     ],
 )
-def test_i13_a_robot_that_is_no_walking_robot_is_told_why(tree, what):
+def test_a_robot_that_is_no_walking_robot_is_told_why(tree, what):
     assert refusal(tree).startswith(what)
 
 

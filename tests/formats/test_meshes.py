@@ -83,7 +83,7 @@ ASCII = FORMATS["ascii.stl"]
         ("a.fbx", b"x", 'mesh a.fbx was left out: files of the kind ".fbx" are not read.'),
     ],
 )
-def test_i10_damaged_lying_and_other_meshes_are_named(name, content, what, tmp_path):
+def test_damaged_lying_and_other_meshes_are_named(name, content, what, tmp_path):
     with pytest.raises(PhasmidError) as error:
         read_meshes(saved(tmp_path, name, content))
     assert error.value.what.startswith(what)

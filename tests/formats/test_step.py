@@ -170,7 +170,7 @@ def test_what_is_no_step_file_or_has_no_sidecar_gets_one_sentence(tmp_path, raw,
 
 
 @pytest.mark.parametrize("name", ["../away/secret.stp", "beside.stp"])
-def test_i3_parts_in_other_files_are_not_fetched(folder, tmp_path, name):
+def test_parts_in_other_files_are_not_fetched(folder, tmp_path, name):
     text = (folder / "robot.step").read_text(encoding="utf-8")
     product = next(line.split()[0] for line in text.splitlines() if "= PRODUCT_DEFINITION(" in line)
     text = text.replace(

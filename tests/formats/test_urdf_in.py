@@ -108,7 +108,7 @@ def test_a_material_may_be_defined_elsewhere(tmp_path):
         "package:///etc/passwd",
     ],
 )
-def test_i3_nothing_outside_the_model_folder_is_read(name, tmp_path):
+def test_nothing_outside_the_model_folder_is_read(name, tmp_path):
     found = left_out(tmp_path, f'<mesh filename="{name}"/>')
     assert found.what == f'mesh "{name}" lies outside the model folder; it was left out.'
     inside = ImportOptions(package=f"x={tmp_path}")
@@ -137,7 +137,7 @@ def test_a_mesh_on_its_maker_s_machine_is_found_beside_the_model(name, tmp_path)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="making a link needs rights there")
-def test_i3_links_are_not_followed(tmp_path):
+def test_links_are_not_followed(tmp_path):
     (tmp_path / "away").symlink_to("/etc")
     found = left_out(tmp_path, '<mesh filename="away/passwd"/>')
     assert found.what == (
@@ -145,7 +145,7 @@ def test_i3_links_are_not_followed(tmp_path):
     )
 
 
-def test_i4_an_unknown_package_is_named_and_found_when_told(tmp_path):
+def test_an_unknown_package_is_named_and_found_when_told(tmp_path):
     mesh = '<mesh filename="package://x/meshes/a.stl"/>'
     found = left_out(tmp_path, mesh)
     assert found.what == 'mesh "meshes/a.stl" is in package "x", which is unknown; it was left out.'
@@ -207,7 +207,7 @@ def test_a_lost_mesh_is_told_once_and_the_robot_is_read(tmp_path):
     assert lost.subject == "link tibia_3"
 
 
-def test_i9_a_mesh_in_millimetres_is_named(tmp_path):
+def test_a_mesh_in_millimetres_is_named(tmp_path):
     (tmp_path / "tibia.stl").write_bytes(binary_stl(280 * CORNERS[FACES]))
     mesh = '<mesh filename="tibia.stl"/>'
     found = left_out(tmp_path, mesh)
@@ -219,7 +219,7 @@ def test_i9_a_mesh_in_millimetres_is_named(tmp_path):
     assert longest == pytest.approx(0.14, abs=4e-16)
 
 
-def test_i12_what_is_ignored_is_counted_and_refused_when_strict(tmp_path):
+def test_what_is_ignored_is_counted_and_refused_when_strict(tmp_path):
     more = "<safety_controller/><calibration/></joint><transmission><type/></transmission>"
     text = LEG.replace("</joint>", more)
     (found,) = read(text, tmp_path).findings

@@ -223,7 +223,7 @@ def test_a_remedy_is_the_least_change_in_round_numbers(changes):
         plan(PAPER.replace(**changes))
 
 
-def test_a_centre_of_mass_beyond_the_feet_is_told_with_its_phase():  # G11
+def test_a_centre_of_mass_beyond_the_feet_is_told_with_its_phase():
     robot = load_robot("phantomx-paper")
     nose = replace(robot, body=replace(robot.body, com=np.array([0.24, 0.0, 0.0])))
     with pytest.raises(InfeasibleWalk, match=r"^at phase 0\..*mm outside the support polygon\."):

@@ -104,7 +104,7 @@ ROWS = np.column_stack(table())
         ),
     ],
 )
-def test_motions_that_no_robot_can_make_are_told(tmp_path, place, values, what):  # J1, J4, J5
+def test_motions_that_no_robot_can_make_are_told(tmp_path, place, values, what):
     rows = ROWS.copy()
     rows[place] = values
     with pytest.raises(PhasmidError) as caught:
@@ -142,14 +142,14 @@ def with_cell(cell):
         ("absent.csv", None, "does not exist or is not a file"),
     ],
 )
-def test_what_is_no_trajectory_is_refused(tmp_path, name, content, what):  # J2, J3
+def test_what_is_no_trajectory_is_refused(tmp_path, name, content, what):
     if content is not None:
         (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     with pytest.raises(InvalidInput, match=what):
         load_trajectory(tmp_path / name, ROBOT)
 
 
-def test_objects_and_pipes_are_refused_unread(tmp_path):  # J9
+def test_objects_and_pipes_are_refused_unread(tmp_path):
     np.save(tmp_path / "traj.npy", np.array([{"a": 1}], dtype=object), allow_pickle=True)
     with pytest.raises(InvalidInput, match="is not an array that can be read"):
         load_trajectory(tmp_path / "traj.npy", ROBOT)

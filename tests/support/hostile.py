@@ -1,4 +1,4 @@
-"""Names that would run, load or write something wherever they are not taken for mere text (W11)."""
+"""Names that would run, load or write something wherever they are not taken for mere text."""
 
 from dataclasses import replace
 

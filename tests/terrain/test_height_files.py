@@ -110,11 +110,11 @@ NOT_FINITE = "height map is not finite in 1 places, first at row 2, column "
 @pytest.mark.parametrize(
     ("name", "content", "what"),
     [
-        ("hills.png", None, 'terrain file "hills.png" does not exist in '),  # T1
-        ("a.png", a_png(1, 1), "height map is 1 × 1; it needs at least 2 × 2 samples."),  # T2
+        ("hills.png", None, 'terrain file "hills.png" does not exist in '),
+        ("a.png", a_png(1, 1), "height map is 1 × 1; it needs at least 2 × 2 samples."),
         ("a.csv", b"1\n", "height map is 1 × 1; it needs at least 2 × 2 samples."),
         ("a.npy", bytes_of(HOLES), "height map is not finite in 14 places, first at row 3, column"),
-        # T4: a file of a hundred bytes: nothing but its head can have been read.
+        # A file of a hundred bytes: nothing but its head can have been read.
         ("a.png", a_png(100_000, 100_000), UNREAD),
         ("a.npy", an_npy((100_000, 100_000)), UNREAD),
         ("a.npy", bytes_of(np.array([[None, 1], [2, 3]])), UNREAD + "."),
