@@ -60,6 +60,11 @@ def joint_called(name):
     return next(joint for joint in TREE.joints if joint.name == name)
 
 
+def flipped(joint):
+    home = -(joint.home or 0.0)
+    return replace(joint, axis=-joint.axis, lower=-joint.upper, upper=-joint.lower, home=home)
+
+
 def straight_knee(joint):
     return replace(joint, lower=0.1, upper=0.2) if "tibia" in joint.name else joint
 
@@ -109,22 +114,13 @@ def test_frames_of_links_mean_nothing(seed):
     """Any frame whose origin is on the hinge's axis, and an axis either way along it."""
     rng = np.random.default_rng(seed)
     for tree in (TREE, tree_of(general_robot())):
-        frames = {
-            j.child: pose(random_turn(rng), [0, 0, rng.uniform(-0.1, 0.1)])
-            for j in tree.joints
-            if j.kind == "revolute"
-        }
-        frames |= {j.child: pose(random_turn(rng)) for j in tree.joints if j.kind == "fixed"}
+        frames = {}
+        for joint in tree.joints:
+            along = rng.uniform(-0.1, 0.1) if joint.kind == "revolute" else 0.0
+            frames[joint.child] = pose(random_turn(rng), [0, 0, along])
         told = reframed(tree, frames)
         flips = {j.name for j in told.joints if rng.random() < 0.5}
-        told = with_joints(
-            told,
-            lambda j, flips=flips: (
-                replace(j, axis=-j.axis, lower=-j.upper, upper=-j.lower, home=-(j.home or 0.0))
-                if j.name in flips
-                else j
-            ),
-        )
+        told = replace(told, joints=[flipped(j) if j.name in flips else j for j in told.joints])
         assert not differences(robot_of(tree), robot_of(told))
         for leg in robot_from_tree(told).legs:
             signs = [-1 if name in flips else 1 for name in leg.joints]
@@ -153,24 +149,19 @@ def test_zeros_of_femur_and_tibia_become_bends_and_limits():
 
 def test_links_that_are_fixed_to_each_other_are_one():
     """Half of each link's mass in a link of its own changes nothing."""
-    half = {}
-    extra = []
+    tree = TREE
     for i, (name, link) in enumerate(TREE.links.items()):
         if link.inertial is None:
             continue
         m = link.inertial
         part = Inertial(m.mass / 2, m.com, m.inertia / 2)
-        half[name] = replace(link, inertial=part)
         X = pose(turn([1, 2, 3], 0.1 * i), [0.01, 0.02, 0.03])
         R = X[:3, :3].T
         moved = Inertial(part.mass, R @ (part.com - X[:3, 3]), R @ part.inertia @ R.T)
-        extra.append((TreeJoint(f"glue{i}", "fixed", name, f"half{i}", X), moved))
-    tree = replace(TREE, links={**TREE.links, **half})
-    tree = joined(
-        tree,
-        *(joint for joint, _ in extra),
-        links=tuple(TreeLink(joint.child, inertial) for joint, inertial in extra),
-    )
+        glue = TreeJoint(f"glue{i}", "fixed", name, f"half{i}", X)
+        tree = joined(
+            with_link(tree, name, inertial=part), glue, links=(TreeLink(f"half{i}", moved),)
+        )
     assert not differences(robot_of(TREE), robot_of(tree))
 
 
