@@ -19,10 +19,10 @@ from phasmid.studio.setting import setting_of
 pytestmark = pytest.mark.usefixtures("here")
 
 
-def checked(capsys, *arguments):
-    """Status, output and errors of a call."""
-    status = main(["check", *map(str, arguments)])
-    return status, *capsys.readouterr()
+def checked(capsys, status, line=""):
+    """Output and errors of a call that ends with a status."""
+    assert main(["check", *line.split()]) == status
+    return capsys.readouterr()
 
 
 def words_of(path):
@@ -31,9 +31,8 @@ def words_of(path):
 
 @pytest.mark.parametrize("preset", ["phantomx-paper", "phantomx-mk4", "octopod"])
 def test_a_preset_is_listed_in_80_columns(capsys, preset):
-    status, out, _ = checked(capsys, "--robot", preset)
+    out, _ = checked(capsys, 0, f"--robot {preset}")
     robot = load_robot(preset)
-    assert status == 0
     assert f"{len(robot.legs)} legs, {robot.mass:.3f} kg" in out
     assert out.endswith("possible.\n")
     rows = [line for line in out.splitlines() if line[0].isdigit() or line.startswith("leg ")]
@@ -48,37 +47,27 @@ def test_a_preset_is_listed_in_80_columns(capsys, preset):
 
 
 def test_payload_and_servo_of_the_options_are_those_of_the_verdict(capsys):
-    status, out, _ = checked(
-        capsys, "--robot", "phantomx-ax", "--servo", "MG996R", "--payload-g", 500
-    )
-    assert status == 0
+    out, _ = checked(capsys, 0, "--robot phantomx-ax --servo MG996R --payload-g 500")
     assert "3.150 kg" in out
     assert "MG996R at 6 V" in out
 
 
 def test_a_file_is_refused_with_its_line(here, capsys):
     (here / "s.toml").write_text("[stride]\nstep_length_mm = 400\n", encoding="utf-8")
-    status, _, err = checked(capsys, "s.toml")
-    assert status == 2
-    assert "try  --step-length-mm 230" in err
+    assert "try  --step-length-mm 230" in checked(capsys, 2, "s.toml").err
     (here / "r.toml").write_text('name = "r"\n[legs]\n', encoding="utf-8")
-    status, _, err = checked(capsys, "--robot", "r.toml")
-    assert status == 2
-    assert "in   r.toml" in err
-    status, _, err = checked(capsys, "r.toml")
-    assert (status, err) == (2, "phasmid: r.toml is a robot, no scenario.\n  try  --robot r.toml\n")
+    assert "in   r.toml" in checked(capsys, 2, "--robot r.toml").err
+    _, err = checked(capsys, 2, "r.toml")
+    assert err == "phasmid: r.toml is a robot, no scenario.\n  try  --robot r.toml\n"
 
 
 def test_a_foot_in_either_frame_gets_the_same_answer(here, capsys):
     # The right front hip is at (124.8, -61.64) mm, turned by -45°.
-    hip = ("--foot-at", "1", "0.25,0.1,0.05", "--frame", "hip")
-    status, out, _ = checked(capsys, *hip)
-    assert status == 2
+    out, _ = checked(capsys, 2, "--foot-at 1 0.25,0.1,0.05 --frame hip")
     assert "right_front cannot place its foot there" in out
     x, y = 0.1248 + (0.25 + 0.1) / 2**0.5, -0.06164 + (0.1 - 0.25) / 2**0.5
-    body = checked(capsys, "--foot-at", "right_front", f"{x},{y},0.05", "--out", "a.svg")
-    assert body[0] == 2
-    assert body[1].splitlines()[0] == out.splitlines()[0]
+    body, _ = checked(capsys, 2, f"--foot-at right_front {x},{y},0.05 --out a.svg")
+    assert body.splitlines()[0] == out.splitlines()[0]
     rows = [line.split() for line in out.splitlines() if line.startswith("right_front  ")]
     # The tibia bends by 23° at least: sqrt(82² + 140² + 2·82·140 cos 23°) = 217.9 mm.
     table = ["right_front", "reach", "223", "mm", "58", "to", "217.9", "mm"]
@@ -90,71 +79,56 @@ def test_a_foot_in_either_frame_gets_the_same_answer(here, capsys):
 def test_a_possible_foot_and_posture_get_their_joint_angles(capsys):
     """The angles that the command prints put the feet where they should be."""
     leg = load_robot("phantomx-paper").legs[0]
-    status, out, _ = checked(capsys, "--foot-at", "1", "0.2,0.03,-0.1", "--frame", "hip")
-    assert status == 0
+    out, _ = checked(capsys, 0, "--foot-at 1 0.2,0.03,-0.1 --frame hip")
     row = next(line.split() for line in out.splitlines() if line.startswith("right_front  "))
     q = np.radians([float(cell.removesuffix("°")) for cell in row[1:]])
     # Tenths of a degree at up to 0.27 m.
     np.testing.assert_allclose(foot_position(leg, q), [0.2, 0.03, -0.1], atol=3e-4)
-    _, out, _ = checked(capsys, "--pose", "0,0,0.02")
+    out, _ = checked(capsys, 0, "--pose 0,0,0.02")
     assert sum(line.endswith("°") for line in out.splitlines()) == 6
 
 
 @pytest.mark.parametrize(
     "wanted",
     [
-        ["--foot-at", "right_front", "0.45,-0.32,-0.10"],
-        ["--foot-at", "right_front", "0.06,-0.07,-0.02"],
-        ["--foot-at", "1", "0.25,0.1,0.05", "--frame", "hip"],
-        ["--foot-at", "left_middle", "0,0.05,0.3"],
-        ["--pose", "0,0,0.10"],
-        ["--pose", "0.05,0.02,-0.15"],
-        ["--pose", "0,0,0.05", "--rpy-deg", "0,20,0"],
-        ["--step-length-mm", "400"],
-        ["--step-length-mm", "300", "--step-sideways-mm", "100", "--step-turn-deg", "20"],
-        ["--robot", "quadruped", "--gait", "crawl", "--step-length-mm", "250"],
+        "--foot-at right_front 0.45,-0.32,-0.10",
+        "--foot-at right_front 0.06,-0.07,-0.02",
+        "--foot-at 1 0.25,0.1,0.05 --frame hip",
+        "--foot-at left_middle 0,0.05,0.3",
+        "--pose 0,0,0.10",
+        "--pose 0.05,0.02,-0.15",
+        "--pose 0,0,0.05 --rpy-deg 0,20,0",
+        "--step-length-mm 400",
+        "--step-length-mm 300 --step-sideways-mm 100 --step-turn-deg 20",
+        "--robot quadruped --gait crawl --step-length-mm 250",
     ],
-    ids=" ".join,
 )
 def test_what_is_advised_is_possible(capsys, wanted):
     """Typed in the place of the options that it names."""
-    status, out, _ = checked(capsys, *wanted)
-    assert status == 2
+    out, _ = checked(capsys, 2, wanted)
     (advice,) = (line.removeprefix("  try  ") for line in out.splitlines() if "  try  " in line)
-    flags = [word for word in advice.split() if word.startswith("--")]
-    kept, words = [], list(wanted)
-    while words:
-        flag = words.pop(0)
-        values = [words.pop(0) for _ in range(2 if flag == "--foot-at" else 1)]
-        kept += [flag, *values] if flag not in flags else []
-    assert checked(capsys, *kept, *advice.split())[0] == 0
+    options = re.split(" (?=--)", wanted)
+    kept = [option for option in options if option.split()[0] not in advice.split()]
+    checked(capsys, 0, " ".join([*kept, advice]))
 
 
 def test_a_posture_gets_its_largest_share(here, capsys):
-    tilted = ("--pose", "0,0,0.05", "--rpy-deg", "0,20,0", "--out", "tilted.png")
-    status, out, _ = checked(capsys, *tilted)
-    assert status == 2
+    out, _ = checked(capsys, 2, "--pose 0,0,0.05 --rpy-deg 0,20,0 --out tilted.png")
     assert "Largest share: (0.0, 0.0, 44.3) mm, (0.0, 17.7, 0.0)°" in out
     assert "The controller, which keeps margins, takes" in out
     assert (here / "tilted.png").read_bytes().startswith(b"\x89PNG")
-    assert "the trunk is 0.1 mm over the ground" in checked(capsys, "--pose", "0,0,-0.15")[1]
-    status, out, _ = checked(capsys, "--rpy-deg", "0,5,0")
-    assert status == 0
-    assert "the posture is possible" in out
+    assert "the trunk is 0.1 mm over the ground" in checked(capsys, 2, "--pose 0,0,-0.15").out
+    assert "the posture is possible" in checked(capsys, 0, "--rpy-deg 0,5,0").out
 
 
 def test_a_walk_gets_its_longest_step(here, capsys):
-    status, out, err = checked(capsys, "--step-length-mm", 400, "--out", "a.svg")
-    assert status == 2
+    out, err = checked(capsys, 2, "--step-length-mm 400 --out a.svg")
     assert "step of 400 mm is too much for right_front" in err
     # A step of 230.8 mm in half of 2 s.
     assert "Longest possible step: 230 mm, which is 230.8 mm/s" in out
     assert "400 mm" in words_of(here / "a.svg")
-    status, out, _ = checked(capsys, "--period", 0.1)
-    assert status == 2
-    assert "No step length is possible" in out
-    status, out, _ = checked(capsys)
-    assert status == 0
+    assert "No step length is possible" in checked(capsys, 2, "--period 0.1").out
+    out, _ = checked(capsys, 0)
     assert "joint nearest to its limit: right_front.femur" in out
     assert out.endswith("possible.\n")
 
@@ -194,8 +168,7 @@ def test_every_command_and_the_studio_give_one_verdict(here, capsys, name, servo
     assert verdict["holding"] == ("DOES NOT HOLD" if overloaded else "HOLDS")
     words = " ".join(verdict["lines"])
     assert words.startswith(verdict["holding"])
-    status, told, _ = checked(capsys, "--robot", "mine.toml")
-    assert status == (2 if overloaded else 0)
+    told, _ = checked(capsys, 2 if overloaded else 0, "--robot mine.toml")
     assert words in unwrapped(told)
 
     fields = ["--robot", "mine.toml", "--gait", gait, "--drive", "servo", "--duration", "0.05"]
@@ -229,11 +202,8 @@ def test_a_scenario_whose_servos_do_not_hold_is_impossible(here, capsys):
     heavy = with_payload(load_robot("phantomx-paper"), 2.0)
     (here / "heavy.toml").write_text(robot_to_toml(heavy), encoding="utf-8")
     (here / "trip.toml").write_text('robot = "heavy.toml"\n', encoding="utf-8")
-    status, out, err = checked(capsys, "trip.toml")
-    assert status == 2
+    out, err = checked(capsys, 2, "trip.toml")
     assert "DOES NOT HOLD: right_middle.femur needs 1.7 N·m" in out
     assert "the AX-12A does not hold this robot in the tripod gait." in err
     assert "try  --gait wave" in err
-    status, out, _ = checked(capsys, "trip.toml", "--gait", "wave")
-    assert status == 0
-    assert "HOLDS FOR A LIMITED TIME" in out
+    assert "HOLDS FOR A LIMITED TIME" in checked(capsys, 0, "trip.toml --gait wave").out
