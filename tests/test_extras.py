@@ -7,6 +7,9 @@ import pytest
 
 from phasmid.cli import main
 from phasmid.extras import install_hint
+from phasmid.formats.solids.assembly import build123d
+
+STUDIO = "phasmid.studio.guard"
 
 
 @pytest.mark.parametrize(
@@ -29,10 +32,21 @@ def test_an_extra_comes_from_where_phasmid_came(origin, command, tmp_path, monke
     assert install_hint("video") == command
 
 
-def test_one_sentence_says_what_the_live_view_lacks(monkeypatch, capsys, tmp_path):
-    for name in [name for name in sys.modules if name.startswith("phasmid.live")]:
+@pytest.mark.parametrize(
+    ("package", "line", "extra"),
+    [
+        ("foxglove", "walk --live --out walk", "live"),
+        ("dynamixel_sdk", "bus scan /dev/null", "hardware"),
+        ("starlette.datastructures", "studio --no-open", "studio"),
+        ("build123d", "export --out cad", "cad"),
+    ],
+)
+def test_a_command_that_lacks_its_extra_names_it(package, line, extra, here, monkeypatch, capsys):
+    for name in [name for name in sys.modules if name.startswith(("phasmid.live", STUDIO))]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "foxglove", None)
-    assert main(["walk", "--live", "--out", str(tmp_path / "walk")]) == 2
-    assert f"  try  {install_hint('live')}" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+    monkeypatch.setitem(sys.modules, package, None)
+    build123d.cache_clear()
+    assert main(line.split()) == 2
+    build123d.cache_clear()
+    assert f"  try  {install_hint(extra)}" in capsys.readouterr().err
+    assert not list(here.iterdir())

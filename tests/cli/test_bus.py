@@ -11,7 +11,6 @@ import pytest
 from phasmid.cli import main
 from phasmid.cli.bus import emulator_of
 from phasmid.cli.parser import build_parser
-from phasmid.extras import install_hint
 from phasmid.hardware import Emulator, default_calibration, make_servos, model, save_calibration
 from phasmid.robot import load_robot
 
@@ -112,9 +111,3 @@ def test_a_port_that_is_not_there(capsys):
     pytest.importorskip("dynamixel_sdk")
     assert main(["bus", "scan", "/dev/no-such-port"]) == 2
     assert "there is no port /dev/no-such-port" in capsys.readouterr().err
-
-
-def test_without_the_extra_one_sentence(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "dynamixel_sdk", None)
-    assert main(["bus", "scan", "/dev/null"]) == 2
-    assert install_hint("hardware") in capsys.readouterr().err

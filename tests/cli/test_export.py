@@ -3,7 +3,6 @@
 import csv
 import re
 import shlex
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,6 @@ import pytest
 
 import phasmid
 from phasmid.cli import main
-from phasmid.extras import install_hint
-from phasmid.formats.solids.assembly import build123d
 from phasmid.robot.glb import read_glb
 
 
@@ -69,15 +66,6 @@ def test_a_folder_gets_solids_and_meshes(runs, capsys):
     # The STEP file with its sidecar is a robot.
     assert main(["check", "--robot", "cad/phantomx-paper.step"]) == 0
     assert "52 / 82 / 140 " in capsys.readouterr().out
-
-
-def test_solids_without_the_extra_name_what_to_install(runs, capsys, monkeypatch):
-    build123d.cache_clear()
-    monkeypatch.setitem(sys.modules, "build123d", None)
-    assert main(["export", "--out", "cad"]) == 2
-    build123d.cache_clear()
-    assert f"try  {install_hint('cad')}" in capsys.readouterr().err
-    assert not (runs / "cad").exists()
 
 
 def test_the_command_in_a_header_makes_it_again(runs, capsys):

@@ -3,7 +3,6 @@
 import os
 import signal
 import socket
-import sys
 import threading
 import urllib.request
 import webbrowser
@@ -11,7 +10,6 @@ import webbrowser
 import pytest
 
 from phasmid.cli import main, studio
-from phasmid.extras import install_hint
 from phasmid.interrupts import STOP_SIGNALS
 from phasmid.studio import server
 from phasmid.studio.guard import names_of
@@ -133,16 +131,6 @@ def test_no_browser_is_opened_where_none_is_wanted(given, stage, monkeypatch):
     options = ["--no-open"] if given == "--no-open" else []
     assert main(["studio", "--port", "0", *options]) == 0
     assert asked == []
-
-
-def test_without_the_extra_its_command_is_named(stage, monkeypatch, capsys):
-    monkeypatch.delitem(sys.modules, "phasmid.studio.guard")
-    monkeypatch.setitem(sys.modules, "starlette.datastructures", None)
-    assert main(["studio", "--no-open"]) == 2
-    assert capsys.readouterr().err == (
-        "phasmid: the live page needs the extra studio, which is not installed.\n"
-        f"  try  {install_hint('studio')}\n"
-    )
 
 
 def test_a_port_that_is_taken_is_named_where_it_was_asked_for(stage, capsys):
