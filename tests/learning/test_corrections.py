@@ -33,17 +33,13 @@ def test_each_correction_changes_one_field_by_its_scale():
         "pitch": {"pose": (x, y, z, roll, pitch - scale.pitch / 2, yaw)},
     }
     same = corrected(command, np.zeros(6), TASK)
-    assert (same.velocity, same.pose, same.step_height) == (*_parts(command), 0.03)
+    assert (same.velocity, same.pose, same.step_height) == (command.velocity, command.pose, 0.03)
     assert set(expected) == set(CORRECTIONS)
     for i, name in enumerate(CORRECTIONS):
         result = corrected(command, -0.5 * np.eye(6)[i], TASK)
         for field in ("velocity", "pose", "step_height"):
             wanted = expected[name].get(field, getattr(same, field))
             assert getattr(result, field) == pytest.approx(wanted, abs=1e-12), (name, field)
-
-
-def _parts(command):
-    return command.velocity, command.pose
 
 
 def test_without_corrections_the_locomotion_controller_walks_bit_for_bit():
