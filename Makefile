@@ -23,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .PHONY: help setup walk studio test golden lint docs pages bench slow dist lock ground clean \
-	slow-fuzz slow-mutations slow-learning slow-shapes slow-bus
+	slow-tests slow-fuzz slow-mutations slow-learning slow-shapes slow-bus
 
 help: ## list the targets
 	@echo "make TARGET [ARGS=...] [PYTHON=python3.12] [VENV=.venv]"
@@ -46,10 +46,10 @@ LINT = echo "== lint" && "$(BIN)/ruff" check . && "$(BIN)/ruff" format --check .
 	echo "== layers" && "$(BIN)/lint-imports" --no-logo
 
 # What the linters print is shown if they fail.
-test: $(DEVELOP) ## run every check, the linters beside the tests
+test: $(DEVELOP) ## run the tests, the linters beside them
 	@echo "== tests, lint, types and layers"
 	@{ $(LINT); } >"$(VENV)/lint.log" 2>&1 & lint=$$!; \
-	$(PYTEST) $(ARGS); status=$$?; \
+	$(PYTEST) -m "not slow" $(ARGS); status=$$?; \
 	wait $$lint || { cat "$(VENV)/lint.log" >&2; status=1; }; \
 	exit $$status
 
@@ -71,7 +71,10 @@ pages: $(DEVELOP) ## write pages with measured tables and pictures anew (PAGE=li
 bench: $(DEVELOP) ## measure how fast it is
 	@for name in run kernels update drive page; do $(RUN) benchmarks/$$name.py || exit; done
 
-slow: slow-$(SUITE) ## run a long suite: SUITE=fuzz, mutations, learning, shapes or bus
+slow: slow-$(SUITE) ## run a long suite: SUITE=tests, fuzz, mutations, learning, shapes or bus
+
+slow-tests: $(DEVELOP)
+	@$(PYTEST) -m slow $(ARGS)
 
 slow-fuzz: $(DEVELOP)
 	@FUZZ_FILES=2000 $(RUN) -m pytest tests/formats/test_fuzz.py $(ARGS)

@@ -42,7 +42,6 @@ def test_the_load_is_that_of_the_recorded_walk(advice):
     assert load.peak_supply_current == pytest.approx(drawn.max() + standby, rel=1e-12)
 
 
-@pytest.mark.slow
 def test_the_extrapolated_temperature_is_that_of_a_longer_walk(advice):
     # Heat varies from cycle to cycle by 3 % of the warmest servo's, since feet creep.
     scenario, walk, _ = plan_cycles(advice.scenario, cycles=60)

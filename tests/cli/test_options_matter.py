@@ -124,7 +124,6 @@ def header(scenario):
 USES = {"a simulated walk": walked, "a driven robot": driven, "a C header": header}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("use", USES)
 def test_each_field_has_an_effect_or_is_noted(use, compiled_engine):
     reference, silent = USES[use](BASE), []

@@ -29,7 +29,6 @@ def shortened(arguments):
     return arguments
 
 
-@pytest.mark.slow
 def test_no_command_of_the_readme_refuses_another(here, monkeypatch, capsys):
     monkeypatch.setattr("phasmid.studio.live_simulation.LiveSimulation", Stage)
     monkeypatch.setattr(Stage, "start", lambda self: interrupt())

@@ -10,8 +10,12 @@ import pytest
 ROOT = Path(__file__).parents[2]
 COURSE = ROOT / "docs/course"
 NOTEBOOKS = sorted(COURSE.glob("[1-9]-*.md"))
+CASES = [
+    pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem != "2-gaits"))
+    for path in NOTEBOOKS
+]
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("compiled_engine")]
+pytestmark = pytest.mark.usefixtures("compiled_engine")
 
 
 def cells(path):
@@ -20,7 +24,7 @@ def cells(path):
     return [re.sub(r"\A(:.*\n)+", "", block) for block in blocks]
 
 
-@pytest.fixture(scope="module", params=NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.fixture(scope="module", params=CASES)
 def notebook(request, tmp_path_factory):
     """Names of a notebook whose cells were executed in an empty folder; warnings are errors."""
     import matplotlib.pyplot as plt

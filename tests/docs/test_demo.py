@@ -29,7 +29,6 @@ browser_needed = [
 ]
 
 
-@pytest.mark.slow
 def test_without_physics_the_demo_replays_a_walk(tmp_path, capsys):
     assert build(tmp_path / "page", tmp_path) is False
     told = capsys.readouterr().err

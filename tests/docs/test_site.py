@@ -13,7 +13,6 @@ ROOT = Path(__file__).parents[2]
 INTERNAL = {"phasmid.reporting.webpage"}  # used by the studio
 
 
-@pytest.mark.slow
 def test_the_site_builds_without_a_warning_or_a_dead_link(tmp_path):
     """Without executing the notebooks, which test_course.py does, and without the engine of the
     demonstration, which test_demo.py has."""

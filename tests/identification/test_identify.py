@@ -24,8 +24,10 @@ def found_again(name, model, seed, names=(), fixed=()):
     return values, identify(logs, servo, model=model, fixed=fixed)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "model"), [("AX-12A", "own"), ("XL430-W250", "m1")])
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [pytest.param("AX-12A", "own", marks=pytest.mark.slow), ("XL430-W250", "m1")],
+)
 def test_what_is_determined_is_within_five_per_cent(name, model):
     # Steps of 0.29 and 0.09 deg, noise of 0.1 deg, one load, five motions of 6 s.
     values, found = found_again(name, model, 0)
@@ -46,7 +48,6 @@ def test_what_is_determined_is_within_five_per_cent(name, model):
     assert found.rms_error == pytest.approx(expected, rel=0.1)
 
 
-@pytest.mark.slow
 def test_with_the_torque_always_on_brake_and_viscous_friction_trade_off():
     # The winding brakes with k^2/R w, which no angle tells from b w: the sum is well known, and
     # b alone is not.
@@ -68,7 +69,6 @@ def test_names_of_unknown_parameters_and_short_logs_are_refused():
 RNG = np.random.default_rng(1)
 
 
-@pytest.mark.slow
 def test_the_command_prints_a_table_and_writes_its_files(here, capsys):
     # M2 of the AX-12A with its law fixed; the exit status says that something is determined.
     values = held_out(AX, "m1", RNG)

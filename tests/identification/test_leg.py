@@ -105,7 +105,6 @@ def test_a_walk_in_the_air_shows_the_motor_and_not_viscous_friction():
     assert error[constant] <= 0.05 * values["motor_constant"]
 
 
-@pytest.mark.slow
 def test_the_command_reads_the_log_of_a_robot(here, capsys):
     rng = np.random.default_rng(1)
     values = held_out(SERVO, "own", rng)
@@ -123,7 +122,6 @@ def test_the_command_reads_the_log_of_a_robot(here, capsys):
     assert (here / "servo.toml").stat().st_size > 100
 
 
-@pytest.mark.slow
 def test_a_leg_on_the_ground_is_refused(tmp_path, capsys):
     scenario = phasmid.load_scenario("paper").replace(robot="phantomx-ax", duration=2)
     path = tmp_path / "walk.nc"

@@ -8,6 +8,8 @@ from physics import equations, planning, sharing
 from physics.bench import Bench
 from physics.checks import CHECKS
 
+pytestmark = pytest.mark.slow
+
 
 def failing(number, bench):
     return {row.case for row in CHECKS[number][-1](bench) if not row.holds}

@@ -28,7 +28,6 @@ def scenario(kind, duration, **fields):
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["prescribed", "servo"])
 def test_a_robot_gets_up_from_its_belly_walks_and_lies_down_again(kind):
     """Half of 25 mm is the height at which the body lies; servos sag, prescribed joints do not."""
@@ -52,7 +51,6 @@ def test_a_robot_gets_up_from_its_belly_walks_and_lies_down_again(kind):
     assert np.abs(run["body_orientation"].values[:, 1:3]).max() < np.sin(np.radians(3) / 2) * 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("place", ["right_front.tibia", "right_middle.femur", "left_front.coxa"])
 def test_with_one_servo_dead_a_robot_walks_on_on_five_legs(place):
     engine = LocomotionEngine(ROBOT)

@@ -19,12 +19,14 @@ GRID = {
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning")
 
 
+@pytest.mark.slow
 def test_ray_gives_the_same_rows_to_the_bit(tmp_path):
     local = study(GRID, out=tmp_path / "local", workers=1)
     ray = study(GRID, out=tmp_path / "ray", workers=2, ray="local")
     assert ray.table.drop(columns="wall_time_s").equals(local.table.drop(columns="wall_time_s"))
 
 
+@pytest.mark.slow
 def test_a_run_that_kills_its_ray_worker_fails_alone(tmp_path):
     (tmp_path / "mine.py").write_text(
         "import os\n"
@@ -42,6 +44,7 @@ def test_a_run_that_kills_its_ray_worker_fails_alone(tmp_path):
     assert "worker process died" in table["error"][1]
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(tmp_path, monkeypatch):
     other = versions() | {"mujoco_version": "1.0"}
     monkeypatch.setattr("phasmid.studies.driver.versions", lambda: other)

@@ -351,7 +351,6 @@ def test_a_ctrl_c_in_the_terminal_does_not_reach_who_writes_a_report(tmp_path):
         writer.close()
 
 
-@pytest.mark.slow
 def test_a_saved_run_is_a_folder_like_any_other(heard, tmp_path):
     heard.submit(Change(name="gait", value="wave"))
     run = heard.submit(Record(on=True))["run"]

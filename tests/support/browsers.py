@@ -13,7 +13,6 @@ CHROMIUM = next(
 )
 
 NEEDED = [
-    pytest.mark.slow,
     pytest.mark.skipif(bool(os.environ.get("CI")), reason="no browser is started in CI"),
     pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium on this machine"),
 ]
