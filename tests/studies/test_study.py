@@ -173,7 +173,7 @@ GRID = PLAN | {"axes": {"gait": ["tripod", "wave"], "step_length_mm": [20, 40, 6
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """A study that nothing has disturbed."""
-    return study(GRID, out=tmp_path_factory.mktemp("whole") / "study", workers=2)
+    return study(GRID, out=tmp_path_factory.mktemp("whole") / "study", workers=1)
 
 
 def test_rows_are_those_of_single_runs(whole):
@@ -213,50 +213,46 @@ def test_a_killed_study_goes_on_without_a_lost_or_double_row(tmp_path, whole):
     )
     out = tmp_path / "out"
     command = [sys.executable, "-m", "phasmid", "study", "s.toml", "--out", "out", "--workers", "2"]
-    found = []
-    for parts in (1, 4):
-        process = subprocess.Popen(command, cwd=tmp_path, start_new_session=True)
-        while process.poll() is None and len(list(out.glob("parts/*.parquet"))) < parts:
-            time.sleep(0.01)
-        # The driver and its workers, all at once.
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        found.append(len(load_study(out).table))
-    assert 0 < found[0] <= found[1]
-    results = study(tmp_path / "s.toml", out=out)
+    process = subprocess.Popen(command, cwd=tmp_path, start_new_session=True)
+    while process.poll() is None and not list(out.glob("parts/*.parquet")):
+        time.sleep(0.01)
+    # The driver and its workers, all at once.
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    assert len(load_study(out).table) > 0
+    results = study(tmp_path / "s.toml", out=out, workers=1)
     assert same(results.table.drop(columns="run"), whole.table.drop(columns="run"))
     assert not results.table["run"].duplicated().any()
 
 
 def test_parts_made_at_once_in_one_folder_are_the_whole_study(tmp_path, whole):
+    def make(k):
+        return study(GRID, out=tmp_path / "out", workers=1, part=(k, 3))
+
+    # A part alone has no page.
+    assert len(make(1).table) == 4
+    assert not (tmp_path / "out/study.html").exists()
     with ThreadPoolExecutor() as pool:
-        parts = [
-            pool.submit(study, GRID, out=tmp_path / "out", workers=1, part=(k, 3))
-            for k in (1, 2, 3)
-        ]
-        assert max(len(part.result().table) for part in parts) == 12
+        assert max(len(results.table) for results in pool.map(make, (2, 3))) == 12
     assert (tmp_path / "out/study.html").exists()
     assert same(load_study(tmp_path / "out").table, whole.table)
-    # A part alone has no page.
-    assert len(study(GRID, out=tmp_path / "one", part=(1, 4)).table) == 3
-    assert not (tmp_path / "one/study.html").exists()
 
 
 def test_a_run_that_kills_its_worker_fails_alone(tmp_path):
     (tmp_path / "mine.py").write_text(
         "import os\n"
         "def deadly(scenario, value):\n"
-        "    if value == 2:\n"
+        "    if value == 1:\n"
         "        os._exit(9)\n"
         "    return scenario\n"
     )
     (tmp_path / "s.toml").write_text(
         'kind = "plan"\nmetrics = ["energy.cost_of_transport"]\nset = {duration = 0.5}\n'
-        '[axes]\nload = {values = [0, 1, 2, 3, 4], function = "mine.py:deadly"}\n'
+        '[axes]\nload = {values = [0, 1, 2], function = "mine.py:deadly"}\n'
     )
     table = study(tmp_path / "s.toml", out=tmp_path / "out", workers=2).table
-    assert list(table["status"]) == ["done", "done", "failed", "done", "done"]
-    assert "worker process died" in table["error"][2]
+    assert list(table["status"]) == ["done", "failed", "done"]
+    assert "worker process died" in table["error"][1]
 
 
 def test_failed_runs_are_rows_and_can_be_made_again(tmp_path, capsys, monkeypatch):
@@ -271,14 +267,13 @@ def test_failed_runs_are_rows_and_can_be_made_again(tmp_path, capsys, monkeypatc
     assert "phasmid: failed: 2, such as run 1: step of 5000 mm is too much " in printed.err
     table = load_study("results/study").table
     assert list(table["status"]) == ["done", "failed", "failed"]
-    assert main(["study", "s.toml", "--workers", "1", "--retry", "failed", "--quiet"]) == 0
-    capsys.readouterr()
+    again = ["study", "s.toml", "--workers", "1", "--retry", "failed", "--max-failures", "0"]
+    assert main(again) == 1
+    assert "runs failed, more than 0" in capsys.readouterr().err
     assert main(["study", "s.toml", "--only", "0"]) == 0
     assert capsys.readouterr().out.startswith("equal: every metric is that of its row")
     assert Path("results/study/runs/0/report.html").exists()
     assert len(load_study("results/study").table) == 3
-    with pytest.raises(OutputError, match="runs failed, more than 0"):
-        study("s.toml", workers=1, retry_failed=True, max_failures=0)
 
 
 def test_without_a_terminal_progress_is_a_line_now_and_then(tmp_path, capsys, monkeypatch):
@@ -302,7 +297,7 @@ def test_recordings_are_kept_by_a_rule(tmp_path):
         "axes": {"robot.body.mass_g": [500, 2500]},
         "keep": "torque.simulation.largest > 1",
     }
-    results = study(one, out=tmp_path / "out", workers=2)
+    results = study(one, out=tmp_path / "out", workers=1)
     light, heavy = results.table["recording"]
     assert light == ""
     recording = load_recording(results.folder / "recordings" / heavy)
@@ -411,7 +406,8 @@ def test_points_that_violate_a_constraint_are_not_best(tmp_path):
 def test_a_search_of_walks_goes_on_where_it_was_stopped(tmp_path):
     one = PLAN | {
         "axes": {"step_length_mm": {"low": 20, "high": 60}, "gait": ["tripod", "wave"]},
-        "search": {"budget": 12, "batch": 4, "minimise": [COST]},
+        "keep": "pareto",
+        "search": {"budget": 8, "batch": 4, "minimise": [COST]},
     }
     whole = study(one, out=tmp_path / "whole", workers=1)
     # Of the rows the last batches are lost; the same points are chosen again.
@@ -422,18 +418,10 @@ def test_a_search_of_walks_goes_on_where_it_was_stopped(tmp_path):
     assert same(again.table, whole.table)
     best = whole.best
     assert best[COST][0] == whole.table[COST].min()
-
-
-def test_recordings_of_the_best_points_are_kept(tmp_path):
-    one = PLAN | {
-        "axes": {"step_length_mm": {"low": 20, "high": 60}},
-        "keep": "pareto",
-        "search": {"budget": 8, "batch": 4, "minimise": [COST]},
-    }
-    results = study(one, out=tmp_path / "out", workers=1)
-    kept = results.table.query("recording != ''")
-    assert list(kept["number"]) == results.best_numbers == [results.table[COST].idxmin()]
-    recording = load_recording(results.folder / "recordings" / kept["recording"].item())
+    # The recordings of the best points are kept.
+    kept = again.table.query("recording != ''")
+    assert list(kept["number"]) == again.best_numbers == [again.table[COST].idxmin()]
+    recording = load_recording(again.folder / "recordings" / kept["recording"].item())
     assert phasmid.summarise(recording)["energy"]["cost_of_transport"] == kept[COST].item()
 
 
@@ -604,7 +592,7 @@ def test_a_full_disk_leaves_nothing_of_a_study_that_does_not_begin(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
-@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP", "SIGKILL"])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGKILL"])
 def test_no_worker_outlives_its_study(tmp_path, name):
     (tmp_path / "mine.py").write_text(
         "import time\n"
