@@ -65,7 +65,7 @@ SEEDS = int(os.environ.get("PHASMID_FAULT_SEEDS", "0"))
 """Seeds of each fault; 0: one seed of some faults. `make slow SUITE=bus` takes 20."""
 
 
-def driven(monkeypatch, *, name="AX-12A", faults=(), seed=0, at=(), duration=3.0, **arguments):
+def driven(monkeypatch, *, name="AX-12A", faults=(), seed=0, at=(), duration=1.5, **arguments):
     """Drive a robot with faults, and with actions at times.
 
     Returns:
@@ -126,7 +126,7 @@ def test_a_robot_stands_up_slowly_walks_and_lies_limp_at_the_end(monkeypatch, na
         "limits are lowered.",
         "is off.",
     ]
-    assert report.walked == pytest.approx(3.0, abs=1.5 / RATE)
+    assert report.walked == pytest.approx(1.5, abs=1.5 / RATE)
     time, enabled, goals, position = emulator.traces()
     time = time - begin
     begun, walks = report.events[0][0], report.events[1][0]
@@ -257,7 +257,7 @@ FAULTS = {
     "no supply": ([f"brown-out to 5 V {W}"], [], "no goals are written"),
     "supply comes back": ([f"brown-out to 5 V {W} for 4 s"], [], "torque off is sent"),
     "supply lost while sitting": (
-        [f"brown-out to 5 V at {WALKS_AT + 2.5:g} s for 4 s"],
+        [f"brown-out to 5 V at {WALKS_AT + 1.0:g} s for 4 s"],
         [],
         "no goals are written",
     ),
@@ -280,9 +280,9 @@ def test_a_fault_ends_in_its_reaction(monkeypatch, fault, seed):
 
 
 def test_a_walk_on_five_legs_after_an_overload_ends_as_a_whole_one(monkeypatch):
-    _, emulator, report, _ = driven(monkeypatch, faults=[f"5 overload {W}"], duration=6.0)
+    _, emulator, report, _ = driven(monkeypatch, faults=[f"5 overload {W}"], duration=3.0)
     assert report.ending is None
-    assert report.walked == pytest.approx(6.0, abs=1.5 / RATE)
+    assert report.walked == pytest.approx(3.0, abs=1.5 / RATE)
     time, enabled, _, _ = emulator.traces()
     assert not enabled[time > WALKS_AT + 0.3][:, 4].any()
 

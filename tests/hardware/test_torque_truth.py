@@ -17,7 +17,7 @@ from support.virtual_bus import folded, new_driver, virtual_bus
 
 WHOLE = bool(os.environ.get("PHASMID_FAULT_SEEDS"))
 
-DURATION = 3.0
+DURATION = 1.5
 """Time of walking [s]."""
 
 OVERRUN = 1.5

@@ -44,8 +44,11 @@ class VirtualTime:
     def sleep(self, duration):
         end = self.now + duration
         while self.now < end:
-            stops = [end, self.emulator.next_stop, *(at for at, _ in self.actions)]
-            self.now = max(self.now, min(stops))
+            stop = min([self.emulator.next_stop, *(at for at, _ in self.actions)])
+            if stop > end:
+                self.now = end
+                return
+            self.now = max(self.now, stop)
             self.emulator.pass_until(self.now)
             for at, action in [one for one in self.actions if one[0] <= self.now]:
                 self.actions.remove((at, action))
