@@ -141,7 +141,7 @@ def pair(request):
 def test_the_bus_scans_reads_and_moves(pair):
     emulator, bus = pair
     name = emulator.servos[0].model.name
-    assert bus.scan(range(6)) == {i: model(name) for i in (1, 2, 3)}
+    assert bus.scan(range(1, 5)) == {i: model(name) for i in (1, 2, 3)}
     for id_ in (1, 2, 3):
         bus.write(id_, "torque_enable", 1)
     bus.write_all("goal_position", {1: 0.3, 2: -0.3, 3: 0.1})
@@ -159,7 +159,7 @@ def test_the_bus_scans_reads_and_moves(pair):
     with pytest.raises(InvalidInput, match="one owner"):
         Bus(emulator.port, BAUD)
     emulator.servo(2)["baud_rate"] = emulator.servo(2).model.baud_value(57_600)
-    assert sorted(bus.scan(range(4))) == [1, 3]
+    assert sorted(bus.scan([1, 2, 3])) == [1, 3]
 
 
 def test_a_late_answer_is_not_taken_for_the_next(pair):

@@ -145,10 +145,10 @@ def test_a_stopped_second_process_does_not_block_the_driver(tmp_path):
             second.is_confirmed = True
 
 
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP", "SIGINT"])
-def test_signals_do_not_reach_it(tmp_path, name):
+def test_signals_do_not_reach_it(tmp_path):
     with held(tmp_path) as (servos, _, holder, second):
-        os.kill(second, getattr(signal, name))
-        os.killpg(os.getpgid(second), getattr(signal, name))
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+            os.kill(second, number)
+            os.killpg(os.getpgid(second), number)
         holder.kill()
         wait(lambda: is_off(servos))
