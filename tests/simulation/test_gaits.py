@@ -23,7 +23,7 @@ STRIDES = {
 PRESET_WALKS = [
     (*walk, way)
     for k, walk in enumerate(WALKS)
-    for way in ("turning", ("forward", "backward", "sideways")[k % 3])
+    for way in (("turning", "forward", "backward", "sideways")[k % 4],)
 ]
 ODD_ROBOTS = {"tilted": tilted_robot(), "uneven": uneven_robot()}
 ODD_WALKS = [(robot, "tripod", stride) for robot in ODD_ROBOTS for stride in STRIDES]
@@ -54,7 +54,7 @@ def test_closed_form_recursion_and_the_simulated_model_give_odd_robots_one_torqu
         assert row.got < 1e-10
 
 
-@pytest.mark.parametrize(("preset", "gait"), WALKS)
+@pytest.mark.parametrize(("preset", "gait"), WALKS[::2])
 def test_soft_servos_walk_too_but_not_as_far(preset, gait):
     # Servos of 5.5 to 11 N m/rad give way by 0.1 to 0.2 rad under the load of a stance, spring back
     # in the air, and lag: feet land early and scuff. Nothing here derives the loss of way; the
