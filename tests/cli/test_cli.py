@@ -365,13 +365,13 @@ def test_a_place_that_is_no_new_folder_is_refused(here, capsys, place):
     assert list(here.iterdir()) == []
 
 
-@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize(
-    ("command", "said"),
+    ("command", "said", "unbuffered"),
     [
-        ("check paper > /dev/full", "no space left on device"),
-        ("--help > /dev/full", "no space left on device"),
-        ("check paper | true", "broken pipe"),
+        ("check paper > /dev/full", "no space left on device", ""),
+        ("--help > /dev/full", "no space left on device", ""),
+        ("--help > /dev/full", "no space left on device", "1"),
+        ("check paper | true", "broken pipe", "1"),
     ],
 )
 def test_output_that_nobody_takes_is_told_in_one_sentence(here, command, said, unbuffered):

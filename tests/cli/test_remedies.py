@@ -17,9 +17,7 @@ LINES = """
 walk --robot quadruped --gait trot
 walk --robot quadruped --gait tripod
 drive --robot octopod --gait crawl --velocity 0,0,0
-check --robot quadruped --gait trot
 gaits --gait trot --robot quadruped
-advise --robot quadruped --gait trot
 export --out walk.h --robot quadruped --gait tripod
 walk --step-length-mm 400
 walk --step-length-mm 300 --step-turn-deg 40
@@ -57,11 +55,9 @@ walk --step-lenght-mm 40
 walk --drive sevro
 walk papper
 walk long.toml
-check long.toml
 walk misplaced.toml
 walk trot.toml
 walk --robot blind.urdf
-check --robot blind.urdf
 export --out cad --robot blind.urdf
 drive --velocity 0.05,0
 drive --velocity 0.05,0,0 --contact-law simscape
@@ -73,9 +69,7 @@ bus emulate --ids 1-x
 bus emulate --model AX-12
 bus emulate --robot lynxmotion-ch3r
 advise --robot phantomx-ax --speed-mm-s 400
-advise --robot phantomx-ax --step-length-mm -400
 advise --robot phantomx-ax --step-length-mm 400
-advise --robot phantomx-ax --step-length-mm 400 --speed-mm-s 50
 check --robot phantomx-papre
 check --robot swapped.toml
 check --robot radians.toml

@@ -212,7 +212,7 @@ def held(heard, monkeypatch):
 def test_the_robot_walks_on_until_a_change_is_ready(request_, heard, held):
     live, answer = heard.stage.live, heard.stage.submit(request_)
     now = live.now
-    heard.wait_for(lambda: live.now > now + 1.0)
+    heard.wait_for(lambda: live.now > now + 0.2)
     heard.submit(Stick(at=(-1.0, 0.0, 0.0)))
     assert heard.newest("setting")["walks"] == "by hand"
     assert heard.stage.live is live
