@@ -55,6 +55,7 @@ def test_what_a_format_of_robots_loses_is_told(runs, capsys, suffix):
     assert phasmid.load_robot("back.toml").leg_names == phasmid.load_robot("phantomx-mk4").leg_names
 
 
+@pytest.mark.slow
 def test_a_folder_gets_solids_and_meshes(runs, capsys):
     pytest.importorskip("build123d")
     assert main(["export", "--robot", "phantomx-paper", "--out", "cad"]) == 0

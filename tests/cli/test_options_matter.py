@@ -124,7 +124,10 @@ def header(scenario):
 USES = {"a simulated walk": walked, "a driven robot": driven, "a C header": header}
 
 
-@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize(
+    "use",
+    [pytest.param(use, marks=[pytest.mark.slow] * (use != "a C header")) for use in USES],
+)
 def test_each_field_has_an_effect_or_is_noted(use, compiled_engine):
     reference, silent = USES[use](BASE), []
     for key in KEYS:

@@ -89,8 +89,10 @@ def test_visual_balls_of_a_urdf_count_where_nothing_collides(tmp_path):
 @pytest.mark.parametrize(
     ("suffix", "radius"),
     # Points in STEP: test_step.py.
-    [(suffix, r) for suffix in (".toml", ".urdf", ".xml") for r in (0.0, 0.0123)]
-    + [(".step", 0.0123)],
+    [
+        *((suffix, r) for suffix in (".toml", ".urdf", ".xml") for r in (0.0, 0.0123)),
+        pytest.param(".step", 0.0123, marks=pytest.mark.slow),
+    ],
 )
 def test_files_keep_balls_and_points(suffix, radius, tmp_path):
     """The small spheres on which points stand in simulators are no part of the robot."""

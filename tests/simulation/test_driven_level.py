@@ -16,7 +16,14 @@ TORQUE = 1.5
 early or late shift load between legs. A light robot's contact vibrates as strongly."""
 
 
-@pytest.mark.parametrize("case", level.cases(15, seed=1024)[4:14], ids=str)
+CASES = level.cases(15, seed=1024)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [*CASES[4:9], *(pytest.param(case, marks=pytest.mark.slow) for case in CASES[9:14])],
+    ids=str,
+)
 def test_the_trunk_of_a_driven_robot_does_not_hop_on_level_ground(case):
     """Random velocities, gaits, robots and drives; every fourth robot weighs 0.6 to 1.6 kg.
 

@@ -54,7 +54,8 @@ def test_closed_form_recursion_and_the_simulated_model_give_odd_robots_one_torqu
         assert row.got < 1e-10
 
 
-@pytest.mark.parametrize(("preset", "gait"), WALKS[::2])
+@pytest.mark.slow
+@pytest.mark.parametrize(("preset", "gait"), WALKS)
 def test_soft_servos_walk_too_but_not_as_far(preset, gait):
     # Servos of 5.5 to 11 N m/rad give way by 0.1 to 0.2 rad under the load of a stance, spring back
     # in the air, and lag: feet land early and scuff. Nothing here derives the loss of way; the

@@ -30,7 +30,10 @@ def scenario_of(robot, **changes):
     return scenario.replace(gait=gait, record_interval=0.005, **changes)
 
 
-@pytest.mark.parametrize("joints", ["prescribed", "torque", "ideal-servo"])
+JOINTS = ["prescribed", "ideal-servo", pytest.param("torque", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("joints", JOINTS)
 @pytest.mark.parametrize("robot", [name for name in preset_names() if name != "phantomx-paper"])
 def test_a_planned_walk_goes_straight(robot, joints):
     scenario = scenario_of(robot, drive=joints)
@@ -39,7 +42,7 @@ def test_a_planned_walk_goes_straight(robot, joints):
     assert abs(drift(recording, scenario.period)) < DRIFT
 
 
-@pytest.mark.parametrize("joints", ["prescribed", "torque", "ideal-servo"])
+@pytest.mark.parametrize("joints", JOINTS)
 @pytest.mark.parametrize("robot", ["phantomx-ax", "quadruped", "octopod"])
 def test_a_driven_robot_goes_straight(robot, joints):
     scenario = scenario_of(robot, drive=joints)
