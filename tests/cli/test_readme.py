@@ -23,9 +23,11 @@ def commands(heading):
 
 
 def shortened(arguments):
-    """The same command with a shorter run."""
+    """The same command with a shorter run, or with one process."""
     if arguments[0] in ("walk", "drive") and "--help" not in arguments:
         return [*arguments, "--duration", "0.3", "--no-figures"]
+    if arguments[0] == "study":
+        return [*arguments, "--workers", "1"]
     return arguments
 
 
