@@ -1,6 +1,7 @@
 """What a refusal tells people to try is accepted when it is typed as it is printed."""
 
 import re
+import shutil
 from importlib import resources
 from pathlib import Path
 
@@ -116,14 +117,22 @@ FILES = {
 }
 
 
-@pytest.fixture
-def here(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A folder with the files of the lines; meshes of a robot take long to write."""
+    folder = tmp_path_factory.mktemp("files")
     for name, content in FILES.items():
-        (tmp_path / name).write_text(content)
-    save_robot(load_robot("phantomx-ax"), tmp_path / "blind.urdf")
-    text = (tmp_path / "blind.urdf").read_text()
-    (tmp_path / "blind.urdf").write_text(re.sub(' effort="[^"]*"', ' effort="0"', text))
+        (folder / name).write_text(content)
+    save_robot(load_robot("phantomx-ax"), folder / "blind.urdf")
+    text = (folder / "blind.urdf").read_text()
+    (folder / "blind.urdf").write_text(re.sub(' effort="[^"]*"', ' effort="0"', text))
+    return folder
+
+
+@pytest.fixture
+def here(tmp_path, files, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
     # A command that begins to work has accepted its input.
     for begin in (
         "phasmid.simulation.Run.record",
