@@ -5,8 +5,6 @@ import re
 import shlex
 from pathlib import Path
 
-import pytest
-
 from cli.test_studio import Stage, interrupt
 from phasmid.cli import main
 

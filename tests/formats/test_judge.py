@@ -125,7 +125,10 @@ ASIDE = REAR.mount_position + np.array([0.01, 0, 0])
         ),
         (changed(("right_front",), **with_range(2, -60, 0)), "joint right_front.tibia: stands at"),
         # Times of the weight at a leg's length: 1000 N·m over 31.6 N times 0.246 m.
-        (with_servo(rated_stall_torque=1000.0), "servos: effort 1000 N·m would lift 129 such robots at"),
+        (
+            with_servo(rated_stall_torque=1000.0),
+            "servos: effort 1000 N·m would lift 129 such robots",
+        ),
         (with_servo(rated_no_load_speed=100.0), "servos: speed is 100 rad/s; the limit is"),
     ],
 )

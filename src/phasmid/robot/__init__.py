@@ -1,4 +1,4 @@
-"""The robot: body, legs, links and servos."""
+"""The robot: body, legs and links."""
 
 from phasmid.robot.appearance import Appearance, Part
 from phasmid.robot.file import load_robot, preset_names, robot_to_toml, with_values
@@ -12,31 +12,20 @@ from phasmid.robot.variants import (
     with_payload,
     with_servo,
 )
-from phasmid.servo import load_servo, servo_names
-from phasmid.servo.friction import Friction
-from phasmid.servo.motor import Motor
-from phasmid.servo.rules import complete_servo
-from phasmid.servo.servo import Servo
 
 __all__ = [
     "HEXAPOD_LEGS",
     "JOINTS",
     "Appearance",
     "Body",
-    "Friction",
     "Leg",
     "LegArrays",
     "Link",
-    "Motor",
     "Part",
     "Robot",
-    "Servo",
-    "complete_servo",
     "load_robot",
-    "load_servo",
     "preset_names",
     "robot_to_toml",
-    "servo_names",
     "with_mass_model",
     "with_mounts",
     "with_neutral_foot",
