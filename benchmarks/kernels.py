@@ -23,6 +23,7 @@ import pinocchio as pin
 
 from phasmid import dynamics, kinematics
 from phasmid.robot import Leg, load_robot
+from phasmid.units import STANDARD_GRAVITY
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from dynamics.pinocchio_model import free_state, pinocchio_leg, pinocchio_model
@@ -80,9 +81,14 @@ def leg_dynamics(samples: int) -> None:
     data, pool = model.createData(), pin.ModelPool(model, 1)
     columns, tau = [v.T for v in (q, qd, qdd)], np.empty((3, samples), order="F")
     rows: dict[str, Row] = {
-        "phasmid": (lambda: dynamics.leg_torque(leg, q, qd, qdd), samples),
+        "phasmid": (
+            lambda: dynamics.leg_torque(leg, q, qd, qdd, gravity=STANDARD_GRAVITY),
+            samples,
+        ),
         "phasmid, with foot force": (
-            lambda: dynamics.leg_torque(leg, q, qd, qdd, foot_force=force),
+            lambda: dynamics.leg_torque(
+                leg, q, qd, qdd, foot_force=force, gravity=STANDARD_GRAVITY
+            ),
             samples,
         ),
         "Pinocchio rneaInParallel, one thread": (
@@ -95,7 +101,7 @@ def leg_dynamics(samples: int) -> None:
         ),
     }
     table("inverse dynamics, per leg and sample", rows, "phasmid")
-    error = np.abs(dynamics.leg_torque(leg, q, qd, qdd) - tau.T).max()
+    error = np.abs(dynamics.leg_torque(leg, q, qd, qdd, gravity=STANDARD_GRAVITY) - tau.T).max()
     print(f"  largest difference from Pinocchio {error:.1e} N m")
 
 
@@ -112,7 +118,10 @@ def whole_robot(samples: int) -> None:
     states = free_state(body, q, qd, qdd)
     columns, tau = [s.T for s in states], np.empty((model.nv, samples), order="F")
     rows: dict[str, Row] = {
-        "phasmid": (lambda: dynamics.inverse_dynamics(robot, body, q, qd, qdd), samples),
+        "phasmid": (
+            lambda: dynamics.inverse_dynamics(robot, body, q, qd, qdd, gravity=STANDARD_GRAVITY),
+            samples,
+        ),
         "Pinocchio rneaInParallel, one thread": (
             lambda: pin.rneaInParallel(1, pool, *columns, tau),
             samples,
@@ -123,7 +132,9 @@ def whole_robot(samples: int) -> None:
         ),
     }
     table("inverse dynamics of the free robot, per sample", rows, "phasmid")
-    torque = dynamics.inverse_dynamics(robot, body, q, qd, qdd).joint_torque
+    torque = dynamics.inverse_dynamics(
+        robot, body, q, qd, qdd, gravity=STANDARD_GRAVITY
+    ).joint_torque
     error = np.abs(torque.reshape(samples, -1) - tau.T[:, 6:]).max()
     print(f"  largest difference from Pinocchio {error:.1e} N m")
 
@@ -189,9 +200,9 @@ calls = {
     "jacobian": lambda: kinematics.jacobian(leg, q),
     "joint_angles": lambda: kinematics.joint_angles(leg, leg.neutral_foot),
     "joint_motion": lambda: kinematics.joint_motion(leg, q, q, q),
-    "leg_torque": lambda: dynamics.leg_torque(leg, q, q, q),
-    "leg_matrices": lambda: dynamics.leg_matrices(leg, q),
-    "inverse_dynamics": lambda: dynamics.inverse_dynamics(robot, body, Q, Q, Q),
+    "leg_torque": lambda: dynamics.leg_torque(leg, q, q, q, gravity=9.81),
+    "leg_matrices": lambda: dynamics.leg_matrices(leg, q, gravity=9.81),
+    "inverse_dynamics": lambda: dynamics.inverse_dynamics(robot, body, Q, Q, Q, gravity=9.81),
 }
 start = time.perf_counter()
 import numba

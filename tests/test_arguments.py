@@ -3,6 +3,7 @@
 import inspect
 from collections.abc import Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -15,6 +16,7 @@ from phasmid.arguments import check_kind
 from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command
+from phasmid.units import STANDARD_GRAVITY
 
 FUNCTIONS = """advise analyse compare drive export import_robot load_recording load_robot
 load_scenario load_study load_trajectory plan plot replay report save_mcap save_recording save_robot
@@ -208,7 +210,8 @@ def test_tables_made_by_name_refuse_in_a_sentence():
 
 ROBOT = phasmid.load_robot("phantomx-ax")
 LEG, Q = ROBOT.legs[0], np.zeros((6, 3))
-INVERSE, AT_REST = dynamics.inverse_dynamics, dynamics.BodyMotion.at_rest
+INVERSE = partial(dynamics.inverse_dynamics, gravity=STANDARD_GRAVITY)
+AT_REST = dynamics.BodyMotion.at_rest
 BODY = AT_REST()
 LEGS_3, AXES = (f"it must have shape (..., {shape})." for shape in ("6, 3", "3"))
 
@@ -223,7 +226,10 @@ LEGS_3, AXES = (f"it must have shape (..., {shape})." for shape in ("6, 3", "3")
             lambda: INVERSE(ROBOT, BODY, Q, Q, Q, foot_force=Q[0]),
             f"foot_force has shape (3,); {LEGS_3}",
         ),
-        (lambda: dynamics.leg_torque(LEG, None, Q[0], Q[0]), "q is None; it must be an array of"),
+        (
+            lambda: dynamics.leg_torque(LEG, None, Q[0], Q[0], gravity=STANDARD_GRAVITY),
+            "q is None; it must be an array of",
+        ),
         (lambda: kinematics.foot_position(ROBOT, Q), "leg is of type Robot; it must be a Leg"),
         (lambda: kinematics.joint_angles(LEG, [0.1, 0.2]), f"p_hip_foot has shape (2,); {AXES}"),
         (lambda: AT_REST(position=[0, 0]), f"position has shape (2,); {AXES}"),

@@ -70,7 +70,7 @@ def batch_answer(robot, state, model, *, armature=0.0, friction=100.0):
     """Torques and forces by `phasmid.dynamics` and `phasmid.forces`."""
     R, w, dw, a, q, qd, qdd, share, normals = state
     body = dynamics.BodyMotion(np.zeros(3), R, np.zeros(3), w, a, dw)
-    torque, wrench = dynamics.inverse_dynamics(robot, body, q, qd, qdd)
+    torque, wrench = dynamics.inverse_dynamics(robot, body, q, qd, qdd, gravity=STANDARD_GRAVITY)
     J = R @ robot.arrays.R_body_hip @ kinematics.jacobian(robot.arrays, q)
     joints = JointLoad(J, torque + armature * qdd)
     feet = kinematics.body_from_hip(robot, kinematics.foot_position(robot.arrays, q)) @ R.T

@@ -11,6 +11,7 @@ from phasmid import dynamics
 from phasmid.dynamics.matrices import in_plane
 from phasmid.dynamics.printed import printed_leg_matrices
 from phasmid.robot import load_robot
+from phasmid.units import STANDARD_GRAVITY
 
 # Row 10 of the physics charter. Torques are below 10 N·m and entries sums of some hundred terms,
 # so that round-off stays below 100 * 2.2e-16 * 10 = 2e-13.
@@ -28,7 +29,9 @@ def test_each_entry_is_that_of_lagranges_equations(rng, robot):
         numbers += [link.mass, *(link.com - centre), *link.inertia[upper]]
     q = rng.uniform(-np.pi, np.pi, size=(10_000, 3))
     moving = 0
-    for ours, derived in zip(dynamics.leg_matrices(leg, q), derivation.lagrange(), strict=True):
+    for ours, derived in zip(
+        dynamics.leg_matrices(leg, q, gravity=STANDARD_GRAVITY), derivation.lagrange(), strict=True
+    ):
         functions = [sp.lambdify([*ANGLES, *symbols], entry) for entry in derived]
         expected = [np.broadcast_to(f(*q.T, *numbers), len(q)) for f in functions]
         np.testing.assert_allclose(ours.reshape(len(q), -1).T, expected, rtol=0, atol=TORQUE)
@@ -43,10 +46,10 @@ def test_the_matrices_add_up_to_the_leg_torque(robot, rng):
     q = rng.uniform(-np.pi, np.pi, size=shape)
     qd, qdd = 5 * rng.normal(size=shape), 20 * rng.normal(size=shape)
     w1, w2, w3 = np.moveaxis(qd, -1, 0)
-    M, B, C, torque = dynamics.leg_matrices(robot.arrays, q)
+    M, B, C, torque = dynamics.leg_matrices(robot.arrays, q, gravity=STANDARD_GRAVITY)
     for matrix, by in ((M, qdd), (B, np.stack([w1 * w2, w1 * w3, w2 * w3], -1)), (C, qd**2)):
         torque = torque + (matrix @ by[..., None])[..., 0]
-    expected = dynamics.leg_torque(robot.arrays, q, qd, qdd)
+    expected = dynamics.leg_torque(robot.arrays, q, qd, qdd, gravity=STANDARD_GRAVITY)
     np.testing.assert_allclose(torque, expected, rtol=0, atol=TORQUE)
 
 
@@ -89,7 +92,7 @@ def test_with_all_its_misprints_it_is_the_print_to_the_letter(rng):
         "G2": g * L2 * m2 * cos(t2) / 2 + g * L2 * m3 * cos(t2) + g3,
         "G3": g3,
     }  # fmt: skip
-    printed = printed_leg_matrices(leg, q)
+    printed = printed_leg_matrices(leg, q, gravity=STANDARD_GRAVITY)
     for part, matrix in zip("MBCG", printed, strict=True):
         for index in np.ndindex(matrix.shape[1:]):
             name = part + "".join(str(i + 1) for i in index)

@@ -10,6 +10,7 @@ import pytest
 from dynamics.pinocchio_model import foot_loads, free_state, pinocchio_model
 from phasmid import dynamics, kinematics
 from phasmid.errors import InvalidInput
+from phasmid.units import STANDARD_GRAVITY
 
 STATES = 300
 
@@ -85,19 +86,23 @@ def test_everything_equals_pinocchio(robot, state):
         )
 
     close = {"rtol": 0, "atol": WHOLE}
-    torque, wrench = dynamics.inverse_dynamics(robot, body, q, qd, state.qdd, foot_force=pushes)
+    torque, wrench = dynamics.inverse_dynamics(
+        robot, body, q, qd, state.qdd, foot_force=pushes, gravity=STANDARD_GRAVITY
+    )
     ours = np.concatenate([wrench, torque.reshape(STATES, -1)], axis=1)
     np.testing.assert_allclose(ours, _times(E, np.array(loads)), **close)
     masses = E @ np.array(masses) @ np.swapaxes(E, -1, -2)
     np.testing.assert_allclose(dynamics.mass_matrix(robot, body, q), masses, **close)
-    bias = dynamics.bias_force(robot, body, q, qd)
+    bias = dynamics.bias_force(robot, body, q, qd, gravity=STANDARD_GRAVITY)
     np.testing.assert_allclose(bias, _times(E, np.array(biases)), **close)
-    gravity = dynamics.gravity_force(robot, body, q)
+    gravity = dynamics.gravity_force(robot, body, q, gravity=STANDARD_GRAVITY)
     np.testing.assert_allclose(gravity, _times(E, np.array(holds)), **close)
     momentum = np.concatenate(dynamics.momentum(robot, body, q, qd), axis=1)
     np.testing.assert_allclose(momentum, centroidal, **close)
     np.testing.assert_allclose(dynamics.kinetic_energy(robot, body, q, qd), energies, **close)
-    np.testing.assert_allclose(dynamics.potential_energy(robot, body, q), heights, **close)
+    np.testing.assert_allclose(
+        dynamics.potential_energy(robot, body, q, gravity=STANDARD_GRAVITY), heights, **close
+    )
     J = dynamics.foot_jacobian(robot, body, q)
     np.testing.assert_allclose(J, np.array(feet) @ np.swapaxes(E, -1, -2)[:, None], **close)
 
@@ -109,11 +114,15 @@ def test_forward_dynamics_undoes_inverse_dynamics(robot, state):
     body, q, qd, _ = state
     rng = np.random.default_rng(3)
     torque, force = rng.normal(size=(2, *q.shape))
-    made = dynamics.forward_dynamics(robot, body, q, qd, torque, foot_force=force)
+    made = dynamics.forward_dynamics(
+        robot, body, q, qd, torque, foot_force=force, gravity=STANDARD_GRAVITY
+    )
     moved = replace(
         body, acceleration=made.acceleration, angular_acceleration=made.angular_acceleration
     )
-    needed = dynamics.inverse_dynamics(robot, moved, q, qd, made.qdd, foot_force=force)
+    needed = dynamics.inverse_dynamics(
+        robot, moved, q, qd, made.qdd, foot_force=force, gravity=STANDARD_GRAVITY
+    )
     np.testing.assert_allclose(needed.joint_torque, torque, rtol=0, atol=1e-9)
     np.testing.assert_allclose(needed.wrench, 0.0, rtol=0, atol=1e-9)
     assert np.abs(made.qdd).max() > 1.0
@@ -126,12 +135,14 @@ def test_one_trunk_serves_any_number_of_joint_states(robot):
     q, qd = np.random.default_rng(5).normal(size=(2, 2, 3, len(robot.legs), 3))
     works = {
         "mass": lambda i: dynamics.mass_matrix(robot, body, q[i]),
-        "bias": lambda i: dynamics.bias_force(robot, body, q[i], qd[i]),
-        "gravity": lambda i: dynamics.gravity_force(robot, body, q[i]),
+        "bias": lambda i: dynamics.bias_force(robot, body, q[i], qd[i], gravity=STANDARD_GRAVITY),
+        "gravity": lambda i: dynamics.gravity_force(robot, body, q[i], gravity=STANDARD_GRAVITY),
         "momentum": lambda i: dynamics.momentum(robot, body, q[i], qd[i]).angular,
         "feet": lambda i: dynamics.foot_jacobian(robot, body, q[i]),
         "kinetic": lambda i: dynamics.kinetic_energy(robot, body, q[i], qd[i]),
-        "potential": lambda i: dynamics.potential_energy(robot, body, q[i]),
+        "potential": lambda i: dynamics.potential_energy(
+            robot, body, q[i], gravity=STANDARD_GRAVITY
+        ),
     }
     for name, work in works.items():
         whole = work(())
@@ -146,11 +157,13 @@ def test_a_falling_robot_feels_nothing_and_a_resting_one_its_weight(robot, state
     rest = dynamics.BodyMotion.at_rest(body.position, body.rotation)
     fall = replace(rest, velocity=body.velocity, acceleration=zero - [0.0, 0.0, 9.81])
     # Every link falls by itself: -9.81 + 9.81 is exactly 0.
-    for part in dynamics.inverse_dynamics(robot, fall, q, still, still):
+    for part in dynamics.inverse_dynamics(robot, fall, q, still, still, gravity=STANDARD_GRAVITY):
         np.testing.assert_array_equal(part, 0.0)
     # f = (0, 0, m g), n = r × f with r from the body's origin to the centre of mass. Weights
     # reach 50 N in sums of twenty links: 20 * 2.2e-16 * 50 = 2e-13.
-    wrench = dynamics.inverse_dynamics(robot, rest, q, still, still).wrench
+    wrench = dynamics.inverse_dynamics(
+        robot, rest, q, still, still, gravity=STANDARD_GRAVITY
+    ).wrench
     weight = np.broadcast_to([0.0, 0.0, robot.mass * 9.81], (STATES, 3))
     arm = _times(body.rotation, kinematics.centre_of_mass(robot, q))
     expected = np.concatenate([weight, np.cross(arm, weight)], axis=-1)

@@ -17,6 +17,7 @@ from phasmid.kinematics import (
 from phasmid.motion import plan
 from phasmid.scenario import load_scenario
 from phasmid.terrain import Flat, Ground
+from phasmid.units import STANDARD_GRAVITY
 from support.general_robot import general_robot
 from support.terrains import TERRAINS
 
@@ -62,7 +63,13 @@ def test_torques_are_those_of_a_second_inverse_dynamics_with_the_forces():
     run, minimum_torque = analyse(PAPER, walk), analysed(force_model="minimum-torque")
     force = run.foot_force_model.values
     torque, wrench = inverse_dynamics(
-        walk.robot, planned_body(walk), walk.q, walk.qd, walk.qdd, foot_force=force
+        walk.robot,
+        planned_body(walk),
+        walk.q,
+        walk.qd,
+        walk.qdd,
+        foot_force=force,
+        gravity=STANDARD_GRAVITY,
     )
     assert np.abs(torque - run.joint_torque_model.values).max() < 1e-12
     # And the trunk needs nothing more: the forces give the whole wrench.

@@ -76,7 +76,7 @@ def test_vertical_forces_act_beneath_the_centres_of_the_balls(tmp_path):
     dog = Dog(tmp_path, (0.0, 0.0, 0.0), up, vertical=True)
     robot, q = dog.robot, dog.q
     body = BodyMotion.at_rest(dog.position, dog.rotation)
-    needed = inverse_dynamics(robot, body, q, 0 * q, 0 * q)
+    needed = inverse_dynamics(robot, body, q, 0 * q, 0 * q, gravity=STANDARD_GRAVITY)
     joints = JointLoad(contact_jacobian(robot, q, dog.rotation, up), needed.joint_torque)
     feet = contact_points(robot, dog.feet, up) - dog.position
     contacts = Contacts(feet, np.ones(4), friction=0.0)

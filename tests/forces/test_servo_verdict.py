@@ -11,6 +11,7 @@ from phasmid.gait import load_gait
 from phasmid.kinematics import neutral_feet
 from phasmid.robot import load_robot, with_payload
 from phasmid.servo import load_servo
+from phasmid.units import STANDARD_GRAVITY
 
 PAPER = load_robot("phantomx-paper")
 TRIPOD = load_gait("tripod")
@@ -57,17 +58,19 @@ def femur_torque_by_hand(mass, gravity=9.81):
 def test_the_verdict_is_statics_by_hand_on_the_three_feet_of_the_gait():
     # Solved alike but for round-off and the links' nanograms.
     mass = 2.5
-    verdict = servo_verdict(with_massless_legs(PAPER, mass), TRIPOD)
+    verdict = servo_verdict(with_massless_legs(PAPER, mass), TRIPOD, gravity=STANDARD_GRAVITY)
     assert verdict.torque == pytest.approx(femur_torque_by_hand(mass), rel=1e-6)
     assert verdict.joint == "right_middle.femur"
     assert verdict.feet == (2, 4, 6)
 
 
 def test_a_robot_is_held_up_to_the_stall_torque_and_for_long_up_to_the_continuous_torque():
-    needed = servo_verdict(PAPER, TRIPOD)
+    needed = servo_verdict(PAPER, TRIPOD, gravity=STANDARD_GRAVITY)
 
     def holding(**numbers):
-        return servo_verdict(with_servo(PAPER, stall_current=None, **numbers), TRIPOD).holding
+        return servo_verdict(
+            with_servo(PAPER, stall_current=None, **numbers), TRIPOD, gravity=STANDARD_GRAVITY
+        ).holding
 
     torque, rms = needed.torque, needed.rms_torque
     assert holding(rated_stall_torque=0.999 * torque) is Holding.DOES_NOT_HOLD
@@ -79,7 +82,9 @@ def test_a_robot_is_held_up_to_the_stall_torque_and_for_long_up_to_the_continuou
 
 
 def test_a_heavy_robot_on_small_servos_is_told_with_joint_torque_and_feet():
-    verdict = servo_verdict(with_payload(PAPER, 10.6 - PAPER.mass), TRIPOD)
+    verdict = servo_verdict(
+        with_payload(PAPER, 10.6 - PAPER.mass), TRIPOD, gravity=STANDARD_GRAVITY
+    )
     assert verdict.holding is Holding.DOES_NOT_HOLD
     assert verdict.lines[0] == (
         "DOES NOT HOLD: right_middle.femur needs 4.01 N·m on feet 2, 4, 6 of the tripod gait, "
@@ -93,8 +98,8 @@ def test_a_heavy_robot_on_small_servos_is_told_with_joint_torque_and_feet():
 def test_a_supply_above_the_data_sheet_adds_no_torque_and_is_a_warning():
     small = with_servo(PAPER, name="MG996R", rated_voltage=6.0, maximum_voltage=6.0)
     at_rated, above = (
-        servo_verdict(small, TRIPOD),
-        servo_verdict(with_servo(small, supply=12.0), TRIPOD),
+        servo_verdict(small, TRIPOD, gravity=STANDARD_GRAVITY),
+        servo_verdict(with_servo(small, supply=12.0), TRIPOD, gravity=STANDARD_GRAVITY),
     )
     assert at_rated.voltage == 6.0
     assert above.stall_torque == at_rated.stall_torque == pytest.approx(1.5)
@@ -103,27 +108,33 @@ def test_a_supply_above_the_data_sheet_adds_no_torque_and_is_a_warning():
     assert not any("WARNING" in line for line in at_rated.lines)
     # The maker of the MX-28 gives 3.1 N·m at 14.8 V, the end of its range.
     strong = replace(PAPER, servo=load_servo("MX-28").at(14.8))
-    assert servo_verdict(strong, TRIPOD).stall_torque == pytest.approx(3.1, rel=0.01)
+    assert servo_verdict(strong, TRIPOD, gravity=STANDARD_GRAVITY).stall_torque == pytest.approx(
+        3.1, rel=0.01
+    )
     # Less than the rated voltage is less torque.
     low = with_servo(PAPER, supply=9.0)
-    assert servo_verdict(low, TRIPOD).stall_torque == pytest.approx(1.114, abs=1e-3)
+    assert servo_verdict(low, TRIPOD, gravity=STANDARD_GRAVITY).stall_torque == pytest.approx(
+        1.114, abs=1e-3
+    )
 
 
 def test_heat_and_hot_air_limit_servos_whose_torque_is_continuous():
     """A servo that reaches its limit even by the lowest estimate does not hold for ever."""
     warm = with_servo(PAPER, continuous_torque=1.4, thermal_resistance=40.0)
-    verdict = servo_verdict(warm, TRIPOD)
+    verdict = servo_verdict(warm, TRIPOD, gravity=STANDARD_GRAVITY)
     assert verdict.holding is Holding.LIMITED
     assert math.isfinite(verdict.time_to_limit[1])
     assert any("Estimate" in line for line in verdict.lines)
-    hot = servo_verdict(with_servo(PAPER, ambient_temperature=90.0), TRIPOD)
+    hot = servo_verdict(
+        with_servo(PAPER, ambient_temperature=90.0), TRIPOD, gravity=STANDARD_GRAVITY
+    )
     assert hot.holding is Holding.DOES_NOT_HOLD
     assert any("The air of 90 °C" in line for line in hot.lines)
 
 
 def test_a_robot_that_topples_is_named_before_its_servos():
     leaning = replace(PAPER, body=replace(PAPER.body, com=np.array([0.24, 0.0, 0.0])))
-    verdict = servo_verdict(leaning, TRIPOD)
+    verdict = servo_verdict(leaning, TRIPOD, gravity=STANDARD_GRAVITY)
     assert verdict.holding is Holding.NOT_STABLE
     assert verdict.lines == (
         "NOT STABLE: while legs 2, 4, 6 stand in the tripod gait, the centre of mass is not "
@@ -132,7 +143,7 @@ def test_a_robot_that_topples_is_named_before_its_servos():
         f"{100 * verdict.torque / 1.5:.0f} % of stall.",
     )
     # Standing on all feet counts where the gait's stances are not stable.
-    heavy = servo_verdict(with_payload(leaning, 30.0), TRIPOD)
+    heavy = servo_verdict(with_payload(leaning, 30.0), TRIPOD, gravity=STANDARD_GRAVITY)
     assert heavy.holding is Holding.DOES_NOT_HOLD
     assert not heavy.is_possible
     assert heavy.torque > heavy.stall_torque
@@ -144,7 +155,7 @@ def test_heat_is_a_range_that_holds_the_steady_warming_by_hand():
     The femur bears its torque for half of the cycle and in the air its leg's weight, whose share
     of the heat is below 3 %.
     """
-    verdict, servo = servo_verdict(PAPER, TRIPOD), PAPER.servo
+    verdict, servo = servo_verdict(PAPER, TRIPOD, gravity=STANDARD_GRAVITY), PAPER.servo
     motor = servo.motor
     current = (verdict.torque + motor.coulomb) / (motor.constant * (1 - motor.load_loss))
     rise = servo.thermal_resistance * motor.resistance * current**2 / 2

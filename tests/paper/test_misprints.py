@@ -21,6 +21,7 @@ from phasmid.kinematics import foot_position
 from phasmid.kinematics.printed import KinematicMisprint, printed_body_rotation, printed_leg_pose
 from phasmid.paper.misprints import MISPRINTS, Proof
 from phasmid.paper.states import random_states, walk_states
+from phasmid.units import STANDARD_GRAVITY
 
 MENDED = frozenset()
 
@@ -46,11 +47,15 @@ def test_the_recursion_over_the_robot_gives_the_right_torques_only(row):
     force = s.foot_force if row.proof is Proof.LOADED_FOOT else np.zeros_like(s.foot_force)
     in_world = np.einsum("lij,tlj->tli", s.robot.arrays.R_body_hip, force)
     body = BodyMotion.at_rest()
-    expected = inverse_dynamics(s.robot, body, s.q, s.qd, s.qdd, foot_force=in_world).joint_torque
+    expected = inverse_dynamics(
+        s.robot, body, s.q, s.qd, s.qdd, foot_force=in_world, gravity=STANDARD_GRAVITY
+    ).joint_torque
 
     def gap(switches):
         motion = (s.robot.arrays, s.q, s.qd, s.qdd)
-        torque = printed_leg_torque(*motion, foot_force=force, misprints=switches)
+        torque = printed_leg_torque(
+            *motion, foot_force=force, misprints=switches, gravity=STANDARD_GRAVITY
+        )
         return float(np.abs(torque - expected).max())
 
     assert gap(MENDED) < 1e-10
@@ -79,7 +84,7 @@ def test_a_misprint_of_eq_10_changes_the_entry_it_is_named_for_and_no_other(misp
     moments = np.concatenate([np.diag(link.inertia) for link in leg.links])
     numbers = [*map(float, leg.lengths), 9.81, *(k.mass for k in leg.links), *map(float, moments)]
     q = np.random.default_rng(4).uniform(-np.pi, np.pi, (200, 3))
-    printed = printed_leg_matrices(leg, q, misprints={misprint})
+    printed = printed_leg_matrices(leg, q, misprints={misprint}, gravity=STANDARD_GRAVITY)
     wrong = set()
     for name, function in lagrange.items():
         part, i, j = name[0].upper(), int(name[1]) - 1, int(name[2]) - 1

@@ -21,6 +21,7 @@ from phasmid.kinematics import (
     quaternion_rotation,
 )
 from phasmid.robot import load_robot, preset_names
+from phasmid.units import STANDARD_GRAVITY
 from physics.rows import row
 
 STATES = 200  # random states
@@ -54,12 +55,15 @@ def power(bench):
 
     def energy(t):
         body, (q, qd, _) = trunk(t), joints(t)
-        return np.asarray(kinetic_energy(robot, body, q, qd) + potential_energy(robot, body, q))
+        return np.asarray(
+            kinetic_energy(robot, body, q, qd)
+            + potential_energy(robot, body, q, gravity=STANDARD_GRAVITY)
+        )
 
     given, gained = [], []
     for t in np.linspace(0.1, 3.0, 20):
         body, (q, qd, qdd) = trunk(float(t)), joints(float(t))
-        torque, wrench = inverse_dynamics(robot, body, q, qd, qdd)
+        torque, wrench = inverse_dynamics(robot, body, q, qd, qdd, gravity=STANDARD_GRAVITY)
         twist = np.concatenate([body.velocity, body.angular_velocity])
         given.append(float(np.sum(torque * qd) + wrench @ twist))
         gained.append(float(derivative(energy, float(t))))
@@ -78,9 +82,11 @@ def agreement(bench):
     q = rng.uniform(-np.pi, np.pi, shape)
     qd, qdd, force = (scale * rng.normal(size=shape) for scale in (5.0, 20.0, 10.0))
     in_world = np.einsum("lij,nlj->nli", robot.arrays.R_body_hip, force)
-    closed = leg_torque(robot.arrays, q, qd, qdd, foot_force=force)
+    closed = leg_torque(robot.arrays, q, qd, qdd, foot_force=force, gravity=STANDARD_GRAVITY)
     still = BodyMotion.at_rest()
-    recursive, _ = inverse_dynamics(robot, still, q, qd, qdd, foot_force=in_world)
+    recursive, _ = inverse_dynamics(
+        robot, still, q, qd, qdd, foot_force=in_world, gravity=STANDARD_GRAVITY
+    )
     p, v, w, a, dw = rng.normal(size=(5, STATES, 3)) * np.reshape([1, 1, 3, 5, 20], (5, 1, 1))
     quaternion = rng.normal(size=(STATES, 4))
     quaternion /= np.linalg.norm(quaternion, axis=-1, keepdims=True)
@@ -107,7 +113,7 @@ def structure(bench):
     body = BodyMotion(zero, np.eye(3) + np.zeros((STATES, 3, 3)), v[:, :3], v[:, 3:6], zero, zero)
     energy = kinetic_energy(robot, body, q, v[:, 6:].reshape(q.shape))
     quadratic = np.einsum("ni,nij,nj->n", v, M, v) / 2
-    rates = derivative(lambda t: leg_matrices(legs, q + t * qd).M, 0.0)
+    rates = derivative(lambda t: leg_matrices(legs, q + t * qd, gravity=STANDARD_GRAVITY).M, 0.0)
     skew = rates - 2 * _christoffel(legs, q, qd)
     quotient = "Entries below 0.1 kg·m²: the difference quotient errs by 4e-14, round-off less."
     yield row("asymmetry, robot", M - np.swapaxes(M, -1, -2), 1e-11, quotient)
@@ -125,7 +131,7 @@ def _christoffel(legs, q, qd):
     A form h(q') belongs to the bilinear form (h(u + v) - h(u) - h(v)) / 2, which with u = q' is
     C v.
     """
-    _, B, C, _ = leg_matrices(legs, q)
+    _, B, C, _ = leg_matrices(legs, q, gravity=STANDARD_GRAVITY)
 
     def form(u):
         pairs = np.stack([u[..., 0] * u[..., 1], u[..., 0] * u[..., 2], u[..., 1] * u[..., 2]], -1)

@@ -15,6 +15,7 @@ from phasmid.simulation import Run, simulate
 from phasmid.simulation.contact import foot_points
 from phasmid.simulation.simscape.run import SimscapeRun
 from phasmid.simulation.simscape.trunk import friction_coefficient, normal_force
+from phasmid.units import STANDARD_GRAVITY
 from support.walks import tilted_robot
 
 PAPER = load_scenario("paper").replace(contact_law="simscape")
@@ -244,7 +245,7 @@ def test_forces_and_torques_satisfy_the_law_and_the_equation_of_motion(robot):
             np.zeros(3),
             np.zeros(3),
         )
-        h = dynamics.bias_force(run.robot, here, q[k], qd[k])
+        h = dynamics.bias_force(run.robot, here, q[k], qd[k], gravity=STANDARD_GRAVITY)
         M = dynamics.mass_matrix(run.robot, here, q[k])
         qdd = run.walk.sample(np.array([k * run.dt])).qdd[0].ravel()
         needed = M @ np.concatenate([run.acceleration[k], qdd]) + h - general

@@ -140,7 +140,9 @@ def test_the_load_s_torques_do_the_work_that_the_force_takes_away(robot):
 def test_torques_are_those_of_equation_11_at_rest_and_beside_the_servo_s(robot):
     for (leg, q, force), told in answers(robot):
         which, zero = robot.legs[leg - 1], np.zeros(3)
-        right = leg_torque(which, np.array(q), zero, zero, foot_force=np.array(force))
+        right = leg_torque(
+            which, np.array(q), zero, zero, foot_force=np.array(force), gravity=STANDARD_GRAVITY
+        )
         np.testing.assert_allclose(told["torque"]["sum"], right, atol=10 * ROUND_OFF)
         share = np.abs(right) / robot.servo.stall_torque
         np.testing.assert_allclose(told["share"], share, atol=10 * ROUND_OFF)

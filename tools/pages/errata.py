@@ -21,6 +21,7 @@ from phasmid.paper.states import (
 )
 from phasmid.robot import load_robot
 from phasmid.scenario import load_scenario
+from phasmid.units import STANDARD_GRAVITY
 
 PAGE = Path(__file__).parents[2] / "docs" / "errata.md"
 
@@ -98,10 +99,12 @@ def errata() -> str:
     dynamic = [row for row in MISPRINTS if row.error is torque_error]
     around = np.radians(np.arange(-180.0, 180.0))
     q = np.stack(np.meshgrid(0.0, around, around), axis=-1)
-    M = np.abs(leg_matrices(load_robot("phantomx-paper").legs[0], q).M)
+    M = np.abs(leg_matrices(load_robot("phantomx-paper").legs[0], q, gravity=STANDARD_GRAVITY).M)
     m11, m12, m13 = (f"{value:.1e}".replace("e-0", "e-") for value in M[..., 0, :].max((0, 1, 2)))
     walk = plan(load_scenario("paper")).sample(np.arange(2000) / 1000)
-    inertia = leg_matrices(walk.robot.arrays, walk.q).M[..., 0, :] * walk.qdd
+    inertia = (
+        leg_matrices(walk.robot.arrays, walk.q, gravity=STANDARD_GRAVITY).M[..., 0, :] * walk.qdd
+    )
     own, coupled = np.abs(inertia[..., 0]).max(), np.abs(inertia[..., 1:].sum(axis=-1)).max()
     return _TEXT.format(
         states=RANDOM_STATES,

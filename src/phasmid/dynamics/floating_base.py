@@ -21,7 +21,6 @@ from phasmid.dynamics.body_motion import BodyMotion
 from phasmid.dynamics.whole_body import JointTorqueAndWrench, inverse_dynamics
 from phasmid.kinematics import centre_of_mass
 from phasmid.robot import Robot
-from phasmid.units import STANDARD_GRAVITY
 
 
 class Momentum(NamedTuple):
@@ -79,7 +78,7 @@ def bias_force(
     q: Float[np.ndarray, "*#batch legs 3"],
     qd: Float[np.ndarray, "*#batch legs 3"],
     *,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
 ) -> Float[np.ndarray, "*batch dof"]:
     """Generalised forces of velocities and gravity: h in M a + h = force; arguments as above.
 
@@ -96,7 +95,7 @@ def gravity_force(
     body: BodyMotion,
     q: Float[np.ndarray, "*#batch legs 3"],
     *,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
 ) -> Float[np.ndarray, "*batch dof"]:
     """Gravity term g(q): generalised forces that balance gravity at rest.
 
@@ -161,7 +160,7 @@ def forward_dynamics(
     torque: Float[np.ndarray, "*#batch legs 3"],
     *,
     foot_force: Float[np.ndarray, "*#batch legs 3"] | None = None,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
 ) -> Accelerations:
     """Accelerations by joint torques and foot forces; arguments as of `inverse_dynamics`."""
     qdd = np.zeros((len(robot.legs), 3))

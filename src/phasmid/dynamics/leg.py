@@ -12,12 +12,11 @@ from phasmid.arguments import explained
 from phasmid.dynamics.matrices import LegMatrices, hip_gravity, link_moments
 from phasmid.kinematics.leg import geometry
 from phasmid.robot import Leg, LegArrays
-from phasmid.units import STANDARD_GRAVITY
 
 
 @explained
 def leg_matrices(
-    leg: Leg | LegArrays, q: Float[np.ndarray, "*#batch 3"], *, gravity: float = STANDARD_GRAVITY
+    leg: Leg | LegArrays, q: Float[np.ndarray, "*#batch 3"], *, gravity: float
 ) -> LegMatrices:
     """Matrices of the leg's equation of motion.
 
@@ -48,7 +47,7 @@ def leg_torque(
     qdd: Float[np.ndarray, "*#batch 3"],
     *,
     foot_force: Float[np.ndarray, "*#batch 3"] | None = None,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint torques of a leg for a motion and a force of the ground on its foot.
 

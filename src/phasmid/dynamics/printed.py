@@ -15,7 +15,6 @@ from phasmid.dynamics.matrices import LegMatrices, link_arrays
 from phasmid.kinematics import jacobian
 from phasmid.kinematics.frames import Samples, matrix
 from phasmid.robot import Leg, LegArrays
-from phasmid.units import STANDARD_GRAVITY
 
 
 class LegMisprint(StrEnum):
@@ -57,7 +56,7 @@ def printed_leg_matrices(
     leg: Leg | LegArrays,
     q: Float[np.ndarray, "*#batch 3"],
     *,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
     misprints: Collection[str] = EQ_10,
 ) -> LegMatrices:
     """Matrices of Eq. 10 as printed, or with some of their misprints corrected.
@@ -183,7 +182,7 @@ def printed_leg_torque(
     qdd: Float[np.ndarray, "*#batch 3"],
     *,
     foot_force: Float[np.ndarray, "*#batch 3"] | None = None,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
     misprints: Collection[str] = EQ_11,
 ) -> Float[np.ndarray, "*batch 3"]:
     """Joint torques of Eq. 11 as printed, or with some of its misprints corrected.

@@ -13,7 +13,6 @@ from phasmid.dynamics.matrices import link_moments, moments_about_origin
 from phasmid.kinematics import centre_of_mass, link_frames
 from phasmid.kinematics.leg import geometry
 from phasmid.robot import Robot
-from phasmid.units import STANDARD_GRAVITY
 
 
 class JointTorqueAndWrench(NamedTuple):
@@ -38,7 +37,7 @@ def inverse_dynamics(
     qdd: Float[np.ndarray, "*#batch legs 3"],
     *,
     foot_force: Float[np.ndarray, "*#batch legs 3"] | None = None,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
 ) -> JointTorqueAndWrench:
     """Joint torques and wrench on the trunk for a motion of trunk and legs.
 
@@ -130,7 +129,7 @@ def potential_energy(
     body: BodyMotion,
     q: Float[np.ndarray, "*#batch legs 3"],
     *,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
 ) -> Float[np.ndarray, "*batch"]:
     """Potential energy of trunk and legs, zero at the world's z = 0; arguments as above.
 

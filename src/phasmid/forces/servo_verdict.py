@@ -32,7 +32,6 @@ from phasmid.scenario import Scenario
 from phasmid.servo import Servo
 from phasmid.servo.heat import HEAT_RANGE, temperature_after, time_to_limit
 from phasmid.servo.words import servo_label
-from phasmid.units import STANDARD_GRAVITY
 
 STEP = 0.04
 """Step length of the verdict [m], that of the paper; shorter where legs reach less. It does not
@@ -207,7 +206,7 @@ def servo_verdict(
     robot: Robot,
     gait: Gait,
     *,
-    gravity: float = STANDARD_GRAVITY,
+    gravity: float,
 ) -> ServoVerdict:
     """Compare the static joint torques of a gait with the servos' torques.
 

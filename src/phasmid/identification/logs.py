@@ -126,6 +126,6 @@ def compared_rows(log: Log) -> Bool[np.ndarray, "n joints"]:
     turned = np.abs(angles - first) > FIRST_TURN * np.nanmax(np.abs(angles - first), axis=0)
     compared: np.ndarray = read & (log.time[:, None] >= log.time[turned.argmax(axis=0)] + SETTLING)
     if isinstance(log, LegLog):
-        load = np.abs(leg_matrices(log.leg, np.nan_to_num(angles)).G)
+        load = np.abs(leg_matrices(log.leg, np.nan_to_num(angles), gravity=STANDARD_GRAVITY).G)
         compared &= load >= LEAST_LOAD * load.max()
     return compared

@@ -36,7 +36,9 @@ def time_step(logs: Sequence[Log], servo: Servo) -> float:
         mobility = 0.0
         if isinstance(log, LegLog):
             poses = np.nan_to_num(log.position)
-            mobility = 1 / float(np.linalg.eigvalsh(leg_matrices(log.leg, poses).M).min())
+            mobility = 1 / float(
+                np.linalg.eigvalsh(leg_matrices(log.leg, poses, gravity=STANDARD_GRAVITY).M).min()
+            )
         else:
             mobility = 1 / log.pendulum.inertia
         limit = min(limit, longest_servo_step(servo, mobility))

@@ -9,6 +9,7 @@ from phasmid.paper.evidence import Evidence
 from phasmid.paper.misprints import MISPRINTS, Cost, Extent, torque_error, two_digits
 from phasmid.paper.statement import Finding, Grade, Statement, judged
 from phasmid.robot import with_mass_model
+from phasmid.units import STANDARD_GRAVITY
 
 STATES = 10_000
 """Random states per leg on which equations are compared."""
@@ -48,9 +49,11 @@ def two_methods(evidence: Evidence) -> Finding:
     rng, shape = np.random.default_rng(4), (STATES, len(robot.legs), 3)
     q = rng.uniform(-np.pi, np.pi, shape)
     qd, qdd = 5 * rng.normal(size=shape), 20 * rng.normal(size=shape)
-    closed = dynamics.leg_torque(robot.arrays, q, qd, qdd)
+    closed = dynamics.leg_torque(robot.arrays, q, qd, qdd, gravity=STANDARD_GRAVITY)
     still = dynamics.BodyMotion.at_rest()
-    recursive = dynamics.inverse_dynamics(robot, still, q, qd, qdd).joint_torque
+    recursive = dynamics.inverse_dynamics(
+        robot, still, q, qd, qdd, gravity=STANDARD_GRAVITY
+    ).joint_torque
     miss = np.abs(closed - recursive).max()
     return judged(
         bool(miss < AGREEMENT),
@@ -63,11 +66,13 @@ def two_methods(evidence: Evidence) -> Finding:
 def uncoupled(evidence: Evidence) -> Finding:
     """Measure m12 and m13, and the torques that they cause on the walk."""
     walk = evidence.planned
-    M = dynamics.leg_matrices(walk.robot.arrays, walk.q).M
+    M = dynamics.leg_matrices(walk.robot.arrays, walk.q, gravity=STANDARD_GRAVITY).M
     others = np.abs(np.sum(M[..., 0, 1:] * walk.qdd[..., 1:], axis=-1)).max()
     own = np.abs(M[..., 0, 0] * walk.qdd[..., 0]).max()
     middle = with_mass_model(walk.robot, "mid-length").arrays
-    left = np.abs(dynamics.leg_matrices(middle, walk.q).M[..., 0, 1:]).max()
+    left = np.abs(
+        dynamics.leg_matrices(middle, walk.q, gravity=STANDARD_GRAVITY).M[..., 0, 1:]
+    ).max()
     at_middle = "0" if left == 0 else f"up to {left:.0e} kg·m²"
     return judged(
         left == 0,

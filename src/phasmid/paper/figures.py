@@ -25,6 +25,7 @@ from phasmid.reporting.style import (
     leg_colour,
     styled,
 )
+from phasmid.units import STANDARD_GRAVITY
 
 SIMULATED: dict[str, Any] = {"color": "#b9bec7", "linewidth": 3.2}
 """Simulated curve, drawn beneath the computed ones."""
@@ -49,8 +50,11 @@ def as_printed_figure(evidence: Evidence) -> Figure:
     ]
     as_fed = {*EQ_10, LegMisprint.THETA_3_AS_FED}
     torques = [
-        leg_torque(leg, *motion),
-        *(printed_leg_torque(leg, *motion, misprints=frozenset(m)) for m in (EQ_10, as_fed)),
+        leg_torque(leg, *motion, gravity=STANDARD_GRAVITY),
+        *(
+            printed_leg_torque(leg, *motion, misprints=frozenset(m), gravity=STANDARD_GRAVITY)
+            for m in (EQ_10, as_fed)
+        ),
     ]
     with styled():
         drawing = Panels(DEFAULT_LAYOUT, [1.5] * 3, share_y=False)

@@ -21,6 +21,7 @@ from phasmid.kinematics.printed import (
     printed_leg_pose,
 )
 from phasmid.paper.states import States, random_states, walk_states
+from phasmid.units import STANDARD_GRAVITY
 
 Error = Callable[[States, frozenset[str]], np.ndarray]
 """Size of the error that some misprints make, for each state and leg, shape (N, L)."""
@@ -72,8 +73,10 @@ def torque_error(states: States, switches: frozenset[str]) -> np.ndarray:
     """Largest error of a leg's three torques [N·m], shape (N, L)."""
     legs = states.robot.arrays
     motion = (legs, states.q, states.qd, states.qdd)
-    printed = printed_leg_torque(*motion, foot_force=states.foot_force, misprints=switches)
-    right = leg_torque(*motion, foot_force=states.foot_force)
+    printed = printed_leg_torque(
+        *motion, foot_force=states.foot_force, misprints=switches, gravity=STANDARD_GRAVITY
+    )
+    right = leg_torque(*motion, foot_force=states.foot_force, gravity=STANDARD_GRAVITY)
     return np.asarray(np.abs(printed - right).max(axis=-1))
 
 

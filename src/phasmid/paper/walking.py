@@ -12,6 +12,7 @@ from phasmid.paper.statement import Finding, Grade, Statement, judged
 from phasmid.paper.trajectory import FIRST, SECOND
 from phasmid.reporting.steps import SETTLING, away_from_switches, rms
 from phasmid.servo.words import servo_quantity
+from phasmid.units import STANDARD_GRAVITY
 
 CLOSE = 0.1
 """Forces whose rms difference is less are alike [N]."""
@@ -196,7 +197,9 @@ def torque_from_simulated_forces(trial: Trial) -> np.ndarray:
     """
     walk, force = trial.walk, trial.channel("foot_force")
     motion = (walk.robot, planned_body(walk), walk.q, walk.qd, walk.qdd)
-    return dynamics.inverse_dynamics(*motion, foot_force=force).joint_torque
+    return dynamics.inverse_dynamics(
+        *motion, foot_force=force, gravity=STANDARD_GRAVITY
+    ).joint_torque
 
 
 def contact_points(evidence: Evidence) -> Finding:

@@ -95,7 +95,7 @@ def bench(robot: Robot, request: Bench, gravity: float) -> Answer:
         "share": np.abs(torque) / limit,
         "most": _most(weight, load, limit) * float(np.linalg.norm(force)),
         "servo": {"name": servo_label(servo.name), "torque": limit, "speed": servo.no_load_speed},
-        "printed": _printed(leg, q, foot, force, _mid_length(robot).leg(request.leg)),
+        "printed": _printed(leg, q, foot, force, _mid_length(robot).leg(request.leg), gravity),
         "workspace": {"side": [np.round(curve, 5) for curve in side], "above": np.round(above, 5)},
         "remarks": remarks,
     }
@@ -181,7 +181,7 @@ def _most(gravity: np.ndarray, load: np.ndarray, limit: float) -> float:
 
 
 def _printed(
-    leg: Leg, q: np.ndarray, foot: np.ndarray, force: np.ndarray, middle: Leg
+    leg: Leg, q: np.ndarray, foot: np.ndarray, force: np.ndarray, middle: Leg, gravity: float
 ) -> dict[str, Any]:
     """Evaluate the equations as printed; Eq. 10 assumes masses at mid-length.
 
@@ -194,9 +194,9 @@ def _printed(
         "foot": chain[:3, 3],
         "angles": angles,
         "reached": foot_position(leg, angles) if np.isfinite(angles).all() else np.full(3, np.nan),
-        "torque": leg_matrices(leg, q).G + jacobian(leg, q).T @ force,
-        "matrices": printed_leg_matrices(middle, q)._asdict(),
-        "matrices_right": leg_matrices(middle, q)._asdict(),
+        "torque": leg_matrices(leg, q, gravity=gravity).G + jacobian(leg, q).T @ force,
+        "matrices": printed_leg_matrices(middle, q, gravity=gravity)._asdict(),
+        "matrices_right": leg_matrices(middle, q, gravity=gravity)._asdict(),
     }
 
 

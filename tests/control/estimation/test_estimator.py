@@ -110,7 +110,7 @@ def leg_torques(down):
     force = np.zeros((6, 3))
     force[:, 2] = np.where(down, 2 * ROBOT.mass * STANDARD_GRAVITY / 6, 0.0)
     still = np.zeros((6, 3))
-    return leg_torque(ROBOT.arrays, Q, still, still, foot_force=force)
+    return leg_torque(ROBOT.arrays, Q, still, still, foot_force=force, gravity=STANDARD_GRAVITY)
 
 
 @pytest.mark.parametrize(

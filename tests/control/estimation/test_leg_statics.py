@@ -7,6 +7,7 @@ from phasmid.control.estimation.leg_statics import estimate_compliance, normal_f
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.kinematics import body_from_hip, foot_position, joint_angles
 from phasmid.robot import load_robot
+from phasmid.units import STANDARD_GRAVITY
 from support.estimation_records import new_parameters, new_state
 from support.general_robot import general_robot
 
@@ -24,7 +25,9 @@ def test_static_torques_determine_the_vertical_force(robot):
     legs, rng = len(robot.legs), np.random.default_rng(6)
     F, still = rng.uniform([-3, -3, -2], [3, 3, 15], (legs, 3)), np.zeros((legs, 3))
     body = BodyMotion(*np.zeros((1, 3)), np.eye(3), *np.zeros((4, 3)))
-    torque, _ = inverse_dynamics(robot, body, Q[:legs], still, still, foot_force=F)
+    torque, _ = inverse_dynamics(
+        robot, body, Q[:legs], still, still, foot_force=F, gravity=STANDARD_GRAVITY
+    )
     parameters = new_parameters(robot=robot)
     for leg in range(legs):
         force = normal_force(parameters, leg, Q[leg], torque[leg])
