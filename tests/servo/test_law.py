@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 from phasmid.servo import load_servo, servo_names
 from phasmid.servo.law import longest_servo_step
+from phasmid.servo.law_kernels import Shutdown
 from support.servo_bench import Bench
 
 AX = load_servo("AX-12A")
@@ -127,7 +128,7 @@ def test_stribeck_friction_holds_at_rest_and_lets_go_in_motion():
     load = -(motor.coulomb + 0.05)
     for speed, moves in ((0.0, False), (-3.0, False), (3.0, True)):
         bench = Bench(servo, load=load)
-        bench["angle"], bench["shutdown"] = load / servo.gear_stiffness, 3.0
+        bench["angle"], bench["shutdown"] = load / servo.gear_stiffness, Shutdown.FAILURE
         bench["speed"] = bench.speed[0] = speed
         bench.run(0.5, 0.0)
         assert (bench.angle[0] > 1.0) == moves
@@ -270,7 +271,7 @@ def test_position_and_goal_are_read_in_whole_ticks_once_a_period_within_the_join
 def test_friction_holds_a_servo_without_power_up_to_its_size():
     # |load| < c0 = 0.0275 N m: the rotor does not move at all, not even slowly.
     bench = Bench(AX, load=0.0274)
-    bench["shutdown"] = 1.0
+    bench["shutdown"] = Shutdown.OVERLOAD
     bench.angle[0] = -AX.backlash / 2 - 0.0274 / AX.gear_stiffness
     bench.run(1.0, 0.0)
     assert (bench["angle"], bench["speed"]) == (0.0, 0.0)
@@ -279,7 +280,7 @@ def test_friction_holds_a_servo_without_power_up_to_its_size():
 def test_without_power_a_load_beyond_the_friction_turns_it():
     # Constant speed where load = c0 + b w; with both inertias it takes (J + I)/b, below 1 s, to e.
     bench = Bench(AX, load=-0.05)
-    bench["shutdown"] = 1.0
+    bench["shutdown"] = Shutdown.OVERLOAD
     bench.run(20.0, 0.0)
     assert bench.speed[0] == pytest.approx((0.05 - AX.friction) / AX.viscous_friction, rel=1e-6)
 
@@ -290,7 +291,7 @@ def test_the_output_is_free_over_the_backlash():
     for load in (0.02, -0.02):
         # Friction that holds the rotor when the output strikes it.
         bench = Bench(replace(AX, friction=0.5), load=load)
-        bench["shutdown"] = 1.0
+        bench["shutdown"] = Shutdown.OVERLOAD
         bench.run(3.0, 0.0)
         ends.append(bench.angle[0])
     expected = AX.backlash + 2 * 0.02 / AX.gear_stiffness
@@ -331,11 +332,11 @@ def test_full_output_for_too_long_shuts_the_servo_down():
     bench.run(0.45, 2.0, blocked=True)
     bench.run(0.01, 0.0, blocked=True)
     bench.run(0.499, 2.0, blocked=True)
-    assert bench["shutdown"] == 0.0
+    assert bench["shutdown"] == Shutdown.NONE
     bench.run(0.003, 2.0, blocked=True)
-    assert bench["shutdown"] == 1.0
+    assert bench["shutdown"] == Shutdown.OVERLOAD
     bench.run(0.1, 0.0, blocked=True)
-    assert (bench["duty"], bench["current"], bench["shutdown"]) == (0.0, 0.0, 1.0)
+    assert (bench["duty"], bench["current"], bench["shutdown"]) == (0.0, 0.0, Shutdown.OVERLOAD)
 
 
 def test_a_servo_that_is_too_hot_shuts_down():
@@ -345,10 +346,10 @@ def test_a_servo_that_is_too_hot_shuts_down():
     late = -10.2 * 0.5 * math.log(1 - 45 / (10.2 * 18))
     bench = Bench(servo)
     time = 0.0
-    while bench["shutdown"] == 0.0 and time < 10:
+    while bench["shutdown"] == Shutdown.NONE and time < 10:
         bench.step(2.0, blocked=True)
         time += bench.dt
-    assert bench["shutdown"] == 2.0
+    assert bench["shutdown"] == Shutdown.OVERHEATING
     # It stands still but for the first 50 ms, in which it draws less than at stall.
     assert late <= time < late + 0.05
 

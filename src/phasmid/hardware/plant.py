@@ -17,8 +17,8 @@ from phasmid.hardware.calibration import ServoCalibration
 from phasmid.hardware.emulated_servo import Reading
 from phasmid.scenario import Scenario
 from phasmid.servo import Servo
-from phasmid.servo.law import OVERLOADED, RUNNING, SERVO_STATE, servo_parameters
-from phasmid.servo.law_kernels import servo_step
+from phasmid.servo.law import SERVO_STATE, servo_parameters
+from phasmid.servo.law_kernels import Shutdown, servo_step
 from phasmid.simulation.run import Run
 from phasmid.simulation.start import standing, with_time_step
 
@@ -30,9 +30,6 @@ INERTIA, GRAVITY_TORQUE = 1e-3, 0.1
 
 SUPPLY = 12.0
 """Supply of a bench [V]."""
-
-OFF = 4.0
-"""Shutdown of a servo whose torque is off, after those of `phasmid.servo.law`."""
 
 
 class Plant(Protocol):
@@ -125,8 +122,8 @@ class ServoBank:
         """Advance all servos by one step, and set `torque`."""
         code = self.state["shutdown"]
         # A shutdown of the law itself ends with the torque.
-        code[~enabled] = OFF
-        code[enabled & (code == OFF)] = RUNNING
+        code[~enabled] = Shutdown.TORQUE_OFF
+        code[enabled & (code == Shutdown.TORQUE_OFF)] = Shutdown.NONE
         _step(
             goal,
             position,
@@ -148,7 +145,7 @@ class ServoBank:
             current=float(row["current"]),
             temperature=float(row["temperature"]),
             voltage=float(self.voltage[index]),
-            overloaded=bool(row["shutdown"] == OVERLOADED),
+            overloaded=bool(row["shutdown"] == Shutdown.OVERLOAD),
         )
 
     def heat(self, index: int, temperature: float) -> None:

@@ -15,8 +15,8 @@ from phasmid.dynamics.leg_kernels import leg_acceleration
 from phasmid.dynamics.matrices import hip_gravity, link_moments
 from phasmid.identification.logs import BenchLog, LegLog, Log, joint_columns
 from phasmid.servo import Servo
-from phasmid.servo.law import FAILED, RUNNING, SERVO_STATE, longest_servo_step
-from phasmid.servo.law_kernels import servo_step
+from phasmid.servo.law import SERVO_STATE, longest_servo_step
+from phasmid.servo.law_kernels import Shutdown, servo_step
 from phasmid.units import STANDARD_GRAVITY
 
 STEP = 1e-3
@@ -182,7 +182,7 @@ def _simulate(
                     angle[j], speed[j] = states[k, j]
                     servo[j].angle, servo[j].speed = states[k, j]
                 angles[k, j] = angle[j]
-                servo[j].shutdown = RUNNING if powered[k] else FAILED
+                servo[j].shutdown = Shutdown.NONE if powered[k] else Shutdown.FAILURE
             servo_step(goals[k], angle, speed, limits[i], own, servo, delayed, torque)
             if joints == 1:
                 acceleration[0] = (torque[0] - load * math.sin(angle[0] - hanging)) / inertia

@@ -24,8 +24,8 @@ from phasmid.learning.model import (
 )
 from phasmid.learning.observation import action_names
 from phasmid.learning.task import Task
-from phasmid.servo.law import FAILED, SERVO_STATE, servo_parameters
-from phasmid.servo.law_kernels import servo_step
+from phasmid.servo.law import SERVO_STATE, servo_parameters
+from phasmid.servo.law_kernels import Shutdown, servo_step
 from phasmid.simulation.loop import collect_engine_warnings
 
 SLOW = 1.0
@@ -222,7 +222,7 @@ def apply_servos(
         if e.step[n] >= e.damage_step[n]:
             for j in range(joints):
                 if e.dies[n, j] > 0.0:
-                    state[j].shutdown = FAILED
+                    state[j].shutdown = Shutdown.FAILURE
         servo_step(
             goal,
             s.qpos[n, 7:],

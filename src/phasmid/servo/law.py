@@ -11,33 +11,24 @@ from phasmid.servo.heat import remaining
 from phasmid.servo.law_kernels import InverseLaw
 from phasmid.servo.servo import D_GAIN_UNIT, FULL_PUNCH, FULL_PWM, P_GAIN_UNIT, Servo
 
-FIELDS = (
-    "angle",
-    "speed",
-    "duty",
-    "current",
-    "torque",
-    "friction",
-    "temperature",
-    "overloaded",
-    "shutdown",
-    "wait",
-    "error",
-    "change",
-    "due",
+SERVO_STATE = np.dtype(
+    [
+        ("angle", np.float64),  # of the rotor, at the output [rad]
+        ("speed", np.float64),  # of the rotor, at the output [rad/s]
+        ("duty", np.float64),  # share of the supply
+        ("current", np.float64),  # [A]
+        ("torque", np.float64),  # on the joint, of this step [N·m]
+        ("friction", np.float64),  # on the rotor, of this step [N·m]
+        ("temperature", np.float64),  # [°C]
+        ("overloaded", np.float64),  # time at the largest duty [s]
+        ("shutdown", np.int64),  # `Shutdown`
+        ("wait", np.int64),  # steps until the next reading of the position
+        ("error", np.float64),  # of the position [ticks]
+        ("change", np.float64),  # filtered rate of that error [ticks/s]
+        ("due", np.int64),  # which of the delayed goals is due
+    ]
 )
-"""State of a servo: rotor angle [rad] and speed [rad/s] at the output; duty (share of the supply),
-current [A], torque on the joint and friction torque on the rotor [N·m] of this step; temperature
-[°C]; time at the largest duty
-[s]; reason of a shutdown; steps until the next reading of the position; position error [ticks] and
-its filtered rate [ticks/s]; which of the delayed goals is due."""
-
-SERVO_STATE = np.dtype([(name, np.float64) for name in FIELDS])
-
-RUNNING, OVERLOADED, OVERHEATED, FAILED = 0.0, 1.0, 2.0, 3.0
-"""Values of ``shutdown``."""
-
-REASONS = {OVERLOADED: "overload", OVERHEATED: "overheating", FAILED: "failure"}
+"""State of a servo; each entry takes the memory of a float."""
 
 MOST_OF_LIMIT = 0.75
 """Allowed share of the largest stable step: legs are lighter in other poses."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,17 @@ from jaxtyping import Float
 
 from phasmid.compiled import compiled
 from phasmid.servo.friction_kernels import dry_friction
+
+
+class Shutdown(IntEnum):
+    """Why a servo gives no torque."""
+
+    NONE = 0
+    OVERLOAD = 1
+    OVERHEATING = 2
+    FAILURE = 3
+    TORQUE_OFF = 4
+
 
 SLOW = 0.02
 """Speed from which friction acts fully against the motion [rad/s]. Joints of a leg in stance turn
@@ -83,11 +95,11 @@ def servo_step(
     for j in range(len(target)):
         servo, goal = servos[j], target[j]
         if delayed.shape[1] > 0:
-            due = int(servo.due)
+            due = servo.due
             goal, delayed[j, due] = delayed[j, due], goal
             servo.due = (due + 1) % delayed.shape[1]
-        if servo.wait <= 0.0:
-            servo.wait = p.steps
+        if servo.wait <= 0:
+            servo.wait = int(p.steps)
             goal = min(max(goal, limits[0, j]), limits[1, j])
             error = math.floor(goal / p.tick + 0.5) - math.floor(joint_angle[j] / p.tick + 0.5)
             if p.is_pid > 0.0:
@@ -104,9 +116,9 @@ def servo_step(
                         duty = -duty
             servo.error = error
             servo.duty = min(max(duty, -p.most), p.most)
-        servo.wait -= 1.0
+        servo.wait -= 1
 
-        angle, speed, running = servo.angle, servo.speed, servo.shutdown == 0.0
+        angle, speed, running = servo.angle, servo.speed, servo.shutdown == Shutdown.NONE
         current = 0.0
         if running:
             current = (servo.duty * p.voltage - p.constant * speed) / p.resistance
@@ -146,9 +158,9 @@ def servo_step(
         if running:
             servo.overloaded = servo.overloaded + p.dt if abs(servo.duty) >= p.most else 0.0
             if temperature >= p.hottest:
-                servo.shutdown = 2.0
+                servo.shutdown = Shutdown.OVERHEATING
             elif servo.overloaded > p.patience:
-                servo.shutdown = 1.0
+                servo.shutdown = Shutdown.OVERLOAD
         servo.angle = angle + p.dt * speed
         servo.speed = speed
         servo.current = current

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 
 from phasmid.experiment import Observation
 from phasmid.recording.channels import OBSERVED
-from phasmid.servo.law import RUNNING
+from phasmid.servo.law_kernels import Shutdown
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import present_sample
@@ -107,7 +107,9 @@ class Observer:
         velocity_before: Float[np.ndarray, "3"],
     ) -> Observation:
         """Return the observation without the depth sensor; arguments as in `observe`."""
-        running = works.copy() if self._shutdown is None else works & (self._shutdown == RUNNING)
+        running = (
+            works.copy() if self._shutdown is None else works & (self._shutdown == Shutdown.NONE)
+        )
         true = None
         if not self._streams:
             true = self._true(time, running, velocity_before)

@@ -10,16 +10,11 @@ from jaxtyping import Float
 from phasmid.motion import Motion
 from phasmid.robot import JOINTS
 from phasmid.servo.law import (
-    FAILED,
-    FIELDS,
-    OVERLOADED,
-    REASONS,
-    RUNNING,
     SERVO_STATE,
     inverse_law,
     servo_parameters,
 )
-from phasmid.servo.law_kernels import goal_memory, goals_for_torque, servo_step
+from phasmid.servo.law_kernels import Shutdown, goal_memory, goals_for_torque, servo_step
 from phasmid.simulation.drives import Drive, Setpoints
 
 if TYPE_CHECKING:
@@ -46,7 +41,7 @@ class ServoDrive(Drive):
         self._names = [f"{leg.name}.{joint}" for leg in robot.legs for joint in JOINTS]
         start = walk.sample(np.zeros(1)).q[0].ravel()
         joints, delay = len(start), round(servo.delay / dt)
-        self._own = joints * len(FIELDS)
+        self._own = joints * SERVO_STATE.itemsize // np.dtype(float).itemsize
         self.state = np.zeros(self._own + joints * delay)
         self.servos = self.state[: self._own].view(SERVO_STATE)
         self._torque = self.servos["torque"]
@@ -78,7 +73,7 @@ class ServoDrive(Drive):
 
     def fail(self, joint: int) -> None:
         """Shut a servo down for good."""
-        self.servos["shutdown"][joint] = FAILED
+        self.servos["shutdown"][joint] = Shutdown.FAILURE
 
     def torque(self) -> Float[np.ndarray, " joints"]:
         """Return the gears' torques on the joints."""
@@ -93,7 +88,7 @@ class ServoDrive(Drive):
         """Return the servos' shares of their largest duty; 1 after a shutdown by overload."""
         servos = samples["drive"][:, : self._own].view(SERVO_STATE)
         share = np.abs(servos["duty"]) / self._most
-        return np.asarray(np.where(servos["shutdown"] == OVERLOADED, 1.0, share))
+        return np.asarray(np.where(servos["shutdown"] == Shutdown.OVERLOAD, 1.0, share))
 
     def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the servos' goals [rad].
@@ -115,16 +110,16 @@ class ServoDrive(Drive):
         return channels | {
             "servo_motor_torque": self._constant * servos["current"],
             "servo_friction_torque": servos["friction"],
-            "servo_shutdown": servos["shutdown"] != RUNNING,
+            "servo_shutdown": servos["shutdown"] != Shutdown.NONE,
         }
 
     def remark(self, state: Float[np.ndarray, " state"]) -> str:
         """Return which servos had shut down in a state, and why; or nothing."""
         codes = state[: self._own].view(SERVO_STATE)["shutdown"]
         down = [
-            f"{name} ({REASONS[float(code)]})"
+            f"{name} ({Shutdown(code).name.lower()})"
             for name, code in zip(self._names, codes, strict=True)
-            if code != RUNNING
+            if code != Shutdown.NONE
         ]
         if not down:
             return ""
