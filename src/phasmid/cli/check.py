@@ -194,7 +194,7 @@ def _print_robot(
         f"robot {plain(robot.name)}: {len(robot.legs)} legs, {robot.mass:.3f} kg "
         f"({robot.mass * STANDARD_GRAVITY:.2f} N), {plain(servo_words(servo.name))} "
         f"({plain_number(servo.stall_torque, 3)} N·m, "
-        f"{plain_number(servo.no_load_speed, 3)} rad/s)"
+        f"{plain_number(servo.no_load_speed, 3)} rad/s{servo.supply_words})"
     )
     _print_servos(verdict, servo)
     centre = np.round(1000 * body.box_centre, 2)
