@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import mujoco
@@ -11,7 +12,7 @@ from phasmid.kinematics import joint_angles
 from phasmid.learning.terrain import Terrain
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario
-from phasmid.servo.law import servo_parameters
+from phasmid.servo.law import output_per_tick, servo_parameters
 from phasmid.simulation.contact import CONTACT_POINTS, point_name
 from phasmid.simulation.model import compile_model, model_specification
 from phasmid.simulation.start import step_limit
@@ -74,7 +75,7 @@ def robot_motor(robot: Robot) -> Motor:
         )
     p = servo_parameters(servo, FAST_STEP)[0]
     stall = float(p["constant"] * p["voltage"] / p["resistance"])
-    per_tick = p["gain"] if p["is_pid"] else 1 / p["slope"].mean()
+    per_tick = output_per_tick(replace(servo, punch=0.0))
     return Motor(
         gain=float(stall * per_tick / p["tick"]),
         stall=float(stall * p["most"]),
