@@ -117,7 +117,7 @@ class PolicyController:
         robot: Robot that is controlled; None: that of the policy's task.
         task: Task of the policy; None: that of its file.
         update_period: Time between calls of `update`, for command corrections [s].
-        gravity: Gravitational acceleration, likewise [m/s²].
+        gravity: Gravitational acceleration, for command corrections [m/s²].
 
     Attributes:
         policy: The policy.
