@@ -68,10 +68,10 @@ def test_the_robot_lies_on_its_bottom():
     assert belly_ground(ROBOT).body_height == pytest.approx(0.03, abs=1e-15)
     assert resting_ground(ROBOT, packed.folded).body_height == pytest.approx(0.03, abs=1e-15)
     np.testing.assert_allclose(packed.feet[:, 2], -0.03, atol=1e-15)
-    start = standing(Scenario(), ROBOT, packed.folded).trunk.position[0, 2]
+    start = standing(Scenario(robot=ROBOT).build(), packed.folded).trunk.position[0, 2]
     assert start == pytest.approx(0.03, abs=1e-15)
     scenario = Scenario().replace(robot=ROBOT)
-    law = scenario.contact_law(ROBOT)
+    law = scenario.build().world.contact
     bottom = trunk_points(ROBOT, law) - [0.0, 0.0, law.point_radius]
     assert {tuple(p) for p in bottom.round(9)} == {tuple(p) for p in CORNERS.round(9) if p[2] < 0}
 
@@ -189,5 +189,5 @@ def test_learning_measures_from_its_bottom_and_loads_its_top():
         tuple(p) for p in [*CORNERS[CORNERS[:, 2] < 0].round(9), (0.01, -0.02, -0.03)]
     }
     scenario = Scenario().replace(robot=ROBOT)
-    payload = fast_specification(ROBOT, scenario, constants.terrain).body("payload")
+    payload = fast_specification(scenario.build(), constants.terrain).body("payload")
     np.testing.assert_allclose(payload.pos, TOP + np.array([0, 0, PAYLOAD_SIDE / 2]), atol=1e-15)

@@ -45,8 +45,8 @@ if TYPE_CHECKING:
     from phasmid.robot import Robot as Robot
     from phasmid.scenario import Scenario as Scenario
     from phasmid.scenario import load_scenario as load_scenario
+    from phasmid.scenario.rerun import replay as replay
     from phasmid.servo import Servo as Servo
-    from phasmid.simulation import replay as replay
     from phasmid.simulation import sense as sense
     from phasmid.simulation import simulate as simulate
     from phasmid.simulation import simulate_many as simulate_many
@@ -69,9 +69,9 @@ _NAMES = {
     "recording": "load_recording save_mcap save_recording",
     "reporting": "export plot report save_video summarise",
     "robot": "Body Leg Link Robot",
-    "scenario": "Scenario load_scenario",
+    "scenario": "Scenario load_scenario replay",
     "servo": "Servo",
-    "simulation": "drive replay sense simulate simulate_many",
+    "simulation": "drive sense simulate simulate_many",
     "studies": "load_study study",
 }
 """Public names by the package that has them."""

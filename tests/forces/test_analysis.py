@@ -109,8 +109,8 @@ def test_feet_and_joints_obey_newtons_law_and_the_balance_of_energy(name):
     # differences of 2e-4 s: error h^2/12 times a fourth derivative below 300 m/s^4, 1e-6 m/s^2,
     # and round-off 4e-16/h^2 = 1e-8.
     walk = plan(HILLY.replace(**TERRAINS[name]))
-    run = analyse(walk.scenario, walk.sample(AMID))
-    gravity = walk.scenario.model.gravity
+    run = analyse(walk.experiment, walk.sample(AMID))
+    gravity = walk.experiment.world.gravity
 
     def com(time):
         at = walk.sample(time)
@@ -148,7 +148,7 @@ def test_forces_stay_in_cones_about_the_slopes_normal():
         force_model="friction-cone",
     )
     walk = plan(slow.replace(friction=0.32))
-    force = analyse(walk.scenario, walk.sample(AMID)).foot_force_model.values
+    force = analyse(walk.experiment, walk.sample(AMID)).foot_force_model.values
     angle = np.radians(15)
     normal = force @ [-np.sin(angle), 0, np.cos(angle)]
     tangential = np.sqrt(np.maximum(np.sum(force**2, axis=-1) - normal**2, 0.0))
@@ -188,9 +188,12 @@ def test_a_robot_at_rest_is_held_by_the_torques_of_inverse_dynamics(force_model)
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     feet = position + body_from_hip(robot, foot_position(robot.arrays, q)) @ rotation.T
 
+    # A robot of five legs has no tripod.
+    wave = PAPER.replace(robot=robot, gait="wave")
+
     def held(stance):
-        scenario, ground = PAPER.replace(force_model=force_model), Ground(Flat(), 1.0)
-        return holding_forces(scenario, robot, position, rotation, q, feet, stance, ground)
+        scenario, ground = wave.replace(force_model=force_model), Ground(Flat(), 1.0)
+        return holding_forces(scenario.build(), position, rotation, q, feet, stance, ground)
 
     legs = np.arange(len(robot.legs))
     found, still = held(legs >= 0), np.zeros_like(q)

@@ -92,10 +92,12 @@ def test_forces_along_the_ground_turn_the_shank_about_the_centre_of_its_ball(tmp
     dog = Dog(tmp_path, (0.05, -np.arctan(slope), 0.0), normal, vertical=False)
     ground = Ground(Slope(np.arctan(slope)), 0.8)
     np.testing.assert_allclose(ground.normal(np.zeros(1), np.zeros(1))[0], normal, atol=1e-15)
-    scenario = load_scenario("paper").replace(force_model="minimum-norm")
+    scenario = load_scenario("paper").replace(
+        robot=dog.robot, gait="crawl", force_model="minimum-norm"
+    )
     stands = np.ones(4, dtype=bool)
     load = holding_forces(
-        scenario, dog.robot, dog.position, dog.rotation, dog.q, dog.feet, stands, ground
+        scenario.build(), dog.position, dog.rotation, dog.q, dog.feet, stands, ground
     )
     np.testing.assert_allclose(load.force, dog.forces, rtol=0, atol=ROUND_OFF)
     np.testing.assert_allclose(load.torque, dog.torque, rtol=0, atol=ROUND_OFF)

@@ -336,6 +336,6 @@ def test_each_joint_is_judged_by_its_own_effort():
     assert differ == ["servo: the joints differ: effort 0.6 to 1.2 N·m (each joint keeps its own)."]
     robot = imported.robot
     np.testing.assert_array_equal(robot.arrays.strength, [[1.0, 1.0, 2.0]] * 6)
-    model = build_model(robot, Scenario(robot=robot).replace(drive="ideal-servo"))
+    model = build_model(Scenario(robot=robot).replace(drive="ideal-servo"))
     largest = model.actuator_forcerange[:, 1].reshape(6, 3)
     np.testing.assert_allclose(largest, [[0.6, 0.6, 1.2]] * 6)

@@ -159,7 +159,7 @@ def test_full_fidelity_is_the_simulation_of_driven_robots():
     p = env.physics
     scenario = Scenario().replace(robot=env.task.robot, drive="servo", dt=0.001)
     model = p.batch.get_model(0)
-    plain = build_model(p.robot, scenario)
+    plain = build_model(scenario)
     for name in ("geom_pos", "geom_solref", "geom_solimp", "geom_friction", "jnt_pos"):
         np.testing.assert_allclose(getattr(model, name), getattr(plain, name), rtol=1e-6)
     payload = model.body("payload").id
@@ -167,7 +167,7 @@ def test_full_fidelity_is_the_simulation_of_driven_robots():
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = p.qpos[0], p.qvel[0]
     mujoco.mj_forward(model, data)
-    drive = ServoDrive(model, data, standing(scenario, p.robot))
+    drive = ServoDrive(model, data, standing(scenario.build()))
     for step in range(20):
         env.step(0.3 * np.sin(0.4 * step + np.arange(18))[None])
         for _ in range(20):

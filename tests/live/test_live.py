@@ -19,8 +19,8 @@ from phasmid.kinematics import leg_frames
 from phasmid.recording import save_mcap
 from phasmid.recording.ros import definition
 from phasmid.robot import load_robot
+from phasmid.scenario.rerun import first_difference
 from phasmid.simulation import new_drive, new_run
-from phasmid.simulation.rerun import first_difference
 
 pytest.importorskip("foxglove")
 pytest.importorskip("mcap_ros2")

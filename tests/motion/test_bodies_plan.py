@@ -30,7 +30,7 @@ def test_a_sway_goes_about_the_path_and_ends_where_it_began():
     assert 0.99 * most < np.abs(aside).max() <= most + 1e-12
     # On an arc it is that of the gait in the body's own axes.
     walk = plan(PAPER.replace(robot="quadruped", gait="crawl", step_turn_deg=12, period=4.0))
-    stride, time = walk.scenario.stride, walk.time
+    stride, time = walk.experiment.course.stride, walk.time
     path = trunk_motion(stride.step, 0.0, progress(walk.gait, stride, time))
     away = walk.trunk.position - path.position
     aside = np.einsum("tji,tj->ti", walk.trunk.rotation, away)[:, :2]

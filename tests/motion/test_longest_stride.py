@@ -15,9 +15,9 @@ from phasmid.robot import load_robot, preset_names, with_values
 def check(robot, gait, step):
     scenario = load_scenario("paper").for_robot(robot)
     scenario = scenario.replace(gait=gait, step_length=step[0], step_sideways=step[1])
-    course = course_of(scenario)
-    (times,) = checked_times(scenario, course)
-    check_reach(scenario, course, times)
+    course = course_of(scenario.build())
+    (times,) = checked_times(scenario.build(), course)
+    check_reach(scenario.build(), course, times)
 
 
 @pytest.mark.parametrize("preset", preset_names())
@@ -44,5 +44,5 @@ def test_no_step_is_possible_where_a_lift_has_no_room():
     # The PhantomX's feet come 130 mm up from 100 mm below their hips at the most.
     robot = load_robot("phantomx-ax")
     gait = next(iter(gaits_of(6).values()))
-    high = load_scenario("paper").replace(step_height=0.5).planned_stride
+    high = load_scenario("paper").replace(step_height=0.5).build().course.stride
     assert longest_stride(robot, gait, high) == 0.0

@@ -241,7 +241,7 @@ def test_a_centre_of_mass_beyond_the_feet_is_told_with_its_phase():
 )
 def test_a_walk_serves_only_scenarios_that_it_was_planned_for(changes, name):
     walk = plan(PAPER)
-    walk.for_scenario(PAPER.replace(robot=load_robot("phantomx-paper")))
+    walk.for_experiment(PAPER.replace(robot=load_robot("phantomx-paper")))
     for use in (analyse, simulate):
         with pytest.raises(InvalidInput, match=f"planned with another {name} than the scenario"):
             use(PAPER.replace(**changes), walk)
@@ -251,7 +251,7 @@ def test_a_walk_serves_other_drives_and_voltages_while_their_servos_are_quick_en
     # No-load speed of an AX-12A: 6.18 rad/s as rated, 2.47 at 5 V; the walk needs 1.5 or 3.
     quick = PAPER.replace(period=1.0)
     weak = {"drive": "servo", "voltage": 5.0}
-    plan(PAPER).for_scenario(PAPER.replace(**weak))
-    plan(quick).for_scenario(quick.replace(drive="servo"))
+    plan(PAPER).for_experiment(PAPER.replace(**weak))
+    plan(quick).for_experiment(quick.replace(drive="servo"))
     with pytest.raises(InfeasibleWalk, match=r"the servo AX-12A allows .* rad/s at 5 V"):
-        plan(quick).for_scenario(quick.replace(**weak))
+        plan(quick).for_experiment(quick.replace(**weak))

@@ -37,7 +37,7 @@ def test_the_lowest_point_of_each_standing_ball_is_at_rest(robot, changes):
     robot = replace(load_robot(robot), foot_radius=RADIUS)
     walk = plan(load_scenario("paper").for_robot(robot).replace(**changes))
     rng, half = np.random.default_rng(1), 1e-5
-    time = np.sort(rng.uniform(0.01, 2 * walk.scenario.period, 200))
+    time = np.sort(rng.uniform(0.01, 2 * walk.experiment.course.stride.period, 200))
     before, now, after = (tibia_poses(walk.sample(time + dt)) for dt in (-half, 0.0, half))
     ends = np.array([[*leg.tibia.end, 1.0] for leg in robot.legs])
     centre = np.einsum("nlij,lj->nli", now, ends)

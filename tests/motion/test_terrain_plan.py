@@ -62,7 +62,7 @@ def test_swinging_feet_pass_over_the_ground_beside_them_with_clearance(name):
     # miss by the sagitta 5 mm (1 - cos 22.5 degrees) = 0.4 mm times a slope below 1.
     terrain, walk = walk_over(name)
     walk = walk.sample(np.linspace(0, 6, 2401))
-    feet, footing = walk.foot_position, walk.scenario.footing
+    feet, footing = walk.foot_position, walk.experiment.course.footing
     margin, width = footing.foothold_margin, footing.foothold_margin / 2
     cycle = np.floor(walk.time[:, None] / 2 - np.asarray(walk.gait.offsets) + 1e-9).astype(int)
     places = walk.course.footholds.place[..., :2]
@@ -75,7 +75,7 @@ def test_swinging_feet_pass_over_the_ground_beside_them_with_clearance(name):
     highest = terrain.height(beside[..., 0], beside[..., 1]).max(axis=-1)
     far = ~walk.stance & (away > margin + 1e-6)
     assert far.sum() > 1000
-    least = CLEARANCE * walk.scenario.stride.step_height
+    least = CLEARANCE * walk.experiment.course.stride.step_height
     assert (feet[..., 2] - highest)[far].min() > least - 0.0004
     # Nearer the ground is even: no edge there is higher than a quarter of the margin under the
     # steepest slope, 1.4 mm.
@@ -129,18 +129,18 @@ def test_a_walk_can_be_sampled_beyond_its_duration():
 def test_a_walk_over_terrain_serves_no_other_terrain():
     _, walk = walk_over("stairs")
     same = PAPER.replace(**TERRAINS["stairs"])
-    walk.for_scenario(same)
+    walk.for_experiment(same)
     with pytest.raises(InvalidInput, match="planned with another terrain"):
-        walk.for_scenario(PAPER.replace(**TERRAINS["step"]))
+        walk.for_experiment(PAPER.replace(**TERRAINS["step"]))
     with pytest.raises(InvalidInput, match="planned with another footing"):
-        walk.for_scenario(same.replace(search_radius_mm=30))
+        walk.for_experiment(same.replace(search_radius_mm=30))
     with pytest.raises(InvalidInput, match="planned with another terrain"):
-        plan(PAPER).for_scenario(same)
+        plan(PAPER).for_experiment(same)
     # A plan that assumes level ground is the level walk.
     unaware = plan(PAPER.replace(**TERRAINS["stairs"], planned_on="level"))
     assert np.array_equal(unaware.q, plan(PAPER).q)
     # On ground that both take for level friction may differ.
-    plan(PAPER).for_scenario(PAPER.replace(friction=0.5))
+    plan(PAPER).for_experiment(PAPER.replace(friction=0.5))
 
 
 COXA_ONLY = {"stance_law": "coxa-only", "step_length_mm": 40}

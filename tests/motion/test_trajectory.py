@@ -44,7 +44,7 @@ def test_angles_are_read_from_tables_arrays_and_recordings(tmp_path):
         load_trajectory(tmp_path / "deg.npy", ROBOT, unit="deg"),
     ):
         assert np.abs(read.q.reshape(-1, 18) - q).max() < 4 * np.finfo(float).eps * 4
-    recording = analyse(WALK.scenario, WALK)
+    recording = analyse(WALK.experiment, WALK)
     save_recording(recording, tmp_path / "walk.nc")
     read = load_trajectory(tmp_path / "walk.nc", ROBOT)
     assert np.array_equal(read.q, recording.joint_position_target.values)

@@ -27,7 +27,7 @@ class Bench:
 
     def model(self, scenario):
         """Return the engine's model of a scenario's robot."""
-        model = build_model(scenario.load_robot(), scenario)
+        model = build_model(scenario)
         self.change(model)
         return model
 

@@ -63,7 +63,7 @@ def static_depth(bench):
     run = bench.standing()
     for _ in hold(run, 1000):
         pass
-    law, weight = run.scenario.contact_law(run.robot), run.robot.mass * run.scenario.model.gravity
+    law, weight = run.experiment.world.contact, run.robot.mass * run.experiment.world.gravity
     depth = touching(run.robot, run.model, run.data).depth
     why = "Springs are exact at rest; after 2 s the residual motion is below 1e-12 m."
     points = contact_points(run.robot)
@@ -82,7 +82,7 @@ def standing(bench):
     centre = body.position + body.rotation @ centre_of_mass(robot, q)
     force = touch.force.sum(axis=0)
     moment = np.cross(touch.position - centre, touch.force).sum(axis=0)
-    weight = robot.mass * run.scenario.model.gravity
+    weight = robot.mass * run.experiment.world.gravity
     reach = float(np.linalg.norm(robot.legs[0].neutral_foot + robot.legs[0].mount_position))
     why = "Equilibrium; after 2 s residual accelerations are below 1e-7 of gravity."
     yield row("ΣF / mg", force[2] / weight, 1e-6, why, expected=1.0)
@@ -139,7 +139,7 @@ def _needs(robot, data, touch, gravity):
 
 def _energy(run):
     body, (q, qd, _) = trunk_motion(run.data), joint_state(run.data)
-    g = run.scenario.model.gravity
+    g = run.experiment.world.gravity
     kinetic = kinetic_energy(run.robot, body, q, qd)
     return float(kinetic + potential_energy(run.robot, body, q, gravity=g))
 
@@ -172,7 +172,7 @@ def incline(bench):
 def creep(bench):
     """Compare the creep velocity on a slope of 20° with that of the friction damping."""
     scenario = bench.scenario
-    for damping in (scenario.contact_law(scenario.load_robot()).friction_damping, CREEPLESS):
+    for damping in (scenario.build().world.contact.friction_damping, CREEPLESS):
         run = bench.standing(friction_damping=damping)
         speed = _speed_on_slope(run, CREEP_SLOPE)
         law = _weight(run) * math.sin(CREEP_SLOPE) / _damping(run)
@@ -187,7 +187,7 @@ def stopping(bench):
     speed, dt = 0.8, 0.00025
     for friction in FRICTIONS:
         run = bench.standing(friction=friction, dt=dt)
-        g = run.scenario.model.gravity
+        g = run.experiment.world.gravity
         run.data.qvel[0] = speed
         start, aloft = float(run.data.qpos[0]), 0
         steps = round(speed / (friction * g) / dt)
@@ -256,12 +256,12 @@ def _friction(run, friction, slipping):
 
 
 def _weight(run):
-    return run.robot.mass * run.scenario.model.gravity
+    return run.robot.mass * run.experiment.world.gravity
 
 
 def _damping(run):
     """Return the friction damping of all feet's points [N·s/m]."""
-    return contact_points(run.robot) * run.scenario.contact_law(run.robot).friction_damping
+    return contact_points(run.robot) * run.experiment.world.contact.friction_damping
 
 
 def _speed_on_slope(run, slope):
@@ -269,7 +269,7 @@ def _speed_on_slope(run, slope):
 
     Gravity is turned, not the ground: seen from the ground it is the same.
     """
-    g = run.scenario.model.gravity
+    g = run.experiment.world.gravity
     run.model.opt.gravity[:] = [g * math.sin(slope), 0.0, -g * math.cos(slope)]
     for _ in hold(run, round(0.5 / run.dt)):
         pass

@@ -9,8 +9,9 @@ import numpy as np
 
 from phasmid.motion import plan
 from phasmid.recording import load_recording, save_recording
-from phasmid.simulation import Run, replay, simulate
-from phasmid.simulation.rerun import first_difference
+from phasmid.scenario import replay
+from phasmid.scenario.rerun import first_difference
+from phasmid.simulation import Run, simulate
 from physics.rows import row
 
 TURN = 0.7  # by how much the world is turned [rad]

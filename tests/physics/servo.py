@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 
 from phasmid.errors import InfeasibleWalk
+from phasmid.experiment import Solver
 from phasmid.motion import plan
-from phasmid.scenario.tables import SimulationTable
 from phasmid.simulation.drives import Setpoints
 from phasmid.tables import choices
 from physics.rows import row, samples
@@ -29,7 +29,7 @@ def servo_limits(bench):
     The overloaded walk counts up to its end, however it ends. Prescribed joints have no limits.
     """
     robot = _overloaded(bench.scenario.base_robot())
-    for drive in choices(SimulationTable.model_fields["drive"]):
+    for drive in choices(Solver.model_fields["drive"]):
         if drive == "prescribed":
             continue
         changes = {**OVERLOADED, "robot": robot, "drive": drive}

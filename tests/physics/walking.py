@@ -50,12 +50,15 @@ def refinement(bench):
     The error of the time step is about as large as this difference, as MuJoCo's is of first order.
     """
     walk = plan(bench.scenario)
-    scenario = with_time_step(bench.scenario, walk)
-    dt = scenario.simulation.time_step
-    duration = min(scenario.duration, REFINED_CYCLES * scenario.period)
+    experiment = with_time_step(bench.scenario.build(), walk)
+    dt = experiment.solver.time_step
+    duration = min(experiment.duration, REFINED_CYCLES * walk.course.stride.period)
     # Both record the same instants.
-    scenario = scenario.replace(duration=duration, record_interval=dt * scenario.record_steps)
-    coarse, fine = (simulate(scenario.replace(dt=step), walk) for step in (dt, dt / 2))
+    interval = dt * experiment.solver.record_steps
+    coarse, fine = (
+        simulate(experiment.replace(duration=duration, record_interval=interval, dt=step), walk)
+        for step in (dt, dt / 2)
+    )
     why = "The specified 0.5 %: rms of the difference over rms, touchdowns included."
     half = f"{1000 * dt:g} ms and half"
     for what, name in (("normal forces", "foot_normal_force"), ("joint torques", "joint_torque")):

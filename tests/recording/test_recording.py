@@ -15,7 +15,7 @@ from phasmid.recording import (
 )
 from phasmid.recording.channels import COORDINATES
 from phasmid.recording.file import CHECKSUM
-from phasmid.simulation.rerun import Replay
+from phasmid.scenario.rerun import Replay
 from recording.samples import ODD, everything, files_of_at_most
 
 

@@ -129,7 +129,7 @@ def planned_torque(scenario, velocity):
         stance = np.isin(np.arange(len(feet)), three)
         if support_margin(feet[:, :2], stance, com) > 0:
             held = holding_forces(
-                planned, robot, np.zeros(3), np.eye(3), q, feet, stance, Ground(Flat(), 1.0)
+                planned.build(), np.zeros(3), np.eye(3), q, feet, stance, Ground(Flat(), 1.0)
             )
             largest.append(float(np.abs(held.torque).max()))
     return max(largest)

@@ -32,7 +32,7 @@ def still(**changes):
 
 def sink(scenario):
     """Depth of the springs of all feet under the weight [m]."""
-    stiffness = 4 * len(BALLS.legs) * scenario.contact_law(BALLS).stiffness
+    stiffness = 4 * len(BALLS.legs) * scenario.build().world.contact.stiffness
     return BALLS.mass * scenario.model.gravity / stiffness
 
 
@@ -71,7 +71,7 @@ def test_contact_planes_lie_beneath_the_balls_on_curved_ground():
     """The engine's distance from ball to plane is that from the centre to the ground, less the
     radius; curvature changes it by less than 0.1 mm."""
     scenario = SCENARIO.replace(terrain="waves")
-    model = build_model(BALLS, scenario)
+    model = build_model(scenario)
     data = mujoco.MjData(model)
     ground = scenario.load_terrain()
     data.qpos[:3] = 0.5, 0.1, body_height(BALLS)
@@ -91,7 +91,7 @@ def test_contact_planes_lie_beneath_the_balls_on_curved_ground():
 
 def test_a_robot_starts_with_its_balls_on_a_slope():
     scenario = SCENARIO.replace(**SLOPE)
-    pose = standing(scenario, BALLS)
+    pose = standing(scenario.build())
     start = pose.sample(np.zeros(1))
     feet, ground = start.foot_position[0], scenario.load_terrain()
     over = feet @ ground.normal(np.zeros(1), np.zeros(1))[0]

@@ -36,9 +36,7 @@ def test_each_point_is_a_spring_of_its_stiffness(preset, changes):
         force = np.zeros(6)
         mujoco.mj_contactForce(model, data, i, force)
         depth = -data.contact.dist[i]
-        assert force[0] == pytest.approx(
-            scenario.contact_law(run.robot).stiffness * depth, abs=2e-5
-        )
+        assert force[0] == pytest.approx(scenario.build().world.contact.stiffness * depth, abs=2e-5)
         total += force
     assert total[0] == pytest.approx(run.robot.mass * 9.81, rel=1e-6)
 
@@ -49,7 +47,7 @@ def test_a_moving_point_is_a_spring_a_damper_and_a_small_mass(d):
     # m = d/((1 - d) A), a the point's upward acceleration, A the mobility of its foot:
     # 10 N + 0.3 N - m a.
     robot = load_robot("phantomx-paper")
-    model = build_model(robot, PAPER.replace(impedance=d))
+    model = build_model(PAPER.replace(impedance=d))
     data = at_neutral(model, robot)
     data.qpos[2] = 0.1 - 0.001
     data.qvel[2] = -0.01
@@ -72,7 +70,7 @@ def test_a_time_step_that_cannot_resolve_the_contact_is_refused():  # C4
     scenario = PAPER.replace(dt=0.5)
     with pytest.raises(InvalidInput) as caught:
         simulate(scenario, plan(scenario))
-    longest = longest_time_step(scenario, load_robot("phantomx-paper"))
+    longest = longest_time_step(scenario.build())
     assert caught.value.what == (
         f"a time step of 0.5 s cannot resolve this contact; it needs {longest:.3g} s or less."
     )
@@ -94,6 +92,6 @@ def test_feet_chatter_only_beyond_the_step_that_the_lightest_foot_stands(changes
     # Stable where 2 c dt < 4 m along the ground: newtons from step to step beyond it, and below it
     # no more than the smooth load itself changes in a step, 0.1 N.
     scenario = PAPER.replace(**changes)
-    longest = longest_foot_step(scenario, load_robot("phantomx-paper"))
+    longest = longest_foot_step(scenario.build())
     assert jitter(scenario, 0.9 * longest) < 0.1
     assert jitter(scenario, 1.3 * longest) > 1.0

@@ -24,7 +24,7 @@ def test_it_creeps_by_its_weight_over_the_friction_damping_and_is_warned_of():
     # the feet are tilted against the slope.
     robot = SCENARIO.load_robot()
     summary = summarise(drive(SCENARIO, None, STAND))
-    damping = STANDING_HARDNESS * SCENARIO.contact_law(robot).friction_damping
+    damping = STANDING_HARDNESS * SCENARIO.build().world.contact.friction_damping
     force = robot.mass * STANDARD_GRAVITY * math.sin(SLOPE)
     creep = summary["standing"]["creep"]
     assert force / (24 * damping) < creep < force / (12 * damping)
@@ -51,7 +51,7 @@ def test_friction_is_hard_under_a_standing_robot_alone(terrain, speed, factor):
     scenario = SCENARIO.replace(terrain=terrain)
     run = new_drive(scenario, None, Command(velocity=(speed, 0.0, 0.0)))
     run.advance()
-    hardness = scenario.contact_law(run.robot).friction_hardness
+    hardness = scenario.build().world.contact.friction_hardness
     assert run.model.opt.impratio == pytest.approx(factor * hardness)
 
 
@@ -70,5 +70,5 @@ class Treading:
 def test_friction_is_not_hard_under_a_controller_that_moves_positions_alone():
     run = new_drive(SCENARIO.replace(duration=0.3), Treading(), STAND)
     run.advance()
-    hardness = SCENARIO.contact_law(run.robot).friction_hardness
+    hardness = SCENARIO.build().world.contact.friction_hardness
     assert run.model.opt.impratio == pytest.approx(hardness)

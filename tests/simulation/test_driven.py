@@ -263,6 +263,6 @@ def test_a_rate_that_is_proposed_is_accepted_as_printed(dt, rate):
     """Enough digits are printed for a whole number of steps."""
     scenario = PAPER.replace(dt=dt)
     with pytest.raises(InvalidInput) as refusal:
-        period_steps(scenario, rate)
+        period_steps(scenario.build(), rate)
     proposed = float(refusal.value.hint.removeprefix("rate = "))
-    assert period_steps(scenario, proposed) == round(1 / (rate * dt))
+    assert period_steps(scenario.build(), proposed) == round(1 / (rate * dt))

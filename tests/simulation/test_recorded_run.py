@@ -204,7 +204,7 @@ def test_the_model_beside_a_run_is_that_of_its_instants(changes):
     scenario = PAPER.replace(**changes)
     walk = plan(scenario)
     run = simulate(scenario, walk)
-    right = model_channels(scenario, walk.sample(run["time"].values))
+    right = model_channels(scenario.build(), walk.sample(run["time"].values))
     for name in CHANNELS:
         scale = np.abs(right[name]).max()
         assert np.abs(run[name].values.astype(float) - right[name]).max() <= 1e-9 * scale, name

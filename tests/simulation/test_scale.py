@@ -28,10 +28,10 @@ def test_the_reference_is_the_preset_whose_numbers_are_the_round_ones():
     # The constants have five and three digits; ratios are rounded to four.
     assert (REFERENCE_WEIGHT, REFERENCE_LENGTH) == pytest.approx((weight, length), rel=2e-5)
     scenario = Scenario(robot="phantomx-ax")
-    assert numbers(scenario.contact_law(AX)) == (1e4, 30.0, 500.0, 0.004, 0.0005)
-    assert scenario.replace(contact_law="simscape").contact_law(AX).damping == 100.0
+    assert numbers(scenario.build().world.contact) == (1e4, 30.0, 500.0, 0.004, 0.0005)
+    assert scenario.replace(contact_law="simscape").build().world.contact.damping == 100.0
     assert scenario.period == 2.0
-    scale = scenario.scale(AX)
+    scale = scenario.build().scale
     assert (scenario.sensors.touching_force(scale), scenario.sensors.force_noise(scale)) == (
         0.5,
         0.1,
@@ -44,10 +44,10 @@ def test_numbers_follow_weight_and_length(factor):
     # the root. Ratios are rounded to four digits, periods to 10 ms.
     robot = scaled_robot(AX, factor)
     scenario = Scenario(robot=robot)
-    shares = np.divide(numbers(scenario.contact_law(robot)), (1e4, 30.0, 500.0, 0.004, 0.0005))
+    shares = np.divide(numbers(scenario.build().world.contact), (1e4, 30.0, 500.0, 0.004, 0.0005))
     assert shares == pytest.approx([factor**2, factor**2.5, factor**2.5, factor, factor], rel=2e-3)
     assert scenario.period == pytest.approx(2 * math.sqrt(factor), abs=0.005)
-    assert scenario.sensors.touching_force(scenario.scale(robot)) == pytest.approx(
+    assert scenario.sensors.touching_force(scenario.build().scale) == pytest.approx(
         0.5 * factor**3, rel=1e-3
     )
 
@@ -56,19 +56,19 @@ def test_neither_payload_nor_the_moon_changes_the_ground():
     scenario = Scenario(robot="phantomx-ax")
     loaded = scenario.replace(payload=1.5, gravity=1.62)
     assert loaded.load_robot().mass == pytest.approx(AX.mass + 1.5)
-    assert loaded.contact_law(loaded.load_robot()) == scenario.contact_law(AX)
+    assert loaded.build().world.contact == scenario.build().world.contact
 
 
 def test_given_numbers_are_used_as_they_are_and_the_paper_has_those_of_phantomx_ax():
     robot = scaled_robot(AX, 3.0)
     given = {"stiffness": 2e4, "damping": 40.0, "friction_damping": 700.0, "tip_width": 0.01}
-    law = Scenario(robot=robot, contact=given).contact_law(robot)
+    law = Scenario(robot=robot, contact=given).build().world.contact
     assert numbers(law)[:4] == (2e4, 40.0, 700.0, 0.01)
     paper = load_scenario("paper")
-    assert numbers(paper.contact_law(paper.load_robot())) == (1e4, 30.0, 500.0, 0.004, 0.0005)
+    assert numbers(paper.build().world.contact) == (1e4, 30.0, 500.0, 0.004, 0.0005)
     assert paper.period == 2.0
     other = paper.for_robot(robot)
-    assert other.contact_law(robot) == Scenario(robot=robot).contact_law(robot)
+    assert other.build().world.contact == Scenario(robot=robot).build().world.contact
     assert other.period == Scenario(robot=robot).period
     assert paper.for_robot("phantomx-paper") == paper
     assert scale_of(robot) == Scale(27.0, 3.0)
@@ -82,7 +82,7 @@ def walked(factor):
     # Two cycles of 2000 steps each.
     dt = scenario.period / 2000
     scenario = scenario.replace(dt=dt, duration=2 * scenario.period, record_interval=dt)
-    assert dt < longest_time_step(scenario, robot)
+    assert dt < longest_time_step(scenario.build())
     recording = simulate(scenario, plan(scenario))
     summary = summarise(recording)
     assert summary["warnings"] == []

@@ -95,7 +95,7 @@ def test_joints_that_do_not_follow_are_told_from_feet_that_slip(followed, cause)
         "velocity_command": np.tile([0.05, 0.0, 0.0], (len(time), 1)),
     }
     following.add(time, channels)
-    found, _ = shortfall_cause(AX, following, None, "")
+    found, _ = shortfall_cause(AX.build(), following, None, "")
     assert cause in found
 
 

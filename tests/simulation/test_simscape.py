@@ -115,7 +115,7 @@ def test_a_flight_agrees_with_the_engines_to_the_engines_order(robot):
     def apart(dt):
         ours = flight(0.2, dt=dt, record_interval=dt, robot=robot)
         ours.advance()
-        theirs = Run(ours.scenario.replace(contact_law="spring-damper"), ours.walk)
+        theirs = Run(ours.experiment.replace(contact_law="spring-damper"), ours.walk)
         first = ours.log["qpos"][0], ours.log["qvel"][0]
         theirs.data.qpos[:], theirs.data.qvel[:] = first
         mujoco.mj_forward(theirs.model, theirs.data)

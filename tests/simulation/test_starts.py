@@ -11,8 +11,8 @@ from phasmid.kinematics import quaternion_rotation
 from phasmid.reporting import summarise
 from phasmid.reporting.run import read_run
 from phasmid.scenario import Scenario
-from phasmid.scenario.sliding import Slide
 from phasmid.simulation import drive
+from phasmid.terrain.sliding import Slide
 
 pytestmark = pytest.mark.usefixtures("compiled_engine")
 
@@ -88,7 +88,7 @@ def test_what_is_told_against_sliding_helps():
 @pytest.mark.parametrize("slope", [20, -20])
 def test_a_remedy_has_the_slope_s_sign(slope):
     scenario = Scenario().replace(terrain="slope", slope=math.radians(slope))
-    remedy = Slide(1.0, math.radians(20), 0.28).remedy(scenario)
+    remedy = Slide(1.0, math.radians(20), 0.28).remedy(scenario.load_terrain())
     assert remedy == f"--friction 0.5 or --slope-deg {math.copysign(12, slope):g}"
 
 

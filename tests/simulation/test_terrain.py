@@ -11,8 +11,8 @@ from phasmid.kinematics import yaw_quaternion
 from phasmid.motion import plan
 from phasmid.recording import load_recording, save_recording
 from phasmid.reporting import report
-from phasmid.scenario import load_scenario
-from phasmid.simulation import Run, replay, simulate
+from phasmid.scenario import load_scenario, replay
+from phasmid.simulation import Run, simulate
 from phasmid.simulation.contact import FootGround
 from phasmid.simulation.model import build_model
 from phasmid.terrain import Blocky, height_text, heights_from_text
@@ -50,7 +50,7 @@ def robot():
 def placed(robot, scenario, x, y, yaw, z):
     """The engine with the robot at its neutral stance there, the ground under its feet set."""
     walk = plan(PAPER)
-    model = build_model(robot, scenario)
+    model = build_model(scenario)
     data = mujoco.MjData(model)
     foot_ground = FootGround(model, data, robot, scenario.load_terrain())
 

@@ -36,7 +36,7 @@ def creep(slope):
     Three feet of four points, each m g sin a / (12 c); on a foot that is tilted against the
     ground two of its points may touch, which doubles it.
     """
-    friction_damping = PAPER.contact_law(PAPER.load_robot()).friction_damping
+    friction_damping = PAPER.build().world.contact.friction_damping
     return 2 * 26 * math.sin(slope) / (12 * friction_damping) * PAPER.duration
 
 

@@ -14,10 +14,10 @@ from jaxtyping import Float
 from phasmid.advice.load import ServoLoad, simulate_load
 from phasmid.arguments import checked
 from phasmid.errors import InfeasibleWalk, InvalidInput
+from phasmid.experiment import Experiment, Source, built
 from phasmid.forces.servo_verdict import Holding, ServoVerdict, duration_words, servo_verdict
 from phasmid.motion import Walk, plan
 from phasmid.robot import JOINTS, Robot, with_payload, with_servo
-from phasmid.scenario import Scenario
 from phasmid.servo import Servo, load_servo, servo_names
 from phasmid.servo.heat import HEAT_RANGE, temperature_after
 from phasmid.toml import toml_value
@@ -59,9 +59,7 @@ class Advice:
     verdict is static and counts on no friction.
 
     Attributes:
-        scenario: The walk.
-        robot: The robot with its payload, L legs.
-        servo: Its servo with the scenario's settings.
+        experiment: The walk.
         speed: Mean speed of the planned trunk [m/s].
         load: Load on the servos.
         verdict: Static verdict on the servos.
@@ -69,14 +67,22 @@ class Advice:
         capacity: Capacity of the battery [A h].
     """
 
-    scenario: Scenario
-    robot: Robot
-    servo: Servo
+    experiment: Experiment
     speed: float
     load: ServoLoad
     verdict: ServoVerdict
     choices: tuple[ServoChoice, ...]
     capacity: float
+
+    @property
+    def robot(self) -> Robot:
+        """The robot as supplied, with its payload, L legs."""
+        return self.experiment.robot
+
+    @property
+    def servo(self) -> Servo:
+        """Its servo with the scenario's settings."""
+        return self.robot.servo
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -123,7 +129,9 @@ class Advice:
 
 
 @checked
-def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = CAPACITY) -> Advice:
+def advise(
+    scenario: Source | Experiment, *, speed: float | None = None, capacity: float = CAPACITY
+) -> Advice:
     """Return advice on the servos of a walking robot.
 
     Args:
@@ -136,10 +144,10 @@ def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = 
         InfeasibleWalk: The walk is impossible for the robot or its servos.
         InfeasibleLoad: The feet cannot carry the robot.
     """
-    scenario, walk, speed = plan_cycles(scenario, speed)
+    experiment, walk, speed = plan_cycles(scenario, speed)
     if not (math.isfinite(capacity) and capacity > 0):
         raise InvalidInput(f"capacity is {capacity:g} A h; it must be greater than 0.")
-    robot, gravity = walk.robot, scenario.model.gravity
+    robot, gravity = walk.robot, experiment.world.gravity
     air = robot.servo.ambient_temperature
 
     def judge(robot: Robot) -> ServoVerdict:
@@ -153,11 +161,9 @@ def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = 
         price = None if other.price is None else 3 * len(robot.legs) * other.price
         choices.append(ServoChoice(other, verdict, _lack(verdict, other, fastest), price))
     return Advice(
-        scenario=scenario,
-        robot=robot,
-        servo=robot.servo,
+        experiment=experiment,
         speed=speed,
-        load=simulate_load(scenario, walk, skip=WARM_UP * scenario.period),
+        load=simulate_load(experiment, walk, skip=WARM_UP * experiment.course.stride.period),
         verdict=judge(robot),
         choices=tuple(choices),
         capacity=capacity,
@@ -165,8 +171,10 @@ def advise(scenario: Scenario, *, speed: float | None = None, capacity: float = 
 
 
 def plan_cycles(
-    scenario: Scenario, speed: float | None = None, cycles: float = WARM_UP + MEASURED
-) -> tuple[Scenario, Walk, float]:
+    scenario: Source | Experiment,
+    speed: float | None = None,
+    cycles: float = WARM_UP + MEASURED,
+) -> tuple[Experiment, Walk, float]:
     """Plan a number of cycles of a walk at a speed.
 
     Args:
@@ -175,42 +183,40 @@ def plan_cycles(
         cycles: Number of cycles.
 
     Returns:
-        The scenario of these cycles, the plan, and its speed [m/s].
+        The experiment of these cycles, the plan, and its speed [m/s].
 
     Raises:
         InvalidInput: The speed is not greater than 0, or the walk does not go ahead.
         InfeasibleWalk: The walk is impossible for the robot or its servos.
     """
-    scenario = scenario.driven()
-    gait = scenario.load_gait(len(scenario.base_robot().legs), scenario.base_robot().leg_names)
-    stance = gait.duty_factor * scenario.period
-    own = scenario.stride.step_length / stance
+    experiment = built(scenario).driven()
+    duty, stride = experiment.course.gait.duty_factor, experiment.course.stride
+    own = stride.step_length / (duty * stride.period)
     if speed is not None:
         if not (math.isfinite(speed) and speed > 0):
             raise InvalidInput(f"speed is {speed:g} m/s; it must be greater than 0.")
         if own <= 0:
             raise InvalidInput(
-                f"step_length is {1000 * scenario.stride.step_length:g} mm; a speed needs a step "
-                "ahead.",
+                f"step_length is {1000 * stride.step_length:g} mm; a speed needs a step ahead.",
                 hint="step_length_mm = 40",
             )
         # Whole time steps of a cycle spare the plan from being computed for each step.
-        dt = scenario.simulation.time_step
-        scenario = scenario.replace(period=round(scenario.period * own / speed / dt) * dt)
-        own = scenario.stride.step_length / (gait.duty_factor * scenario.period)
-    scenario = scenario.replace(duration=cycles * scenario.period)
+        dt = experiment.solver.time_step
+        experiment = experiment.replace(period=round(stride.period * own / speed / dt) * dt)
+        own = stride.step_length / (duty * experiment.course.stride.period)
+    experiment = experiment.replace(duration=cycles * experiment.course.stride.period)
     try:
-        return scenario, plan(scenario), own
+        return experiment, plan(experiment), own
     except InfeasibleWalk as error:
-        error.reword(partial(_with_speed, scenario, speed))
+        error.reword(partial(_with_speed, experiment, speed))
         raise
 
 
-def _with_speed(scenario: Scenario, speed: float | None, hint: str) -> str:
+def _with_speed(experiment: Experiment, speed: float | None, hint: str) -> str:
     """Return settings of a walk with its speed in place of its period.
 
     Args:
-        scenario: The walk, which was refused.
+        experiment: The walk, which was refused.
         speed: Speed that was wanted [m/s]; None: a period was.
         hint: Settings of the walk, or words, which are kept.
     """
@@ -218,12 +224,11 @@ def _with_speed(scenario: Scenario, speed: float | None, hint: str) -> str:
         changes: dict[str, Any] = tomllib.loads(f"x = {{ {hint} }}")["x"]
     except tomllib.TOMLDecodeError:
         return hint
-    changed, robot = scenario.replace(**changes), scenario.base_robot()
-    if changed.stride.step_length <= 0 or (speed is None and "period" not in changes):
+    course = experiment.replace(**changes).course
+    if course.stride.step_length <= 0 or (speed is None and "period" not in changes):
         # A walk that does not go ahead has no speed.
         return hint
-    gait = changed.load_gait(len(robot.legs), robot.leg_names)
-    speed = changed.stride.step_length / (gait.duty_factor * changed.period)
+    speed = course.stride.step_length / (course.gait.duty_factor * course.stride.period)
     rest = {key: value for key, value in changes.items() if key != "period"}
     return ", ".join(
         [f"speed = {rounded_down(speed)}", *(f"{k} = {toml_value(v)}" for k, v in rest.items())]

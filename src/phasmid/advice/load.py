@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from phasmid.experiment import Experiment, Source
 from phasmid.motion import Walk
-from phasmid.scenario import Scenario
 from phasmid.servo.motor import Motor
 from phasmid.simulation import new_run
 from phasmid.simulation.channels import sample_channels
@@ -44,17 +44,17 @@ class ServoLoad:
     failure: str = ""
 
 
-def simulate_load(scenario: Scenario, walk: Walk, *, skip: float = 0.0) -> ServoLoad:
+def simulate_load(scenario: Source | Experiment, walk: Walk, *, skip: float = 0.0) -> ServoLoad:
     """Simulate a walk, and return the load on its servos, in memory that does not grow with it.
 
     Args:
-        scenario: The walk's scenario.
+        scenario: The walk's scenario, or its experiment.
         walk: The plan.
         skip: Time at the start that does not count [s]; nothing is skipped if the walk ends sooner.
     """
     run = new_run(scenario, walk)
-    servo = walk.robot.servo
-    motor = servo.known_motor if scenario.simulation.planned_drive == "servo" else None
+    servo = run.robot.servo
+    motor = servo.known_motor if run.experiment.solver.planned_drive == "servo" else None
     sums = _Sums()
 
     def keep(samples: Samples) -> None:

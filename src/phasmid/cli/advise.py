@@ -57,12 +57,12 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _print(advice: Advice) -> None:
-    scenario, verdict, load = advice.scenario, advice.verdict, advice.load
-    air = scenario.servo.ambient_temperature
+    experiment, verdict, load = advice.experiment, advice.verdict, advice.load
+    air = advice.servo.ambient_temperature
     say(
         f"{plain(advice.robot.name)}, {plain(servo_label(verdict.servo))} at {advice.voltage:g} V, "
         f"{plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s, payload "
-        f"{1000 * scenario.model.payload:g} g, air {air:g} °C"
+        f"{1000 * experiment.payload:g} g, air {air:g} °C"
     )
     law = "their own law" if load.heat is not None else "ideal servos: the stall current is unknown"
     say(f"{MEASURED} cycles after {WARM_UP}, simulated with {law}\n")

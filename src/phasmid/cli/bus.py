@@ -330,7 +330,7 @@ def emulator_of(options: argparse.Namespace) -> tuple[Emulator, Sequence[Sequenc
 
         scenario = load_scenario("paper").for_robot(load_robot(options.robot))
         scenario = scenario.replace(start_posture="packed")
-        robot = scenario.load_robot()
+        robot = scenario.build().robot
         calibration = _calibration(options, robot)
         servos = [
             servo

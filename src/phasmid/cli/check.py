@@ -26,6 +26,7 @@ from phasmid.cli.scenario_options import (
     with_own_servo,
 )
 from phasmid.errors import InvalidInput, PhasmidError, Unreachable, plain
+from phasmid.experiment.course import StrideTable
 from phasmid.forces import Holding, ServoVerdict, scenario_verdict
 from phasmid.formats import Finding, FoundLeg, Severity, import_robot
 from phasmid.gait import Gait, gaits_of
@@ -33,7 +34,6 @@ from phasmid.kinematics import joint_angles
 from phasmid.motion import explain_walk, longest_stride, plan
 from phasmid.robot import JOINTS, Robot
 from phasmid.scenario import Scenario, option_keys
-from phasmid.scenario.tables import StrideTable
 from phasmid.servo import Servo
 from phasmid.servo.words import servo_label, servo_words
 from phasmid.units import STANDARD_GRAVITY, plain_number
@@ -155,7 +155,7 @@ def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]
     if verdict is None or verdict.is_possible:
         return []
     hint = "a stronger servo, a lighter robot, or feet nearer to the hips"
-    for name in gaits_of(len(scenario.base_robot().legs)):
+    for name in gaits_of(len(scenario.build().robot.legs)):
         other = _verdict(scenario.replace(gait=name))
         if other is not None and other.holding in (Holding.HOLDS, Holding.LIMITED):
             hint = f"--gait {name}, {hint}"
@@ -169,7 +169,7 @@ def _plain_walk(scenario: Scenario, options: argparse.Namespace) -> list[Finding
     from phasmid.simulation import with_time_step
 
     try:
-        with_time_step(scenario, plan(scenario))
+        with_time_step(scenario.build(), plan(scenario))
     except PhasmidError as error:
         walk = ["walk", *field_arguments(options)]
         hint = typed(error.hint, walk)
@@ -288,8 +288,9 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         draw_walk(found, options)
         assert found.refusal is not None
         raise found.refusal
-    with_time_step(scenario, walk)
-    check_load(scenario, walk)
+    experiment = scenario.build()
+    with_time_step(experiment, walk)
+    check_load(experiment, walk)
     verdict = None if has_robot else scenario_verdict(scenario)
     if not options.quiet:
         say(

@@ -64,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
 
             controller = PolicyController(
                 policy,
-                scenario.load_robot(),
+                scenario.build().robot,
                 update_period=1 / rate,
                 gravity=scenario.model.gravity,
             )

@@ -90,7 +90,7 @@ def run(
 
     _refuse(options)
     check_live(options)
-    robot = scenario.load_robot()
+    robot = scenario.build().robot
     script.check_legs(len(robot.legs))
     rate = options.rate or RATE
     calibration = _calibration(options, robot)

@@ -163,7 +163,7 @@ def _firmware(options: argparse.Namespace) -> int:
     header = firmware_header(plan(scenario), command=shlex.join(words))
     write_files({path: header.encode()}, force=options.force)
     if not options.quiet:
-        robot = scenario.load_robot()
+        robot = scenario.build().robot
         say(
             f"Written to {plain(str(path))}: {plain(robot.name)}, {len(robot.legs)} legs, "
             f"{scenario.stride.samples - 1} samples of a cycle"

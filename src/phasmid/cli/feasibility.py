@@ -27,7 +27,7 @@ from phasmid.scenario import Scenario
 
 def explain_foot_position(scenario: Scenario, options: argparse.Namespace) -> bool:
     """Explain one foot position; return whether it is possible."""
-    robot = scenario.load_robot()
+    robot = scenario.build().robot
     name, text = options.foot_at
     leg = robot.leg(int(name) if name.isdecimal() and name.isascii() else name)
     place = _numbers("--foot-at LEG", text, "0.30,-0.12,-0.10")
@@ -50,7 +50,7 @@ def explain_foot_position(scenario: Scenario, options: argparse.Namespace) -> bo
 
 def explain_pose(scenario: Scenario, options: argparse.Namespace) -> bool:
     """Explain a posture of the body over the neutral feet; return whether it is possible."""
-    robot = scenario.load_robot()
+    robot = scenario.build().robot
     shift = _numbers("--pose", options.pose or "0,0,0", "0,0,0.05")
     tilt = _numbers("--rpy-deg", options.rpy_deg or "0,0,0", "0,20,0")
     found = explain_posture(robot, np.concatenate([shift, np.radians(tilt)]))
@@ -94,9 +94,7 @@ def _print_controller(robot: Robot, pose: Float[np.ndarray, "6"]) -> None:
 
 def explain_refusal(found: WalkExplanation, options: argparse.Namespace) -> None:
     """Print where the feet of a refused walk leave their reach, and its longest possible step."""
-    scenario = found.scenario
-    robot = scenario.load_robot()
-    gait = scenario.load_gait(len(robot.legs), robot.leg_names)
+    gait = found.experiment.course.gait
     if options.quiet:
         return
     if found.feet:
@@ -120,10 +118,9 @@ def explain_refusal(found: WalkExplanation, options: argparse.Namespace) -> None
 def draw_walk(found: WalkExplanation, options: argparse.Namespace) -> None:
     """Draw the feet of a walk that are nearest to a limit, or farthest beyond it."""
     if found.feet:
-        robot = found.scenario.load_robot()
-        gait = found.scenario.load_gait(len(robot.legs), robot.leg_names)
-        title = f"A {plain(gait.name)} walk, step {stride_words(found.scenario.stride.step)}"
-        _draw(robot, found.feet, title, options)
+        course = found.experiment.course
+        title = f"A {plain(course.gait.name)} walk, step {stride_words(course.stride.step)}"
+        _draw(found.experiment.robot, found.feet, title, options)
 
 
 def _numbers(flag: str, text: str, hint: str) -> Float[np.ndarray, "3"]:

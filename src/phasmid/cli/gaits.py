@@ -39,14 +39,15 @@ def run(options: argparse.Namespace) -> int:
     """List gaits, and return the exit status."""
     scenario = scenario_of(options, default=None)
     print_idle(scenario, options, "the list of gaits")
-    robot, stride = scenario.load_robot(), scenario.planned_stride
+    experiment = scenario.build()
+    robot, stride = experiment.robot, experiment.course.stride
     step = (stride.step_length, stride.step_sideways, stride.step_turn)
     lost = leg_numbers(options.lost, robot, "--lost") or ()
     count, names = len(robot.legs), robot.leg_names
     feet = neutral_feet(robot)[:, :2]
     com = centre_of_mass(robot, joint_angles(robot.arrays, robot.arrays.neutral_foot))[:2]
     # The gait of the scenario alone, if it names one.
-    own = None if scenario.gait == GaitTable() else scenario.load_gait(count, names)
+    own = None if scenario.gait == GaitTable() else experiment.course.gait
     heads = ["gait", "duty", "lifts at", "sway", "feet", "margin"]
     rows = [[*heads, *(["shift ahead, left"] if lost else ["step", "speed"])]]
     legs = [leg for leg in range(1, count + 1) if leg not in lost]
@@ -81,7 +82,7 @@ def _fastest(scenario: Scenario, gait: Gait) -> float:
 
     stride = scenario.stride
     engine = LocomotionEngine(
-        scenario.load_robot(), gait=gait, period=stride.period, step_height=stride.step_height
+        scenario.build().robot, gait=gait, period=stride.period, step_height=stride.step_height
     )
     return engine.largest_velocity((1.0, 0.0, 0.0)).velocity[0]
 

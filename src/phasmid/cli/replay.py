@@ -16,7 +16,7 @@ def run(options: argparse.Namespace) -> int:
     with print_damage():
         recording = load_recording(options.file)
     # Lazy import: the engine takes 0.3 s.
-    from phasmid.simulation import replay
+    from phasmid.scenario import replay
 
     found = replay(recording)
     print(found)

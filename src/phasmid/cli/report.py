@@ -140,7 +140,7 @@ def _make_folder(path: Path, recording: Recording, options: argparse.Namespace) 
         # Lazy import: the simulation imports the whole controller.
         from phasmid.simulation import with_sensors
 
-        recording = with_sensors(scenario, recording)
+        recording = with_sensors(scenario.build(), recording)
     write_report(recording, folder, options, look)
     print_report(recording, folder, options, legs)
     write_film(recording, options, look)

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.simulation import new_run, with_time_step
 
     walk: Motion = _trajectory(options, scenario) if options.trajectory else plan(scenario)
-    with_time_step(scenario, walk)
+    with_time_step(scenario.build(), walk)
     words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
     print_idle(scenario, options, "a simulated walk")
     return make_run(lambda: new_run(scenario, walk), scenario, options, words)
@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
 def _trajectory(options: argparse.Namespace, scenario: Scenario) -> Motion:
     from phasmid.motion import load_trajectory
 
-    robot = scenario.load_robot()
+    robot = scenario.build().robot
     unit: Literal["rad", "deg"] = options.trajectory_unit or "rad"
     try:
         return load_trajectory(options.trajectory, robot, unit=unit)
@@ -87,7 +87,7 @@ def make_run(
     from phasmid.reporting import check_folder
     from phasmid.simulation import with_sensors
 
-    robot = scenario.load_robot()
+    robot = scenario.build().robot
     legs, appearance = leg_numbers(options.legs, robot), own_appearance(robot)
     folder = result_folder(options, scenario, words)
     check_folder(folder, force=options.force)
@@ -107,7 +107,7 @@ def make_run(
             progress_bar("walking", scenario.duration, quiet=options.quiet) as progress,
         ):
             trouble = run.record(log, progress=progress, force=options.force)
-        recording = with_sensors(run.scenario, load_recording(log))
+        recording = with_sensors(run.experiment, load_recording(log))
         write_report(recording, folder, options, appearance)
     except KeyboardInterrupt as stop:
         if _inode(folder) != before:

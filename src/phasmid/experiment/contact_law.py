@@ -26,6 +26,8 @@ class ContactLaw:
         impedance: The engine's d; see `ContactTable.impedance`.
         tip_width: Side of the square of a foot's contact points [m].
         point_radius: Radius of a contact point [m].
+        kinetic_friction: Law ``simscape``: coefficient of friction of a sliding foot.
+        friction_threshold: Law ``simscape``: speed below which a foot sticks, by creeping [m/s].
     """
 
     kind: ContactKind
@@ -35,6 +37,8 @@ class ContactLaw:
     impedance: float
     tip_width: float
     point_radius: float
+    kinetic_friction: float
+    friction_threshold: float
 
     @property
     def friction_hardness(self) -> float:

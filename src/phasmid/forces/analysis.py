@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float
 from phasmid.arguments import checked
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Experiment, Source, built
 from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.models import ForceModel, Limited, WeightedMinimumNorm, force_model
 from phasmid.forces.servo_verdict import verdict_text
@@ -19,8 +20,7 @@ from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
 from phasmid.motion import Motion, Walk, progress
 from phasmid.recording import Recording, new_recording
-from phasmid.robot import Robot, robot_to_toml
-from phasmid.scenario import Scenario, scenario_to_toml
+from phasmid.robot import robot_to_toml
 from phasmid.terrain import Ground
 
 
@@ -39,14 +39,14 @@ class ModelLoad(NamedTuple):
 
 
 @checked
-def analyse(scenario: Scenario, walk: Walk) -> Recording:
+def analyse(scenario: Source | Experiment, walk: Walk) -> Recording:
     """Return the model torques and foot forces of a walk, without simulation.
 
-    Inverse dynamics of the whole robot gives the wrench of the ground. The scenario's force model
+    Inverse dynamics of the whole robot gives the wrench of the ground. The experiment's force model
     distributes it among the standing feet, and the joints carry the rest.
 
     Args:
-        scenario: Its model options are used.
+        scenario: The scenario, or its experiment.
         walk: The plan.
 
     Raises:
@@ -60,15 +60,16 @@ def analyse(scenario: Scenario, walk: Walk) -> Recording:
         The planned motion with ``joint_torque_model``, ``foot_force_model`` and
         ``foot_normal_force_model`` at the walk's samples.
     """
-    walk = walk.for_scenario(scenario)
+    experiment = built(scenario)
+    walk = walk.for_experiment(experiment)
     ending = {"ending": "COMPLETED", "ending_reason": "The walk was analysed."}
-    attributes = recording_attributes(scenario, walk) | {"kind": "model"} | ending
-    return new_recording(walk.time, model_channels(scenario, walk), attributes)
+    attributes = recording_attributes(experiment, walk) | {"kind": "model"} | ending
+    return new_recording(walk.time, model_channels(experiment, walk), attributes)
 
 
-def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
+def model_channels(experiment: Experiment, walk: Walk) -> dict[str, np.ndarray]:
     """Return the channels of a recording that follow from the plan."""
-    load = planned_load(scenario, walk)
+    load = planned_load(experiment, walk)
     return {
         "joint_position_target": walk.q,
         "joint_velocity_target": walk.qd,
@@ -84,18 +85,16 @@ def model_channels(scenario: Scenario, walk: Walk) -> dict[str, np.ndarray]:
     }
 
 
-def planned_load(scenario: Scenario, walk: Walk) -> ModelLoad:
+def planned_load(experiment: Experiment, walk: Walk) -> ModelLoad:
     """Return model torques and foot forces of a walk on the planned ground; see `analyse`."""
     body, motion = planned_body(walk), (walk.q, walk.qd, walk.qdd)
-    if scenario.model.body_acceleration != "included":
+    if experiment.analysis.body_acceleration != "included":
         still = np.zeros_like(walk.q)
         body, motion = BodyMotion.at_rest(body.position, body.rotation), (walk.q, still, still)
-    window = scenario.model.load_transfer
-    share = load_share(walk.gait, walk.time, period=scenario.period, window=window)
-    ground = scenario.planned_terrain()
-    return _load(
-        scenario, walk.robot, body, motion, walk.foot_position, share, ground, time=walk.time
-    )
+    window = experiment.analysis.load_transfer
+    share = load_share(walk.gait, walk.time, period=experiment.course.stride.period, window=window)
+    ground = experiment.world.planned_terrain
+    return _load(experiment, body, motion, walk.foot_position, share, ground, time=walk.time)
 
 
 def planned_body(walk: Walk) -> BodyMotion:
@@ -112,8 +111,7 @@ def planned_body(walk: Walk) -> BodyMotion:
 
 
 def holding_forces(
-    scenario: Scenario,
-    robot: Robot,
+    experiment: Experiment,
     position: Float[np.ndarray, "3"],
     rotation: Float[np.ndarray, "3 3"],
     q: Float[np.ndarray, "legs 3"],
@@ -124,8 +122,7 @@ def holding_forces(
     """Return joint torques and foot forces of a robot at rest.
 
     Args:
-        scenario: Its gravity, force model and the options of that are used.
-        robot: The robot, L legs.
+        experiment: Its gravity, force model and the options of that are used.
         position: Trunk in the world [m], shape (3,).
         rotation: ``R_world_body``, shape (3, 3).
         q: Joint angles [rad], shape (L, 3).
@@ -138,12 +135,11 @@ def holding_forces(
         InfeasibleLoad: The standing feet cannot hold the robot within the model's limits.
     """
     body, still = BodyMotion.at_rest(position, rotation), np.zeros_like(q)
-    return _load(scenario, robot, body, (q, still, still), feet, stance, ground)
+    return _load(experiment, body, (q, still, still), feet, stance, ground)
 
 
 def _load(
-    scenario: Scenario,
-    robot: Robot,
+    experiment: Experiment,
     body: BodyMotion,
     motion: tuple[np.ndarray, np.ndarray, np.ndarray],
     feet: np.ndarray,
@@ -152,8 +148,9 @@ def _load(
     time: np.ndarray | None = None,
 ) -> ModelLoad:
     """Return the load of a body motion and joint motion (q, qd, qdd), with any leading axes."""
-    needed = inverse_dynamics(robot, body, *motion, gravity=scenario.model.gravity)
-    counted = scenario.model.torque_limits == "counted"
+    robot = experiment.robot
+    needed = inverse_dynamics(robot, body, *motion, gravity=experiment.world.gravity)
+    counted = experiment.analysis.torque_limits == "counted"
     normals = ground.normal(feet[..., 0], feet[..., 1])
     joints = JointLoad(
         jacobian=contact_jacobian(robot, motion[0], body.rotation, normals),
@@ -167,17 +164,17 @@ def _load(
         friction=ground.friction(feet[..., 0], feet[..., 1]),
         leg_names=robot.leg_names,
     )
-    force = share_load(contacts, needed.wrench, chosen_model(scenario), joints=joints, time=time)
+    force = share_load(contacts, needed.wrench, chosen_model(experiment), joints=joints, time=time)
     return ModelLoad(joints.with_ground(force), force, np.sum(force * contacts.normals, axis=-1))
 
 
-def chosen_model(scenario: Scenario) -> ForceModel:
-    """Return the scenario's force model with its options.
+def chosen_model(experiment: Experiment) -> ForceModel:
+    """Return the experiment's force model with its options.
 
     Raises:
         InvalidInput: Torque limits are counted, and the model has none.
     """
-    model = scenario.model
+    model = experiment.analysis
     chosen = force_model(model.force_model)
     if model.torque_limits == "counted" and not isinstance(chosen, Limited):
         raise InvalidInput(
@@ -191,13 +188,13 @@ def chosen_model(scenario: Scenario) -> ForceModel:
     return chosen
 
 
-def force_model_words(scenario: Scenario) -> str:
+def force_model_words(experiment: Experiment) -> str:
     """Return the force model and its effective options: ``friction-cone (friction 0.7)``."""
-    model, options = scenario.model, []
+    model, options = experiment.analysis, []
     if model.force_model == WeightedMinimumNorm.name:
         options.append(f"tangential weight {model.tangential_weight:g}")
     if isinstance(force_model(model.force_model), Limited):
-        options.append(f"friction {scenario.terrain.friction:g}")
+        options.append(f"friction {experiment.world.terrain.coefficient:g}")
         if model.torque_limits == "counted":
             options.append("torque limits")
     if model.load_transfer > 0:
@@ -205,7 +202,7 @@ def force_model_words(scenario: Scenario) -> str:
     return f"{model.force_model} ({', '.join(options)})" if options else model.force_model
 
 
-def recording_attributes(scenario: Scenario, walk: Motion) -> dict[str, str | int | float]:
+def recording_attributes(experiment: Experiment, walk: Motion) -> dict[str, str | int | float]:
     """Return the attributes with which a recording's motion can be repeated.
 
     The robot is that of its file: the scenario's variants apply when it is read. Trajectories have
@@ -213,16 +210,16 @@ def recording_attributes(scenario: Scenario, walk: Motion) -> dict[str, str | in
     """
     planned: dict[str, str | int | float] = {}
     if isinstance(walk, Walk):
-        steps = progress(walk.gait, walk.scenario.planned_stride, np.array(scenario.duration))
+        steps = progress(walk.gait, walk.experiment.course.stride, np.array(experiment.duration))
         planned = {
-            "servo_verdict": verdict_text(scenario),
+            "servo_verdict": verdict_text(experiment),
             "planned_steps": float(steps.position),
         }
     return {
         **planned,
-        "scenario": scenario_to_toml(scenario, "robot.toml"),
-        "robot": robot_to_toml(scenario.base_robot()),
-        "force_model": force_model_words(scenario),
+        "scenario": experiment.source.text(),
+        "robot": robot_to_toml(experiment.file_robot),
+        "force_model": force_model_words(experiment),
         "leg_names": json.dumps(walk.robot.leg_names),
         "servo": walk.robot.servo.name,
         "phasmid_version": version("phasmid"),

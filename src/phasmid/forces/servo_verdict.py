@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
+from phasmid.experiment import Experiment, Source, built
 from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.sharing import share_load
 from phasmid.gait import Gait, support_margin, sway
@@ -28,7 +29,6 @@ from phasmid.kinematics import (
 )
 from phasmid.motion import longest_stride
 from phasmid.robot import JOINTS, Robot
-from phasmid.scenario import Scenario
 from phasmid.servo import Servo
 from phasmid.servo.heat import HEAT_RANGE, temperature_after, time_to_limit
 from phasmid.servo.words import servo_label
@@ -180,26 +180,22 @@ class ServoVerdict:
         return {name: _plain(value) for name, value in found.items()}
 
 
-def scenario_verdict(scenario: Scenario) -> ServoVerdict:
+def scenario_verdict(scenario: Source | Experiment) -> ServoVerdict:
     """Return the verdict on a scenario's robot, gait, servo settings, gravity and air.
 
     Args:
-        scenario: The scenario; its drive, stride and ground have no effect.
+        scenario: The scenario, or its experiment; drive, stride and ground have no effect.
 
     Raises:
         InvalidInput: Robot or gait cannot be read, or a neutral foot is out of reach.
     """
-    robot = scenario.load_robot()
-    return servo_verdict(
-        robot,
-        scenario.load_gait(len(robot.legs), robot.leg_names),
-        gravity=scenario.model.gravity,
-    )
+    experiment = built(scenario)
+    return servo_verdict(experiment.robot, experiment.course.gait, gravity=experiment.world.gravity)
 
 
-def verdict_text(scenario: Scenario) -> str:
-    """Return the scenario's verdict as JSON, for a recording."""
-    return json.dumps(scenario_verdict(scenario).as_dict(), ensure_ascii=False)
+def verdict_text(experiment: Experiment) -> str:
+    """Return the verdict as JSON, for a recording."""
+    return json.dumps(scenario_verdict(experiment).as_dict(), ensure_ascii=False)
 
 
 def servo_verdict(

@@ -36,14 +36,13 @@ def firmware_header(walk: Walk, *, command: str = "phasmid.formats.firmware_head
     Raises:
         InvalidInput: The plan follows uneven ground, so that no two cycles are equal.
     """
-    scenario = walk.scenario
     if not walk.is_periodic:
         raise InvalidInput(
-            f"the walk follows the terrain {scenario.terrain.kind}; a gait table needs cycles that "
-            "are all equal.",
+            f"the walk follows the terrain {walk.experiment.world.kind}; a gait table needs cycles "
+            "that are all equal.",
             hint='terrain = "flat", or planned_on = "level"',
         )
-    robot, gait, stride = walk.robot, walk.gait, scenario.planned_stride
+    robot, gait, stride = walk.robot, walk.gait, walk.experiment.course.stride
     samples = stride.samples - 1
     phase = np.arange(samples * BETWEEN) / (samples * BETWEEN)
     fine = walk.sample(phase * stride.period)

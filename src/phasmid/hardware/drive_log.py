@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from phasmid.experiment import Experiment
 from phasmid.experiment.ending import Ending, Failure
 from phasmid.forces.analysis import recording_attributes
 from phasmid.recording.channels import CHANNELS
@@ -17,7 +18,6 @@ from phasmid.recording.file import check_place
 from phasmid.recording.log import RecordingLog, check_log
 from phasmid.recording.provenance import ending_attributes, versions
 from phasmid.recording.recording import Attributes
-from phasmid.scenario import Scenario
 from phasmid.simulation.start import standing
 
 INTERVAL = 0.2
@@ -39,7 +39,7 @@ class DriveLog:
 
     Args:
         path: The file; None: there is none.
-        scenario: Scenario of the robot.
+        experiment: Scenario of the robot.
         period: Time between samples [s].
         duration: Time for which the robot will walk [s].
         force: Whether an older file is replaced.
@@ -53,7 +53,7 @@ class DriveLog:
     def __init__(
         self,
         path: str | Path | None,
-        scenario: Scenario,
+        experiment: Experiment,
         period: float,
         *,
         duration: float,
@@ -61,14 +61,14 @@ class DriveLog:
         watch: Watch | None = None,
     ) -> None:
         self._path = None if path is None else Path(path)
-        self._scenario, self._period, self._force, self._watch = scenario, period, force, watch
+        self._experiment, self._period, self._force, self._watch = experiment, period, force, watch
         self._planned = np.arange(0.0, min(duration, LONGEST_WALK) + LONGEST_START, period)
         self._times: list[float] = []
         self._rows: list[dict[str, np.ndarray]] = []
         self._file: RecordingLog | None = None
         self._stack = ExitStack()
         if self._path is not None:
-            legs = len(scenario.load_robot().legs)
+            legs = len(experiment.robot.legs)
             check_log(self._path, force=force)
             check_place(self._path, room=LEG_BYTES * legs * len(self._planned))
             # What takes time is done before the robot moves.
@@ -129,9 +129,9 @@ class DriveLog:
 
     def _first_attributes(self) -> Attributes:
         """Return the attributes of a log that may be cut off."""
-        motion = standing(self._scenario, self._scenario.load_robot())
+        motion = standing(self._experiment)
         return {
-            **recording_attributes(self._scenario, motion),
+            **recording_attributes(self._experiment, motion),
             **versions(),
             **ending_attributes(Failure(Ending.CUT, 0, "")),
             "kind": "robot",

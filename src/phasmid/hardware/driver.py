@@ -216,7 +216,7 @@ class Driver:
         self._goals = self._written = self._written_before = robot.position.copy()
         log = DriveLog(
             self._log_path,
-            self._scenario,
+            self._scenario.build(),
             self._period,
             duration=duration,
             force=self._force,

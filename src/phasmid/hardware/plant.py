@@ -194,11 +194,10 @@ class SimulatedRobot:
     """
 
     def __init__(self, scenario: Scenario, calibration: Sequence[ServoCalibration]) -> None:
-        scenario = scenario.replace(drive="servo")
-        robot = scenario.load_robot()
-        is_packed = scenario.simulation.start_posture == "packed"
-        start = standing(scenario, robot, packing(robot).folded if is_packed else None)
-        self.run = Run(with_time_step(scenario, start), start, endless=True)
+        experiment = scenario.replace(drive="servo").build()
+        robot, is_packed = experiment.robot, experiment.solver.start_posture == "packed"
+        start = standing(experiment, packing(robot).folded if is_packed else None)
+        self.run = Run(with_time_step(experiment, start), start, endless=True)
         self.dt, data = self.run.dt, self.run.data
         self.run.model.jnt_limited[1:] = 1
         self.run.model.jnt_range[1:] = robot.arrays.joint_limits.reshape(-1, 2)

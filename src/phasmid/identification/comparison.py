@@ -187,7 +187,7 @@ def _read(
         path = Path(source)
         if path.suffix.lower() == ".csv":
             scenario = scenario or load_scenario()
-            robot = scenario.load_robot()
+            robot = scenario.build().robot
             return read_csv_log(path, robot), scenario, robot
         recording = load_recording(path)
         name = path.stem
@@ -195,7 +195,7 @@ def _read(
         recording, name = source, "recording"
     if scenario is None:
         scenario = recorded_scenario(recording.attrs)
-    robot = scenario.load_robot()
+    robot = scenario.build().robot
     return log_of_recording(recording, name, robot), scenario, robot
 
 
@@ -214,7 +214,7 @@ def _compare(
     supply = log.measured.get("voltage")
     if supply is not None and scenario.servo.voltage is None:
         scenario = scenario.replace(voltage=float(np.nanmean(supply)))
-        robot = scenario.load_robot()
+        robot = scenario.build().robot
     servo = robot.servo
     used = log.time >= SKIPPED
     bootstrap = BlockBootstrap(log.time)

@@ -21,10 +21,10 @@ def exported_specification(task: Task) -> mujoco.MjSpec:
     are the joints' damping. Delay, Coulomb friction and the friction that grows with the load are
     left out: they are in the task's constants.
     """
-    scenario = task.scenario()
-    robot = scenario.load_robot()
+    experiment = task.scenario().build()
+    robot = experiment.robot
     constants = task_constants(task, robot)
-    spec = fast_specification(robot, scenario.replace(dt=FAST_STEP), constants.terrain)
+    spec = fast_specification(experiment.replace(dt=FAST_STEP), constants.terrain)
     motor = robot_motor(robot)
     for name in joint_names(robot):
         actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
@@ -59,8 +59,8 @@ def export_task(task: Task, folder: str | Path) -> tuple[Path, Path]:
             f'action.kind is "{task.action.kind}"; only tasks with joint offsets are exported.',
             hint='"joint-offsets"',
         )
-    scenario = task.scenario()
-    robot = scenario.load_robot()
+    experiment = task.scenario().build()
+    robot = experiment.robot
     c, motor = task_constants(task, robot), robot_motor(robot)
     constants = {
         "task": task.model_dump(),

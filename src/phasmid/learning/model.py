@@ -8,10 +8,10 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from phasmid.experiment import Experiment
 from phasmid.kinematics import joint_angles
 from phasmid.learning.terrain import Terrain
 from phasmid.robot import JOINTS, Robot
-from phasmid.scenario import Scenario
 from phasmid.servo.law import output_per_tick, servo_parameters
 from phasmid.simulation.contact import CONTACT_POINTS, point_name
 from phasmid.simulation.model import compile_model, model_specification
@@ -87,21 +87,20 @@ def robot_motor(robot: Robot) -> Motor:
     )
 
 
-def longest_full_step(scenario: Scenario, robot: Robot) -> float:
+def longest_full_step(experiment: Experiment) -> float:
     """Return the longest time step at full fidelity [s], at most `FULL_STEP`."""
-    scenario = scenario.replace(drive="servo")
-    neutral = joint_angles(robot.arrays, robot.arrays.neutral_foot)
-    return min(FULL_STEP, step_limit(scenario, robot, neutral)[0])
+    legs = experiment.robot.arrays
+    neutral = joint_angles(legs, legs.neutral_foot)
+    return min(FULL_STEP, step_limit(experiment.replace(drive="servo"), neutral)[0])
 
 
 def learning_model(
-    robot: Robot, scenario: Scenario, terrain: Terrain, *, full: bool, dt: float
+    experiment: Experiment, terrain: Terrain, *, full: bool, dt: float
 ) -> mujoco.MjModel:
     """Build the model of a robot with L legs.
 
     Args:
-        robot: The robot.
-        scenario: Its contact and gravity are used.
+        experiment: Its robot, contact and gravity are used.
         terrain: The ground, one height field.
         full: Whether feet and contact law are those of `phasmid.simulation.build_model`; else they
             are those of `fast_specification`.
@@ -112,23 +111,23 @@ def learning_model(
         the trunk.
     """
     if full:
-        scenario = scenario.replace(dt=dt, drive="servo")
-        spec = model_specification(robot, scenario)
-        _add_ground_and_payload(spec, robot, terrain)
-        return compile_model(spec, scenario.contact_law(robot))
-    model = fast_specification(robot, scenario.replace(dt=dt), terrain).compile()
+        experiment = experiment.replace(dt=dt, drive="servo")
+        spec = model_specification(experiment)
+        _add_ground_and_payload(spec, experiment.robot, terrain)
+        return compile_model(spec, experiment.world.contact)
+    model = fast_specification(experiment.replace(dt=dt), terrain).compile()
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     return model
 
 
-def fast_specification(robot: Robot, scenario: Scenario, terrain: Terrain) -> mujoco.MjSpec:
+def fast_specification(experiment: Experiment, terrain: Terrain) -> mujoco.MjSpec:
     """Describe a robot at fast fidelity.
 
     Each foot is one sphere with MuJoCo's own contact, the friction cone is a pyramid, and the
     joints carry rotor and damping of the motor; arguments as of `learning_model`.
     """
-    scenario = scenario.replace(drive="servo", contact_law="mujoco")
-    spec = model_specification(robot, scenario)
+    experiment = experiment.replace(drive="servo", contact_law="mujoco")
+    spec, robot = model_specification(experiment), experiment.robot
     _add_ground_and_payload(spec, robot, terrain)
     spec.option.cone = mujoco.mjtCone.mjCONE_PYRAMIDAL
     motor = robot_motor(robot)
@@ -142,7 +141,7 @@ def fast_specification(robot: Robot, scenario: Scenario, terrain: Terrain) -> mu
             pos=leg.tibia.end,
             mass=0.0,
             condim=3,
-            friction=[scenario.terrain.friction, 0.005, 0.0001],
+            friction=[experiment.world.terrain.coefficient, 0.005, 0.0001],
             priority=1,
             contype=0,
             conaffinity=1,

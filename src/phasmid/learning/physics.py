@@ -66,17 +66,17 @@ class Physics:
     """
 
     def __init__(self, task: Task, count: int, threads: int = 1) -> None:
-        scenario = task.scenario()
-        self.robot = robot = scenario.load_robot()
+        experiment = task.scenario().build()
+        self.robot = robot = experiment.robot
         self.constants = task_constants(task, robot)
         self.episodes = empty_episodes(count, len(robot.legs), len(action_names(task, robot)))
         self.is_full = task.fidelity == "full"
         dt = self.constants.dt
-        longest = longest_full_step(scenario, robot) if self.is_full else FAST_STEP
+        longest = longest_full_step(experiment) if self.is_full else FAST_STEP
         self.steps = math.ceil(dt / longest - 1e-9)
         dt /= self.steps
         self.model = model = learning_model(
-            robot, scenario, self.constants.terrain, full=self.is_full, dt=dt
+            experiment, self.constants.terrain, full=self.is_full, dt=dt
         )
         self.batch = batch = Batch(model, count, threads)
         self.states = States(*map(batch.bind, ("qpos", "qvel", "sensordata", "qfrc_applied")))

@@ -142,7 +142,7 @@ class PolicyController:
         if task is None:
             raise InvalidInput("the policy names no task; give the task for which it was trained.")
         self.task = task
-        robot = robot or task.scenario().load_robot()
+        robot = robot or task.scenario().build().robot
         exact = {"joint_noise": 0.0, "gyro_noise": 0.0, "gravity_noise": 0.0}
         self._constants = task_constants(task.replace(randomisation=exact), robot)
         self._shape = len(robot.legs), 3

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk
+from phasmid.experiment import Experiment, Stride
 from phasmid.gait import Gait, sway
 from phasmid.kinematics import body_height, neutral_feet, step_pose
 from phasmid.motion.curves import Path, blend
@@ -27,8 +28,6 @@ from phasmid.motion.rolling import Rolling, rolling
 from phasmid.motion.swing import Swings, plan_swings
 from phasmid.motion.trunk import TrunkMotion, between_events, progress, swayed, trunk_motion
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import Stride
 from phasmid.terrain import Ground
 
 EARLIEST = -2
@@ -84,7 +83,7 @@ class Course:
     """Footholds, swings and postures of a walk from its start to a time.
 
     Attributes:
-        scenario: The scenario.
+        experiment: The experiment.
         robot: The robot, L legs.
         gait: The gait.
         end: End of the course [s].
@@ -93,7 +92,7 @@ class Course:
         postures: Postures by event of the gait.
     """
 
-    scenario: Scenario
+    experiment: Experiment
     robot: Robot
     gait: Gait
     end: float
@@ -107,7 +106,7 @@ class Course:
         Args:
             time: Times up to the end [s], shape (N,).
         """
-        gait, stride = self.gait, self.scenario.planned_stride
+        gait, stride = self.gait, self.experiment.course.stride
         whole, index, s = between_events(gait, stride, time / stride.period)
         seconds = np.diff(np.append(gait.events, 1.0))[index] * stride.period
         event = whole.astype(int) * len(gait.events) + index
@@ -119,7 +118,7 @@ class Course:
 
     def _feet(self, time: Float[np.ndarray, " time"]) -> Path:
         """Return the feet in world axes."""
-        stride = self.scenario.planned_stride
+        stride = self.experiment.course.stride
         cycle, u = swing_fraction(self.gait, stride, time)
         swings = self.swings.at((cycle - EARLIEST - 1).astype(int))
         return swings.feet(stride.curve, u, self.gait.swing_fraction * stride.period)
@@ -144,34 +143,33 @@ def _level_trunk(
     return trunk
 
 
-def plan_course(
-    scenario: Scenario, robot: Robot, gait: Gait, terrain: Ground, end: float
-) -> Course:
+def plan_course(experiment: Experiment, end: float) -> Course:
     """Plan footholds, swings and postures of a walk on uneven ground.
 
+    The feet are the centres of balls on the ground where they are no points.
+
     Args:
-        scenario: Its stride and footing are used.
-        robot: The robot, L legs.
-        gait: The gait.
-        terrain: The ground; feet are the centres of balls on it where they are no points.
+        experiment: Its robot, course and planned terrain are used.
         end: End of the course [s].
 
     Raises:
         InfeasibleWalk: The feet slide by the stance law or for lack of friction, a leg finds no
             foothold, or strikes the ground in its swing.
     """
-    stride, terrain = scenario.planned_stride, terrain.raised(robot.foot_radius)
+    robot, gait, stride = experiment.robot, experiment.course.gait, experiment.course.stride
+    terrain = experiment.world.planned_terrain.raised(robot.foot_radius)
     if stride.stance_law != "straight":
         raise InfeasibleWalk(
-            f"{place(scenario)} feet cannot slide as the stance law {stride.stance_law} has them.",
+            f"{place(experiment)} feet cannot slide as the stance law "
+            f"{stride.stance_law} has them.",
             hint='stance_law = "straight", or planned_on = "level"',
         )
     # A run may end half a time step later.
-    last = math.floor((end + scenario.simulation.time_step) / stride.period + 1e-9) + 1
+    last = math.floor((end + experiment.solver.time_step) / stride.period + 1e-9) + 1
     cycle = np.arange(EARLIEST, last + 1.0)[:, None]
     lift = (np.asarray(gait.offsets) + cycle) * stride.period
     land = lift + gait.swing_fraction * stride.period
-    footholds = _footholds(scenario, robot, gait, terrain, cycle)
+    footholds = _footholds(experiment, robot, gait, terrain, cycle)
     # From the swing towards each foothold to the end of the swing away from it.
     counted = (lift <= end) & (land + stride.period >= 0)
     missing = np.argwhere(counted & ~footholds.found)
@@ -179,24 +177,28 @@ def plan_course(
         n, leg = missing[np.argmin(land[tuple(missing.T)])]
         x, y, _ = footholds.place[n, leg]
         raise InfeasibleWalk(
-            f"{place(scenario, land[n, leg])} {robot.legs[leg].name} finds no foothold within "
-            f"{1000 * scenario.footing.search_radius:g} mm of ({x:.3f}, {y:.3f}) m.",
+            f"{place(experiment, land[n, leg])} {robot.legs[leg].name} finds no foothold within "
+            f"{1000 * experiment.course.footing.search_radius:g} mm of ({x:.3f}, {y:.3f}) m.",
         )
-    _check_grip(scenario, terrain, footholds.place[counted][:, :2])
+    _check_grip(experiment, terrain, footholds.place[counted][:, :2])
     ends = (footholds.place[:-1].reshape(-1, 3), footholds.place[1:].reshape(-1, 3))
-    swings = plan_swings(terrain, scenario.footing, stride, *ends).reshaped(last - EARLIEST)
+    swings = plan_swings(terrain, experiment.course.footing, stride, *ends).reshaped(
+        last - EARLIEST
+    )
     struck = np.argwhere(counted[1:] & (land[1:] >= 0) & ~swings.clear)
     if len(struck):
         n, leg = struck[np.argmin(lift[1:][tuple(struck.T)])]
         raise InfeasibleWalk(
-            f"{place(scenario, lift[n + 1, leg])} {robot.legs[leg].name} would strike the ground "
+            f"{place(experiment, lift[n + 1, leg])} {robot.legs[leg].name} would strike the ground "
             "in its swing, or wait for too much of it."
         )
-    postures = _postures(scenario, robot, gait, footholds, last)
-    return Course(scenario, robot, gait, end, footholds, swings, postures)
+    postures = _postures(experiment, robot, gait, footholds, last)
+    return Course(experiment, robot, gait, end, footholds, swings, postures)
 
 
-def _check_grip(scenario: Scenario, terrain: Ground, places: Float[np.ndarray, "places 2"]) -> None:
+def _check_grip(
+    experiment: Experiment, terrain: Ground, places: Float[np.ndarray, "places 2"]
+) -> None:
     """Refuse ground on which every foot slides.
 
     Raises:
@@ -207,48 +209,50 @@ def _check_grip(scenario: Scenario, terrain: Ground, places: Float[np.ndarray, "
         return
     needed = math.ceil(100 * float(holding.max())) / 100
     raise InfeasibleWalk(
-        f"{place(scenario)} every foot would slide: friction is {float(friction.max()):g} at the "
+        f"{place(experiment)} every foot would slide: friction is {float(friction.max()):g} at the "
         f"most, and the slope takes {needed:g}.",
         hint=f'friction = {needed:g}, or planned_on = "level" to see it slide',
     )
 
 
-def place(scenario: Scenario, time: float | None = None) -> str:
+def place(experiment: Experiment, time: float | None = None) -> str:
     """Return the ground and a time [s] in the words of a message."""
-    words = f"on this {scenario.terrain.kind} terrain"
+    words = f"on this {experiment.world.kind} terrain"
     if time is None:
         return words
     return f"{words} at {time:.2f} s" if time > 0 else f"{words} at the start"
 
 
 def _footholds(
-    scenario: Scenario,
+    experiment: Experiment,
     robot: Robot,
     gait: Gait,
     terrain: Ground,
     cycle: Float[np.ndarray, "cycles 1"],
 ) -> Footholds:
-    step, neutral = scenario.stride.step, neutral_feet(robot)
+    step, neutral = experiment.course.stride.step, neutral_feet(robot)
     # Steps of the body at mid-stance on each foothold.
     amid = (np.asarray(gait.offsets) + gait.swing_fraction + cycle) / gait.duty_factor + 0.5
     nominal = foothold(step, amid, neutral)
     ahead = foothold(step, amid + 1, neutral) - nominal
     outward = nominal - step_pose(step, amid)[..., :2]
-    return choose_footholds(terrain, scenario.footing, nominal, _unit(ahead), _unit(outward))
+    return choose_footholds(
+        terrain, experiment.course.footing, nominal, _unit(ahead), _unit(outward)
+    )
 
 
 def _postures(
-    scenario: Scenario, robot: Robot, gait: Gait, footholds: Footholds, cycles: int
+    experiment: Experiment, robot: Robot, gait: Gait, footholds: Footholds, cycles: int
 ) -> Postures:
     """Return the postures over all feet, standing and swinging, at the events of some cycles."""
-    stride = scenario.planned_stride
+    stride = experiment.course.stride
     events = np.append((np.arange(cycles)[:, None] + gait.events).ravel(), float(cycles))
     number, u = swing_fraction(gait, stride, events * stride.period)
     rows, legs = (number - EARLIEST).astype(int), np.arange(len(robot.legs))
     before, after = footholds.place[rows - 1, legs], footholds.place[rows, legs]
     feet = before + (after - before) * blend(stride.curve, u).position[..., None]
     trunk = step_pose(stride.step, events / gait.duty_factor)[:, :2]
-    return fit_postures(scenario.footing, feet, trunk)
+    return fit_postures(experiment.course.footing, feet, trunk)
 
 
 def _unit(v: Float[np.ndarray, "*batch 2"]) -> Float[np.ndarray, "*batch 2"]:

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from phasmid.arguments import numbers
 from phasmid.errors import InfeasibleWalk, InvalidInput
+from phasmid.experiment import Experiment, Source, Stride, built
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import (
     FootExplanation,
@@ -31,8 +32,6 @@ from phasmid.motion.feasibility import checked_times, largest_possible
 from phasmid.motion.remedies import plan
 from phasmid.motion.walk import Walk, course_of
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import Stride
 
 POSTURE_SHARES = 200
 """Shares of a posture that are tried from the neutral one, before the last is refined."""
@@ -156,7 +155,7 @@ class WalkExplanation:
     """Whether a walk can be planned, and what forbids it.
 
     Attributes:
-        scenario: The scenario.
+        experiment: What was to be planned.
         walk: The walk; None where it is impossible.
         refusal: The refusal of the plan; None where the walk is possible.
         feet: Where the walk is impossible, one foot position for each leg that leaves its reach,
@@ -166,7 +165,7 @@ class WalkExplanation:
         limit: The refusal of a slightly longer stride, a clause; empty where the walk is possible.
     """
 
-    scenario: Scenario
+    experiment: Experiment
     walk: Walk | None
     refusal: InfeasibleWalk | None
     feet: tuple[FootExplanation, ...]
@@ -186,14 +185,15 @@ class WalkExplanation:
         return f"the walk is possible; {_margin_words(self.feet[0])}."
 
 
-def explain_walk(scenario: Scenario) -> WalkExplanation:
+def explain_walk(scenario: Source | Experiment) -> WalkExplanation:
     """Explain whether the walk of a scenario can be planned.
 
     Raises:
         InvalidInput: Robot, gait or terrain of the scenario is refused.
     """
+    experiment = built(scenario)
     try:
-        walk = plan(scenario)
+        walk = plan(experiment)
     except InfeasibleWalk as error:
         refusal = error
     else:
@@ -202,20 +202,20 @@ def explain_walk(scenario: Scenario) -> WalkExplanation:
         t, leg = np.unravel_index(int(np.argmin(np.round(room, 9))), room.shape)
         hip_foot = hip_from_body(walk.robot, walk.course.motion(walk.time)[1].position)[t, leg]
         foot = explain_foot(walk.robot.legs[leg], hip_foot)
-        return WalkExplanation(scenario, walk, None, (foot,), None, "")
+        return WalkExplanation(experiment, walk, None, (foot,), None, "")
     feet: tuple[FootExplanation, ...] = ()
     # On uneven ground the feet may have no course at all.
     with suppress(InfeasibleWalk):
-        feet = _feet(scenario, course_of(scenario))
-    return WalkExplanation(scenario, None, refusal, feet, *_longest(scenario))
+        feet = _feet(experiment, course_of(experiment))
+    return WalkExplanation(experiment, None, refusal, feet, *_longest(experiment))
 
 
-def _feet(scenario: Scenario, course: LevelCourse | Course) -> tuple[FootExplanation, ...]:
+def _feet(experiment: Experiment, course: LevelCourse | Course) -> tuple[FootExplanation, ...]:
     """Return for each leg that leaves its reach the foot position farthest out of it."""
     robot = course.robot
     low, high = np.moveaxis(robot.arrays.joint_limits, -1, 0)
     worst: dict[int, tuple[float, np.ndarray]] = {}
-    for times in checked_times(scenario, course):
+    for times in checked_times(experiment, course):
         feet = hip_from_body(robot, course.motion(times)[1].position)
         q, margin = angles_and_margin(robot.arrays, feet)
         # Positions that no angles reach come first, then those of the largest excess of an angle.
@@ -230,14 +230,14 @@ def _feet(scenario: Scenario, course: LevelCourse | Course) -> tuple[FootExplana
     return tuple(sorted(found, key=lambda foot: -round(foot.distance, 9)))
 
 
-def _longest(scenario: Scenario) -> tuple[Stride | None, str]:
+def _longest(experiment: Experiment) -> tuple[Stride | None, str]:
     """Return the longest possible stride of a direction, or None, and what forbids a longer one."""
-    limit, stride = "", scenario.planned_stride
+    limit, stride = "", experiment.course.stride
 
     def is_possible(share: float) -> bool:
         nonlocal limit
         try:
-            plan(scenario.replace(stride=stride.scaled(share)))
+            plan(experiment.replace(stride=stride.scaled(share)))
         except InfeasibleWalk as error:
             # Without the hints that may follow.
             limit = error.what.split(". ")[0].rstrip(".")

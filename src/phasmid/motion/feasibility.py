@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk
+from phasmid.experiment import Experiment, Stride
 from phasmid.gait import Gait, shortfall, support_margin
 from phasmid.kinematics import (
     centre_of_mass,
@@ -20,8 +21,6 @@ from phasmid.kinematics import (
 )
 from phasmid.motion.course import Course, LevelCourse, place
 from phasmid.robot import JOINTS, Robot
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import Stride
 from phasmid.servo.servo import LEAST
 from phasmid.servo.words import servo_words
 from phasmid.units import beyond
@@ -33,21 +32,21 @@ CYCLES_AT_ONCE = 20
 """Cycles of a walk over uneven ground that are checked at once."""
 
 USUAL_STRIDE = Stride(period=1.0)
-"""The stride of a scenario that states none; only its period is another."""
+"""The stride of an experiment that states none; only its period is another."""
 
 STRIDES, BISECTIONS = 17, 21
 """Strides that are tried up to twice the legs' length, and bisections of what is possible."""
 
 
 def checked_times(
-    scenario: Scenario, course: LevelCourse | Course
+    experiment: Experiment, course: LevelCourse | Course
 ) -> Iterator[Float[np.ndarray, " time"]]:
     """Yield the instants at which a plan is checked: one cycle of a periodic walk, else all.
 
     Yields:
         Times of some cycles [s].
     """
-    phases, period = checked_phases(course.gait), scenario.period
+    phases, period = checked_phases(course.gait), experiment.course.stride.period
     if isinstance(course, LevelCourse):
         yield phases * period
         return
@@ -160,7 +159,7 @@ def largest_possible(
 
 
 def check_reach(
-    scenario: Scenario, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
+    experiment: Experiment, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
 ) -> None:
     """Refuse feet out of reach.
 
@@ -177,8 +176,8 @@ def check_reach(
     which = course.robot.legs[leg]
     what = f"is too much for {which.name}: {foot_violations(which, feet[t, leg])[0].reason}"
     if isinstance(course, Course):
-        step = f"step of {stride_words(scenario.stride.step)}"
-        raise InfeasibleWalk(f"{place(scenario, times[t])} the {step} {what}.")
+        step = f"step of {stride_words(experiment.course.stride.step)}"
+        raise InfeasibleWalk(f"{place(experiment, times[t])} the {step} {what}.")
     raise InfeasibleWalk(f"{_too_far(course, times)} {what}.")
 
 
@@ -225,7 +224,7 @@ def stride_words(step: np.ndarray, *, down: bool = False) -> str:
 
 
 def check_speed(
-    scenario: Scenario,
+    experiment: Experiment,
     course: LevelCourse | Course,
     times: Float[np.ndarray, " time"],
     qd: Float[np.ndarray, "time legs 3"],
@@ -240,7 +239,7 @@ def check_speed(
     if peak <= limit:
         return
     t, leg, joint = _first_largest(speed, axis=1)
-    when = f"{place(scenario, times[t])} " if isinstance(course, Course) else ""
+    when = f"{place(experiment, times[t])} " if isinstance(course, Course) else ""
     needed, allowed = beyond(peak, limit if limit > LEAST else 0.0, 3)
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {needed} "
@@ -249,7 +248,7 @@ def check_speed(
 
 
 def check_support(
-    scenario: Scenario,
+    experiment: Experiment,
     course: LevelCourse | Course,
     times: Float[np.ndarray, " time"],
     margin: Float[np.ndarray, " time"],
@@ -262,7 +261,7 @@ def check_support(
     (worst,) = _first_largest(-margin, axis=0)
     if margin[worst] > 0:
         return
-    when = f"at phase {times[worst] / scenario.period:.2f}"
+    when = f"at phase {times[worst] / experiment.course.stride.period:.2f}"
     if isinstance(course, Course):
-        when = place(scenario, times[worst])
+        when = place(experiment, times[worst])
     raise InfeasibleWalk(f"{when} {shortfall(margin[worst])}.")

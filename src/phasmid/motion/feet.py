@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InfeasibleWalk
+from phasmid.experiment import Stride
 from phasmid.gait import Gait
 from phasmid.kinematics import neutral_feet, rotated, step_pose
 from phasmid.motion.curves import Path, cos_and_sin, join, lift, vector
@@ -13,7 +14,6 @@ from phasmid.motion.rolling import Rolling
 from phasmid.motion.swing import Swings
 from phasmid.motion.trunk import TrunkMotion, progress
 from phasmid.robot import Robot
-from phasmid.scenario.tables import Stride
 
 
 def straight_feet(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.scenario.tables import FootingTable
+from phasmid.experiment import Footing
 from phasmid.terrain import Ground
 
 DIRECTIONS = 16
@@ -41,7 +41,7 @@ class Footholds(NamedTuple):
 
 def choose_footholds(
     terrain: Ground,
-    footing: FootingTable,
+    footing: Footing,
     nominal: Float[np.ndarray, "cycles legs 2"],
     ahead: Float[np.ndarray, "cycles legs 2"],
     outward: Float[np.ndarray, "cycles legs 2"],
@@ -83,7 +83,7 @@ def choose_footholds(
 
 
 def is_even(
-    terrain: Ground, footing: FootingTable, places: Float[np.ndarray, "places 2"]
+    terrain: Ground, footing: Footing, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
     """Return where the ground around places is even and outside gaps, shape (N,).
 
@@ -106,7 +106,7 @@ def is_even(
 
 
 def has_grip(
-    terrain: Ground, footing: FootingTable, places: Float[np.ndarray, "places 2"]
+    terrain: Ground, footing: Footing, places: Float[np.ndarray, "places 2"]
 ) -> Bool[np.ndarray, " places"]:
     """Return where friction is enough for the slope, and not below the least, shape (N,)."""
     needed = np.maximum(footing.least_friction, holding_friction(terrain, places))

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from phasmid.experiment import Footing
 from phasmid.motion.curves import Path, arctan, cos_and_sin, inverse, root, vector
 from phasmid.motion.trunk import TrunkMotion
-from phasmid.scenario.tables import FootingTable
 
 
 class Postures(NamedTuple):
@@ -28,7 +28,7 @@ class Postures(NamedTuple):
 
 
 def fit_postures(
-    footing: FootingTable,
+    footing: Footing,
     feet: Float[np.ndarray, "events legs 3"],
     trunk: Float[np.ndarray, "events 2"],
 ) -> Postures:

@@ -10,11 +10,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from phasmid.arguments import checked
 from phasmid.errors import InfeasibleWalk, InvalidInput
+from phasmid.experiment import Experiment, Source, built
 from phasmid.gait import gaits_of
 from phasmid.motion import walk
 from phasmid.motion.walk import Walk, checked_course, is_plain
-from phasmid.scenario import Scenario
 from phasmid.toml import toml_value
 
 Changes: TypeAlias = dict[str, Any]
@@ -42,11 +43,13 @@ NEARER = np.linspace(0.6, 1.4, 9)
 """Factors of distance and depth of the neutral feet that are tried."""
 
 
-def plan(scenario: Scenario) -> Walk:
+@checked
+def plan(scenario: Source | Experiment) -> Walk:
     """Plan the walk of a scenario.
 
     Args:
-        scenario: The scenario. The walk begins in mid-gait: legs of phase 0 lift at once.
+        scenario: The scenario, or its experiment. The walk begins in mid-gait: legs of phase 0
+            lift at once.
 
     Returns:
         The walk at the samples of the scenario, both ends of each cycle included.
@@ -59,63 +62,64 @@ def plan(scenario: Scenario) -> Walk:
         InvalidRobot: The robot is impossible.
         InvalidGait: The gait does not fit the robot.
     """
+    experiment = built(scenario)
     try:
-        return walk.plan(scenario)
+        return walk.plan(experiment)
     except InfeasibleWalk as error:
         if not error.hint:
-            error.advise(partial(remedy, scenario))
+            error.advise(partial(remedy, experiment))
         raise
 
 
-def remedy(scenario: Scenario) -> str:
+def remedy(experiment: Experiment) -> str:
     """Return the first change with which a walk can be planned, such as ``period = 0.49``.
 
     Args:
-        scenario: Its walk is refused.
+        experiment: Its walk is refused.
     """
-    is_level = is_plain(scenario.planned_terrain())
-    for changes in _level_changes(scenario) if is_level else _uneven_changes(scenario):
-        if _can_be_made(scenario, changes):
+    is_level = is_plain(experiment.world.planned_terrain)
+    for changes in _level_changes(experiment) if is_level else _uneven_changes(experiment):
+        if _can_be_made(experiment, changes):
             return ", ".join(f"{key} = {toml_value(value)}" for key, value in changes.items())
     return "another gait, a shorter step, or a wider stance"
 
 
-def _can_be_made(scenario: Scenario, changes: Changes) -> bool:
+def _can_be_made(experiment: Experiment, changes: Changes) -> bool:
     try:
-        checked_course(scenario.replace(**changes))
+        checked_course(experiment.replace(**changes))
     except InvalidInput:
         return False
     return True
 
 
-def _level_changes(scenario: Scenario) -> Iterator[Changes]:
+def _level_changes(experiment: Experiment) -> Iterator[Changes]:
     """Yield changes of a walk on level ground, those that keep most of it first."""
-    can_be_made = partial(_can_be_made, scenario)
-    yield _nearest(lambda x: _slower(scenario, SLOWEST**x), can_be_made)
-    stride = scenario.stride
+    can_be_made = partial(_can_be_made, experiment)
+    yield _nearest(lambda x: _slower(experiment, SLOWEST**x), can_be_made)
+    stride = experiment.course.stride
     way, turn = math.hypot(stride.step_length, stride.step_sideways), abs(stride.step_turn)
     least = max(_part(SMALLEST_STEP, way), _part(SMALLEST_TURN, turn))
     lowest = _part(SMALLEST_STEP, stride.step_height)
-    yield _nearest(lambda x: _shorter(scenario, 1 - x * (1 - least)), can_be_made)
-    yield _nearest(lambda x: _lower(scenario, 1 - x * (1 - lowest)), can_be_made)
-    yield _nearest(lambda x: _smaller(scenario, 1 - x * (1 - min(least, lowest))), can_be_made)
-    servo = scenario.load_robot().servo
+    yield _nearest(lambda x: _shorter(experiment, 1 - x * (1 - least)), can_be_made)
+    yield _nearest(lambda x: _lower(experiment, 1 - x * (1 - lowest)), can_be_made)
+    yield _nearest(lambda x: _smaller(experiment, 1 - x * (1 - min(least, lowest))), can_be_made)
+    servo = experiment.robot.servo
     if servo.voltage < servo.rated_voltage:
         yield {"voltage": servo.rated_voltage}
-    if scenario.servo.torque_limit is not None:
+    if servo.torque_limit < experiment.file_robot.servo.torque_limit:
         yield {"torque_limit": 1.0}
-    yield from _gaits(scenario)
+    yield from _gaits(experiment)
     for x, factor in product(COARSE, (2.0, 5.0, 20.0)):
-        yield _shorter(scenario, x) | _slower(scenario, factor)
-    yield from _stances(scenario)
+        yield _shorter(experiment, x) | _slower(experiment, factor)
+    yield from _stances(experiment)
 
 
-def _uneven_changes(scenario: Scenario) -> Iterator[Changes]:
+def _uneven_changes(experiment: Experiment) -> Iterator[Changes]:
     """Yield changes of a walk on uneven ground."""
     for x in COARSE:
-        yield _slower(scenario, 1 / x)
-        yield _shorter(scenario, x)
-    yield {"step_height_mm": math.ceil(1500 * scenario.stride.step_height)}
+        yield _slower(experiment, 1 / x)
+        yield _shorter(experiment, x)
+    yield {"step_height_mm": math.ceil(1500 * experiment.course.stride.step_height)}
     yield {"planned_on": "level"}
 
 
@@ -135,42 +139,40 @@ def _nearest(make: Callable[[float], Changes], can_be_made: Callable[[Changes], 
     return make(high)
 
 
-def _slower(scenario: Scenario, factor: float) -> Changes:
-    return {"period": math.ceil(100 * scenario.period * factor - 1e-9) / 100}
+def _slower(experiment: Experiment, factor: float) -> Changes:
+    return {"period": math.ceil(100 * experiment.course.stride.period * factor - 1e-9) / 100}
 
 
-def _shorter(scenario: Scenario, share: float) -> Changes:
+def _shorter(experiment: Experiment, share: float) -> Changes:
     """Return steps of another size, in whole millimetres and tenths of a degree."""
-    ahead, left, turn = share * scenario.stride.step * [1000, 1000, math.degrees(1)]
+    ahead, left, turn = share * experiment.course.stride.step * [1000, 1000, math.degrees(1)]
     steps = {"step_length_mm": math.trunc(ahead), "step_sideways_mm": math.trunc(left)}
     steps |= {"step_turn_deg": math.trunc(10 * turn) / 10}
     return {key: value for key, value in steps.items() if value}
 
 
-def _lower(scenario: Scenario, share: float) -> Changes:
-    return {"step_height_mm": math.trunc(1000 * share * scenario.stride.step_height)}
+def _lower(experiment: Experiment, share: float) -> Changes:
+    return {"step_height_mm": math.trunc(1000 * share * experiment.course.stride.step_height)}
 
 
-def _smaller(scenario: Scenario, share: float) -> Changes:
-    return _shorter(scenario, share) | _lower(scenario, share)
+def _smaller(experiment: Experiment, share: float) -> Changes:
+    return _shorter(experiment, share) | _lower(experiment, share)
 
 
-def _gaits(scenario: Scenario) -> Iterator[Changes]:
-    """Yield other gaits where the scenario has no numbers of its own, else other numbers."""
-    table = scenario.gait
-    for duty in DUTY_FACTORS:
-        if table.duty_factor is not None and duty > table.duty_factor:
-            yield {"duty_factor": duty}
-    if table.duty_factor is None and table.offsets is None and table.sway is None:
-        for name in gaits_of(len(scenario.base_robot().legs)):
-            yield {"gait": name}
+def _gaits(experiment: Experiment) -> Iterator[Changes]:
+    """Yield other gaits where the present one is of the library, else other numbers."""
+    gait, library = experiment.course.gait, gaits_of(len(experiment.robot.legs))
+    if gait == library.get(gait.name):
+        yield from ({"gait": name} for name in library)
+    else:
+        yield from ({"duty_factor": duty} for duty in DUTY_FACTORS if duty > gait.duty_factor)
     for sway in SWAYS:
         yield {"sway": sway}
 
 
-def _stances(scenario: Scenario) -> Iterator[Changes]:
+def _stances(experiment: Experiment) -> Iterator[Changes]:
     """Yield stances, those near to the robot's own first."""
-    robot = scenario.replace(stance_radius=None, body_height=None).load_robot()
+    robot = experiment.replace(stance_radius=None, body_height=None).robot
     x, y, z = np.mean([leg.R_level_hip @ leg.neutral_foot for leg in robot.legs], axis=0)
     radius, height = math.hypot(x, y), robot.foot_radius - z
     for wide, deep in sorted(product(NEARER, NEARER), key=lambda f: abs(f[0] - 1) + abs(f[1] - 1)):

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from phasmid.experiment.course import Footing, StrideTable
 from phasmid.motion.curves import Curve, Path, blend, lift, vector
-from phasmid.scenario.tables import FootingTable, StrideTable
 from phasmid.terrain import Ground
 
 PLACES = 161
@@ -97,7 +97,7 @@ class Swings(NamedTuple):
 
 def plan_swings(
     terrain: Ground,
-    footing: FootingTable,
+    footing: Footing,
     stride: StrideTable,
     start: Float[np.ndarray, "swings 3"],
     end: Float[np.ndarray, "swings 3"],
@@ -134,7 +134,7 @@ def plan_swings(
 
 def _ground_along(
     terrain: Ground,
-    footing: FootingTable,
+    footing: Footing,
     start: Float[np.ndarray, "swings 3"],
     end: Float[np.ndarray, "swings 3"],
     s: Float[np.ndarray, " places"],

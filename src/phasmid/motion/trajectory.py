@@ -16,11 +16,11 @@ from jaxtyping import Float
 from phasmid.arguments import check_fields, numbers
 from phasmid.csv_table import MOST_ROWS
 from phasmid.errors import InfeasibleWalk, InvalidInput
+from phasmid.experiment import Experiment, Source, built
 from phasmid.kinematics import body_from_hip, foot_position, rotated
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.motion.walk import Walk
 from phasmid.robot import JOINTS, Robot, robot_to_toml
-from phasmid.scenario import Scenario
 from phasmid.servo.words import servo_words
 
 LATEST = 1e10
@@ -130,19 +130,21 @@ class JointTrajectory:
         """Return False: a trajectory has no known cycle."""
         return False
 
-    def for_scenario(self, scenario: Scenario) -> JointTrajectory:
-        """Return this trajectory of the robot as a scenario supplies it.
+    def for_experiment(self, experiment: Source | Experiment) -> JointTrajectory:
+        """Return this trajectory of the robot as an experiment supplies it.
 
         Raises:
             InvalidInput: The robot differs.
             InfeasibleWalk: A joint would be faster than its servo.
         """
-        robot = scenario.load_robot()
-        own = replace(self.robot, servo=scenario.servo.set_up(self.robot.servo))
-        if robot_to_toml(robot) != robot_to_toml(own):
+        robot = built(experiment).robot
+        # Settings and supply of the servos may differ.
+        own = replace(self.robot, servo=robot.servo)
+        is_same_servo = self.robot.servo.name == robot.servo.name
+        if not is_same_servo or robot_to_toml(robot) != robot_to_toml(own):
             raise InvalidInput(
                 "the trajectory is of another robot than the scenario has.",
-                hint="load_trajectory(path, scenario.load_robot())",
+                hint="load_trajectory(path, scenario.build().robot)",
             )
         return replace(self, robot=robot)
 

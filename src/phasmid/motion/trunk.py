@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
+from phasmid.experiment import Stride
 from phasmid.gait import Gait, Sway
 from phasmid.kinematics import (
     angular_motion,
@@ -17,7 +18,6 @@ from phasmid.kinematics import (
     step_twist,
 )
 from phasmid.motion.curves import Path, blend, composed, cos_and_sin, vector
-from phasmid.scenario.tables import Stride
 
 
 def progress(gait: Gait, stride: Stride, time: Float[np.ndarray, "*batch"]) -> Path:

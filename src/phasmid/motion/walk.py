@@ -1,4 +1,4 @@
-"""Planned walks: the motion of every joint of a scenario, checked for feasibility."""
+"""Planned walks: the motion of every joint, checked for feasibility."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.arguments import checked, explained
+from phasmid.arguments import explained
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Experiment, Source, built
 from phasmid.gait import Gait, support_margin
 from phasmid.kinematics import (
     body_from_hip,
@@ -30,7 +31,6 @@ from phasmid.motion.feasibility import (
 )
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.robot import Robot, robot_to_toml
-from phasmid.scenario import Scenario
 from phasmid.terrain import Ground
 
 
@@ -39,8 +39,8 @@ class Walk:
     """Planned walk at sample times; `sample` evaluates the plan at other times.
 
     Attributes:
-        scenario: The scenario.
-        robot: The robot with the scenario's variants, L legs.
+        experiment: What it was planned for.
+        robot: The robot as supplied, L legs.
         gait: The gait.
         time: Times [s], shape (N,).
         q: Joint angles [rad], shape (N, L, 3).
@@ -51,7 +51,7 @@ class Walk:
         course: Motion of trunk and feet at any time; a `Course` on planned uneven ground.
     """
 
-    scenario: Scenario
+    experiment: Experiment
     robot: Robot
     gait: Gait
     time: Float[np.ndarray, " time"]
@@ -72,10 +72,9 @@ class Walk:
         time, course = np.asarray(time, dtype=float), self.course
         latest = float(time.max(initial=0.0))
         # A whole number of time steps may exceed the walk by half a step.
-        if isinstance(course, Course) and latest > course.end + self.scenario.simulation.time_step:
-            terrain = self.scenario.planned_terrain()
-            course = plan_course(self.scenario, self.robot, self.gait, terrain, latest)
-        return _evaluate(self.scenario, course, time)
+        if isinstance(course, Course) and latest > course.end + self.experiment.solver.time_step:
+            course = replace(plan_course(self.experiment, latest), robot=self.robot)
+        return _evaluate(self.experiment, course, time)
 
     @property
     def is_periodic(self) -> bool:
@@ -93,8 +92,8 @@ class Walk:
         p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
         return rotated(self.trunk.rotation[:, None], p) + self.trunk.position[:, None]
 
-    def for_scenario(self, scenario: Scenario) -> Walk:
-        """Return this walk of the robot as another scenario supplies it.
+    def for_experiment(self, experiment: Source | Experiment) -> Walk:
+        """Return this walk of the robot as another experiment supplies it.
 
         Robot, gait and stride must be equal, on planned uneven ground terrain and footing, too.
         Payload, drive, settings and supply of the servos may differ where the servos are fast
@@ -102,20 +101,19 @@ class Walk:
 
         Raises:
             InvalidInput: They differ; the message names the first difference.
-            InfeasibleWalk: A joint is faster than the no-load speed of that scenario's servos.
+            InfeasibleWalk: A joint is faster than the no-load speed of that experiment's servos.
         """
-        ours, theirs = self.scenario, scenario
+        ours, theirs = self.experiment, built(experiment)
         differs = {
-            "robot": not _are_one(ours, theirs),
-            "gait": self.gait != theirs.load_gait(len(self.robot.legs), self.robot.leg_names),
-            "stride": ours.planned_stride != theirs.planned_stride,
-            "mass_model": ours.model.mass_model != theirs.model.mass_model,
-            "mounts": ours.model.mounts != theirs.model.mounts,
+            "robot": not _are_one(ours.file_robot, theirs.file_robot),
+            "gait": self.gait != theirs.course.gait,
+            "stride": ours.course.stride != theirs.course.stride,
+            "mounts": bool((self.robot.arrays.R_body_hip != theirs.robot.arrays.R_body_hip).any()),
         }
-        if not (self.is_periodic and is_plain(theirs.planned_terrain())):
+        if not (self.is_periodic and is_plain(theirs.world.planned_terrain)):
             differs |= {
-                "terrain": ours.terrain != theirs.terrain,
-                "footing": ours.footing != theirs.footing,
+                "terrain": ours.world.planned_terrain != theirs.world.planned_terrain,
+                "footing": ours.course.footing != theirs.course.footing,
             }
         for name, differ in differs.items():
             if differ:
@@ -123,7 +121,7 @@ class Walk:
                     f"the walk was planned with another {name} than the scenario has.",
                     hint="walk = phasmid.plan(scenario)",
                 )
-        robot = theirs.load_robot()
+        robot = theirs.robot
         walk = replace(self, robot=robot, course=replace(self.course, robot=robot))
         if robot.servo.no_load_speed < self.robot.servo.no_load_speed:
             for times in checked_times(ours, walk.course):
@@ -142,49 +140,43 @@ class Walk:
         return support_margin(feet[..., :2], self.stance, com[..., :2])
 
 
-@checked
-def plan(scenario: Scenario) -> Walk:
+def plan(experiment: Experiment) -> Walk:
     """Plan as `phasmid.motion.remedies.plan` does, without a remedy where a walk is refused."""
-    course = checked_course(scenario)
-    interval = scenario.period / (scenario.stride.samples - 1)
-    count = math.floor(scenario.duration / interval + 1e-9) + 1
-    return _evaluate(scenario, course, np.arange(count) * interval)
+    course = checked_course(experiment)
+    interval = experiment.course.stride.period / (experiment.course.stride.samples - 1)
+    count = math.floor(experiment.duration / interval + 1e-9) + 1
+    return _evaluate(experiment, course, np.arange(count) * interval)
 
 
-def checked_course(scenario: Scenario) -> LevelCourse | Course:
-    """Return the motion of trunk and feet of a scenario.
+def checked_course(experiment: Experiment) -> LevelCourse | Course:
+    """Return the motion of trunk and feet of an experiment.
 
     Raises:
         InfeasibleWalk: It is refused.
     """
-    course = course_of(scenario)
-    for times in checked_times(scenario, course):
-        check_reach(scenario, course, times)
-        walk = _evaluate(scenario, course, times)
-        check_speed(scenario, course, times, walk.qd)
-        check_support(scenario, course, times, walk.support_margin)
+    course = course_of(experiment)
+    for times in checked_times(experiment, course):
+        check_reach(experiment, course, times)
+        walk = _evaluate(experiment, course, times)
+        check_speed(experiment, course, times, walk.qd)
+        check_support(experiment, course, times, walk.support_margin)
     return course
 
 
-def course_of(scenario: Scenario) -> LevelCourse | Course:
-    """Return the motion of trunk and feet of a scenario, which may be out of the legs' reach.
+def course_of(experiment: Experiment) -> LevelCourse | Course:
+    """Return the motion of trunk and feet of an experiment, which may be out of the legs' reach.
 
     Raises:
         InfeasibleWalk: A leg finds no foothold on uneven ground.
     """
-    robot = scenario.load_robot()
-    gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
-    terrain = scenario.planned_terrain()
-    if is_plain(terrain):
-        return LevelCourse(robot, gait, scenario.planned_stride)
-    return plan_course(scenario, robot, gait, terrain, scenario.duration)
+    if is_plain(experiment.world.planned_terrain):
+        return LevelCourse(experiment.robot, experiment.course.gait, experiment.course.stride)
+    return plan_course(experiment, experiment.duration)
 
 
-def _are_one(ours: Scenario, theirs: Scenario) -> bool:
-    """Return whether the robots of two scenarios are equal."""
-    if ours.robot == theirs.robot:
-        return True
-    return robot_to_toml(ours.base_robot()) == robot_to_toml(theirs.base_robot())
+def _are_one(ours: Robot, theirs: Robot) -> bool:
+    """Return whether two robots are equal."""
+    return ours is theirs or robot_to_toml(ours) == robot_to_toml(theirs)
 
 
 def is_plain(terrain: Ground) -> bool:
@@ -193,7 +185,7 @@ def is_plain(terrain: Ground) -> bool:
 
 
 def _evaluate(
-    scenario: Scenario, course: LevelCourse | Course, time: Float[np.ndarray, " time"]
+    experiment: Experiment, course: LevelCourse | Course, time: Float[np.ndarray, " time"]
 ) -> Walk:
     trunk, feet = course.motion(time)
     robot, gait = course.robot, course.gait
@@ -201,5 +193,5 @@ def _evaluate(
     q = joint_angles(robot.arrays, hip_from_body(robot, feet.position))
     v, a = (np.einsum("lji,tlj->tli", R, x) for x in (feet.velocity, feet.acceleration))
     qd, qdd = joint_motion(robot.arrays, q, v, a)
-    stance = gait.stance(time / scenario.period)
-    return Walk(scenario, robot, gait, time, q, qd, qdd, stance, trunk, course)
+    stance = gait.stance(time / experiment.course.stride.period)
+    return Walk(experiment, robot, gait, time, q, qd, qdd, stance, trunk, course)

@@ -206,4 +206,4 @@ def fading_time(trial: Trial) -> float:
     q = joint_angles(robot.arrays, robot.arrays.neutral_foot)
     outward = jacobian(robot.arrays, q)[:, 0]
     give = np.sum(outward**2, axis=-1).mean() / robot.servo.stiffness
-    return float(CONTACT_POINTS * trial.scenario.contact_law(robot).friction_damping * give)
+    return float(CONTACT_POINTS * trial.walk.experiment.world.contact.friction_damping * give)

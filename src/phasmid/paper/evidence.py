@@ -86,7 +86,7 @@ class Evidence:
     @cached_property
     def robot(self) -> Robot:
         """The paper's robot."""
-        return self.scenario.load_robot()
+        return self.scenario.build().robot
 
     @cached_property
     def planned(self) -> Walk:
@@ -115,7 +115,7 @@ class Evidence:
 
     def creeping(self, friction_damping: float) -> Trial:
         """Return the walk with prescribed joints and a friction damping [N·s/m]."""
-        if friction_damping == self.scenario.contact_law(self.robot).friction_damping:
+        if friction_damping == self.scenario.build().world.contact.friction_damping:
             return self.walk
         name = f"friction damping {friction_damping:g} N·s/m"
         return self.trial(name, friction_damping=friction_damping)

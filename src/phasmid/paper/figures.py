@@ -80,7 +80,7 @@ def stance_laws_figure(evidence: Evidence) -> Figure:
         for axes, (law, title) in zip(zip(*drawing.rows, strict=True), laws.items(), strict=True):
             walk = evidence.variant(law, "as-given").walk
             neutral = joint_angles(walk.robot.arrays, walk.robot.arrays.neutral_foot)
-            shown = walk.time <= evidence.scenario.period + 1e-9
+            shown = walk.time <= evidence.planned.experiment.course.stride.period + 1e-9
             time, angles = walk.time[shown], np.degrees(walk.q[shown] - neutral)
             for leg, axis in enumerate(axes):
                 shade(axis, time, walk.stance[shown, leg], STANCE_COLOUR)

@@ -39,7 +39,7 @@ def joint_count(evidence: Evidence) -> Finding:
 def directions(evidence: Evidence) -> Finding:
     """Longest steps and fastest walks ahead, sideways and around."""
     robot = evidence.robot
-    gait = evidence.scenario.load_gait()
+    gait = evidence.planned.gait
     ahead, side = (longest_stride(robot, gait, direction=a) for a in (0.0, np.pi / 2))
     turn = _largest_turn(evidence)
     radius = float(np.linalg.norm(kinematics.neutral_feet(robot)[:, :2], axis=1).mean())

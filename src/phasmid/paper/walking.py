@@ -168,7 +168,7 @@ def verified(evidence: Evidence) -> Finding:
     alone = np.max(against)
     swing, support = (_torque_gap(wide, standing=standing) for standing in (False, True))
     point = _torque_gap(narrow, standing=True)
-    size = 1000 * evidence.scenario.contact_law(evidence.robot).tip_width
+    size = 1000 * evidence.planned.experiment.world.contact.tip_width
     return judged(
         max(swing, point) < 0.001,
         f"worst joint {1000 * swing:.2f} mN·m rms in swing; in mid-stance {1000 * alone:.1f} with "
@@ -206,7 +206,7 @@ def contact_points(evidence: Evidence) -> Finding:
     """Compare the contact points of the engine's model with their readings."""
     from phasmid.simulation import build_model
 
-    model = build_model(evidence.robot, evidence.scenario)
+    model = build_model(evidence.scenario)
     points = int(np.sum(model.geom_bodyid > 0)) / len(evidence.robot.legs)
     force = evidence.walk.channel("foot_force")
     normal, friction = force[..., 2].max(), np.hypot(force[..., 0], force[..., 1]).max()
@@ -277,7 +277,7 @@ def independent(evidence: Evidence) -> Finding:
     """List the parts of the engine's model."""
     from phasmid.simulation import build_model
 
-    model = build_model(evidence.robot, evidence.scenario)
+    model = build_model(evidence.scenario)
     hinges = int(model.nv) - 6
     return judged(
         hinges == evidence.robot.arrays.lengths.size,

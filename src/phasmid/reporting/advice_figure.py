@@ -32,7 +32,7 @@ def advice_figure(advice: Advice) -> Figure:
     known = all(rows is not None for rows in warmth)
     notes = [
         f"{servo_label(verdict.servo)} at {advice.voltage:g} V, {verdict.gait} gait, "
-        f"{1000 * advice.speed:.3g} mm/s, payload {advice.scenario.model.payload:g} kg",
+        f"{1000 * advice.speed:.3g} mm/s, payload {advice.experiment.payload:g} kg",
         "simulated with the servos' own law" if known else "simulated with ideal servos",
     ]
     drawing = Panels(Layout(), [2.3, 2.1] if known else [2.3], share_y=False)
@@ -61,7 +61,7 @@ def advice_figure(advice: Advice) -> Figure:
         axis.axhline(advice.servo.temperature_limit, **limit)
         after = ", ".join(f"{minutes:g}" for minutes in MINUTES)
         axis.set_ylabel(f"after {after} min [°C]")
-        axis.set_ylim(bottom=advice.scenario.servo.ambient_temperature)
+        axis.set_ylim(bottom=advice.servo.ambient_temperature)
     names = [leg.name.replace("_", " ") for leg in advice.robot.legs]
     drawing.axes[-1].set_xticks(legs, names)
     title = f"Torque and heat of the servos, {advice.robot.name}"

@@ -9,9 +9,9 @@ from typing import Any
 from phasmid.errors import plain
 from phasmid.recording.channels import JOINTS
 from phasmid.reporting.run import Source, short
-from phasmid.scenario import idle_fields
-from phasmid.scenario.sliding import Slide
+from phasmid.scenario import Scenario, idle_fields
 from phasmid.servo.words import servo_quantity
+from phasmid.terrain.sliding import Slide
 
 NOTABLE_SLIP = 5e-3
 """Notable mean slip per step of ``phantomx-ax`` [m]; that of other robots follows their leg
@@ -56,7 +56,9 @@ def warnings(summary: dict[str, Any], source: Source) -> list[str]:
         *_limits(summary),
         *_feet(summary, source),
     ]
-    return [*found, *idle_fields(source.scenario, source.robot)]
+    scenario = source.experiment.source
+    assert isinstance(scenario, Scenario)
+    return [*found, *idle_fields(scenario, source.robot)]
 
 
 def _limits(summary: dict[str, Any]) -> Iterator[str]:
@@ -90,9 +92,9 @@ def _feet(summary: dict[str, Any], source: Source) -> Iterator[str]:
         found = Slide(**slide)
         yield (
             f"The robot slides at {found.speed:.2g} m/s: {found.cause}. "
-            f"Try {found.remedy(source.scenario)}."
+            f"Try {found.remedy(source.experiment.world.terrain)}."
         )
-    elif creep * source.scenario.period > NOTABLE_CREEP * source.scale.length:
+    elif creep * source.experiment.course.stride.period > NOTABLE_CREEP * source.scale.length:
         yield (
             f"The standing robot creeps at {1000 * creep:.2g} mm/s: below its limit, friction is a "
             "damper."
@@ -129,8 +131,8 @@ def _way(summary: dict[str, Any]) -> Iterator[str]:
 
 def _ground(summary: dict[str, Any], source: Source) -> Iterator[str]:
     """Warn of prescribed joints on ground that the plan takes for level."""
-    terrain = source.scenario.terrain
-    unknown = terrain.kind != "flat" and terrain.planned_on != "terrain"
+    world = source.experiment.world
+    unknown = world.kind != "flat" and not world.is_planned
     if unknown and summary["run"].get("drive") == "prescribed":
         yield (
             "Joints are prescribed on ground that the plan takes for level: feet strike it without "

@@ -81,11 +81,11 @@ def mid_walk_swing_time(run: Run) -> float:
     """Return the time at which the feet are highest in sum, in the cycle mid-walk [s]."""
     time, feet = run.time, run.channel("foot_position")
     middle = (time[0] + time[-1]) / 2
-    near = np.flatnonzero(np.abs(time - middle) <= run.scenario.period / 2)
+    near = np.flatnonzero(np.abs(time - middle) <= run.experiment.course.stride.period / 2)
     if feet is None or len(near) == 0:
         return float(middle)
     x, y, z = np.moveaxis(feet[near], -1, 0)
-    height = z - run.scenario.load_terrain().height(x, y)
+    height = z - run.experiment.world.terrain.height(x, y)
     return float(time[near[np.argmax(np.nan_to_num(height.sum(axis=1), nan=-np.inf))]])
 
 
@@ -145,7 +145,7 @@ def draw_robot(
 
 def _view(source: Source, X_world_body: np.ndarray, q: np.ndarray, size: tuple[int, int]) -> View:
     """Return a camera at the robot's right side that holds all of it."""
-    level = source.scenario.load_terrain().is_level
+    level = source.experiment.world.terrain.is_level
     yaw = math.atan2(X_world_body[1, 0], X_world_body[0, 0])
     axes = camera_axes(yaw + (AZIMUTH if level else UNEVEN_AZIMUTH), ELEVATION)
     corners = robot_corners(source.robot, q, X_world_body)
@@ -155,15 +155,15 @@ def _view(source: Source, X_world_body: np.ndarray, q: np.ndarray, size: tuple[i
 
 def _write_caption(axis: Axes, run: Run, now: int) -> None:
     """Write title and caption into the picture's corner."""
-    step = 1000 * run.scenario.stride.step_length
+    step = 1000 * run.experiment.course.stride.step_length
     lines = [
         run.drive_words,
         f"t = {run.time[now]:.2f} s · step {step:.4g} mm · squares {1000 * SQUARE:g} mm",
     ]
     if run.ending_words:
         lines.append(run.ending_words)
-    if run.scenario.terrain.kind != "flat":
-        lines.insert(0, f"terrain: {run.scenario.terrain.kind}")
+    if run.experiment.world.kind != "flat":
+        lines.insert(0, f"terrain: {run.experiment.world.kind}")
     if run.normal_force is not None:
         what = f"{short(run.attribute('force_model'))} forces"
         what = "ground on foot" if run.has("foot_force") else what
@@ -186,7 +186,7 @@ def _foot_paths(run: Run, now: int) -> list[np.ndarray]:
     feet = run.channel("foot_position")
     if feet is None:
         return []
-    start = int(np.searchsorted(run.time, run.time[now] - 2 * run.scenario.period))
+    start = int(np.searchsorted(run.time, run.time[now] - 2 * run.experiment.course.stride.period))
     rows = np.unique(np.linspace(start, now, 120).astype(int))
     return list(np.moveaxis(feet[rows], 1, 0))
 
@@ -201,7 +201,7 @@ def _rendered(
         for leg, path in enumerate(paths)
         for start, end in pairwise(path)
     ]
-    terrain, place = run.scenario.load_terrain(), X_world_body[None, :2, 3]
+    terrain, place = run.experiment.world.terrain, X_world_body[None, :2, 3]
     with closing(SceneRenderer(run.robot, terrain, place, view, SQUARE)) as renderer:
         return renderer.picture(view, X_world_body, q, segments)
 
@@ -226,7 +226,7 @@ def _draw_stick_figure(
     paths: Sequence[np.ndarray],
 ) -> None:
     """Draw ground, foot paths and the robot's links as lines."""
-    _draw_grid(axis, source.scenario.load_terrain(), view)
+    _draw_grid(axis, source.experiment.world.terrain, view)
     for leg, path in enumerate(paths):
         axis.plot(*view.project(path).T, color=leg_colour(leg), linewidth=1.4)
     # Painted from the farthest leg to the nearest; the trunk lies between.
@@ -322,7 +322,7 @@ def draw_force_arrows(
 
 def _draw_gait(axis: Axes, run: Run, now: int) -> None:
     """Draw the gait diagram over four cycles around the moment."""
-    reach = 2 * run.scenario.period
+    reach = 2 * run.experiment.course.stride.period
     part = run.between(run.time[now] - reach, run.time[now] + reach)
     draw_bars(axis, part, tuple(range(1, len(run.robot.legs) + 1)))
     axis.axvline(run.time[now], color=FORCE_COLOUR, linewidth=1.6)

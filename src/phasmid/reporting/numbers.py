@@ -26,8 +26,8 @@ from phasmid.reporting.steps import (
     middle_halves,
     rms,
 )
-from phasmid.scenario.sliding import find_slide
 from phasmid.servo.heat import HEAT_RANGE, temperature_after, time_to_limit
+from phasmid.terrain.sliding import find_slide
 
 SHORTEST_DISTANCE = 1e-3
 """Shortest distance with a cost of transport [m]."""
@@ -51,7 +51,7 @@ def commanded_way(
         ``steps`` made; ``forward`` and ``sideways`` (left) from the start, in its axes [m];
         ``turn`` to the left [rad]; ``distance`` along the way [m].
     """
-    stride = source.scenario.stride
+    stride = source.experiment.course.stride
     steps = duration / source.step_time if planned_steps is None else planned_steps
     step = np.array([stride.step_length, stride.step_sideways, stride.step_turn])
     forward, sideways, turn = kinematics.step_pose(step, np.array([steps]))[0].tolist()
@@ -117,7 +117,7 @@ def travel(run: Run) -> dict[str, Any]:
     # Between waypoints the velocity follows from where the robot is: it commands no path.
     way = {}
     if "waypoints" not in run.recording.attrs:
-        ended = duration < run.scenario.duration - run.scenario.simulation.time_step
+        ended = duration < run.experiment.duration - run.experiment.solver.time_step
         steps = None if ended else run.recording.attrs.get("planned_steps")
         way = driven_way(run) or commanded_way(run, duration, steps)
     found: dict[str, Any] = {f"commanded_{name}": value for name, value in way.items()}
@@ -129,7 +129,10 @@ def travel(run: Run) -> dict[str, Any]:
         path = position[:, :2]
         # The sway of a driven robot follows its controller's clock.
         if run.gait.sway and not {"trajectory", "controller"} & set(run.recording.attrs):
-            neutral, period = kinematics.neutral_feet(run.robot), run.scenario.period
+            neutral, period = (
+                kinematics.neutral_feet(run.robot),
+                run.experiment.course.stride.period,
+            )
             path = sway(run.gait, neutral, period, time).removed_from(position, yaw)
         dx, dy = path[-1] - path[0]
         forward, sideways = map(float, turned(-yaw[0], dx, dy))
@@ -182,7 +185,7 @@ def command_tracking(
     is_planned = run.is_simulated and "trajectory" not in run.recording.attrs
     if not is_planned or len(time) < 2:
         return kinematics.CommandTracking()
-    twist = kinematics.step_twist(run.scenario.stride.step) * steps / (time[-1] - time[0])
+    twist = kinematics.step_twist(run.experiment.course.stride.step) * steps / (time[-1] - time[0])
     return kinematics.track_twist(time, twist, path, orientation)
 
 
@@ -276,7 +279,7 @@ def contact_displacement(
         return moved
     tibiae = kinematics.link_frames(run.robot, q).rotation[..., 2, :, :]
     R = kinematics.quaternion_rotation(orientation)[:, None] @ tibiae
-    down = -run.robot.foot_radius * run.scenario.load_terrain().normal(feet[..., 0], feet[..., 1])
+    down = -run.robot.foot_radius * run.experiment.world.terrain.normal(feet[..., 0], feet[..., 1])
     arm = np.swapaxes(R[:-1], -1, -2) @ down[:-1, ..., None]
     return np.asarray(moved + ((R[1:] - R[:-1]) @ arm)[..., 0])
 
@@ -288,12 +291,12 @@ def standing(run: Run) -> dict[str, Any]:
         ``creep``, the speed at which the touching feet move together over the second half of such a
         time, when the robot has settled; the largest of all such times [m/s]. Feet that give way to
         each other move, but not together. Absent without such a time. ``slide``, the numbers of
-        `phasmid.scenario.sliding.Slide`, where the robot slides down its ground.
+        `phasmid.terrain.sliding.Slide`, where the robot slides down its ground.
     """
     target, feet, contact = map(run.channel, ("joint_position_target", "foot_position", "contact"))
     if feet is None or contact is None or len(run.time) < 2:
         return {}
-    slide = find_slide(run.scenario, run.robot, run.time, feet, contact)
+    slide = find_slide(run.experiment.world.terrain, run.scale, run.time, feet, contact)
     found: dict[str, Any] = {} if slide is None else {"slide": vars(slide)}
     if target is None:
         return found
@@ -303,7 +306,10 @@ def standing(run: Run) -> dict[str, Any]:
         middle, last = (start + stop) // 2, stop - 1
         time = float(run.time[last] - run.time[middle])
         touching = contact[middle:stop].all(axis=0)
-        if run.time[last] - run.time[start] >= run.scenario.period and touching.any():
+        if (
+            run.time[last] - run.time[start] >= run.experiment.course.stride.period
+            and touching.any()
+        ):
             moved = (feet[last] - feet[middle])[touching].mean(axis=0)
             speeds.append(float(np.linalg.norm(moved)) / time)
     return found | ({"creep": max(speeds)} if speeds else {})
@@ -326,7 +332,7 @@ def load(run: Run, name: str) -> dict[str, Any]:
         return {}
     time = run.time
     found: dict[str, Any] = {"largest": float(normal.max())}
-    period = run.scenario.period
+    period = run.experiment.course.stride.period
     cycles = int((time[-1] - time[0]) / period + 1e-9)
     if cycles > 0:
         whole = time <= time[0] + cycles * period + 1e-9

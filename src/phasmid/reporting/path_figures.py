@@ -59,7 +59,7 @@ def servo_limits(source: Source) -> tuple[Limits, str]:
     The ideal servo, and one whose stall current is not known, follows the straight line that its
     drive follows.
     """
-    servo, drive = source.robot.servo, source.scenario.simulation.drive
+    servo, drive = source.robot.servo, source.experiment.solver.drive
     if servo.stall_current is None or drive in {"ideal-servo", "torque"}:
         return lambda speed: ideal_limits(servo, speed), "line from stall to no-load speed"
     motor, share, voltage, stall = (

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from phasmid.errors import InvalidInput, plain
+from phasmid.experiment import Experiment
 from phasmid.gait import Gait
 from phasmid.recording import Recording
 from phasmid.recording.channels import LARGEST_VALUE
@@ -19,7 +20,6 @@ from phasmid.reporting.style import RUN_LINES, Layout
 from phasmid.robot import Appearance, Robot
 from phasmid.robot.similarity import Scale
 from phasmid.scenario import recorded_scenario, scenario_names
-from phasmid.scenario.scenario import Scenario
 from phasmid.servo.words import servo_words
 
 LONGEST_NAME, LONGEST_LEG_NAME = 60, 20
@@ -50,34 +50,37 @@ class Source:
     """Robot and experiment of a run.
 
     Attributes:
-        robot: The robot as simulated, with the scenario's variants of mass, mounts and stance.
-        scenario: The experiment.
-        gait: The gait.
+        experiment: The experiment.
+        robot: The robot as simulated, with its look.
     """
 
+    experiment: Experiment
     robot: Robot
-    scenario: Scenario
-    gait: Gait
+
+    @property
+    def gait(self) -> Gait:
+        """The gait."""
+        return self.experiment.course.gait
 
     @property
     def weight(self) -> float:
         """Weight of the whole robot [N]."""
-        return self.robot.mass * self.scenario.model.gravity
+        return self.robot.mass * self.experiment.world.gravity
 
     @property
     def scale(self) -> Scale:
         """Weight and leg length of the robot relative to ``phantomx-ax``."""
-        return self.scenario.scale(self.robot)
+        return self.experiment.scale
 
     @property
     def settling(self) -> float:
         """Time around a switch of legs in which impacts dominate [s]."""
-        return settling(self.scale, self.scenario.stride.step_height)
+        return settling(self.scale, self.experiment.course.stride.step_height)
 
     @property
     def step_time(self) -> float:
         """Duration of a stance, in which the body makes one step [s]."""
-        return self.gait.duty_factor * self.scenario.period
+        return self.gait.duty_factor * self.experiment.course.stride.period
 
     @property
     def hip_span(self) -> float:
@@ -88,7 +91,7 @@ class Source:
     def supply(self) -> float | None:
         """Supply of the servos that move the joints by their own law, or that is stated [V]."""
         servo = self.robot.servo
-        own = self.scenario.simulation.drive == "servo" and servo.stall_current is not None
+        own = self.experiment.solver.drive == "servo" and servo.stall_current is not None
         return servo.voltage if own or servo.supply is not None else None
 
     @property
@@ -99,7 +102,7 @@ class Source:
     @property
     def title(self) -> str:
         """Robot and gait, and a scenario's name that is no preset's."""
-        own = "" if self.scenario.name in scenario_names() else self.scenario.name
+        own = "" if self.experiment.name in scenario_names() else self.experiment.name
         parts = (own, self.robot.name, f"{self.gait.name} gait")
         return " · ".join(plain(part) for part in parts if part)
 
@@ -251,7 +254,8 @@ def read_run(recording: Recording, appearance: Appearance | None = None) -> Run:
     Raises:
         InvalidInput: The recording carries none, or they do not fit its channels.
     """
-    scenario, robot = _read(*(str(recording.attrs.get(n, "")) for n in ("scenario", "robot")))
+    experiment = _read(*(str(recording.attrs.get(n, "")) for n in ("scenario", "robot")))
+    robot = experiment.robot
     if appearance is not None:
         robot = replace(robot, appearance=appearance)
     legs = recording.sizes.get("leg")
@@ -260,15 +264,13 @@ def read_run(recording: Recording, appearance: Appearance | None = None) -> Run:
             f"the recording has {legs} legs; the robot that it names, {plain(robot.name)}, "
             f"has {len(robot.legs)}."
         )
-    gait = scenario.load_gait(len(robot.legs), [leg.name for leg in robot.legs])
-    return Run(robot, scenario, gait, finite_part(recording))
+    return Run(experiment, robot, finite_part(recording))
 
 
 @lru_cache(maxsize=4)
-def _read(scenario: str, robot: str) -> tuple[Scenario, Robot]:
-    """Return both as they were run; cached for the parts of a report."""
-    experiment = recorded_scenario({"scenario": scenario, "robot": robot})
-    return experiment, experiment.load_robot()
+def _read(scenario: str, robot: str) -> Experiment:
+    """Return what was run; cached for the parts of a report."""
+    return recorded_scenario({"scenario": scenario, "robot": robot}).build()
 
 
 def finite_part(recording: Recording) -> Recording:
@@ -366,7 +368,7 @@ def shown_part(runs: Sequence[Run]) -> tuple[list[Run], str]:
     last = min(float(run.time[-1]) for run in runs)
     if last < first:
         raise InvalidInput("the runs have no time in common; they cannot be compared over time.")
-    period = max(run.scenario.period for run in runs)
+    period = max(run.experiment.course.stride.period for run in runs)
     cycles = (last - first) / period
     note = ""
     if cycles > MOST_CYCLES + 1e-6:

@@ -115,7 +115,7 @@ def summarise(recording: Recording) -> Summary:
         InvalidInput: The recording does not carry the robot and the scenario.
     """
     part = read_run(recording)
-    robot, scenario, time = part.robot, part.scenario, part.time
+    robot, experiment, time = part.robot, part.experiment, part.time
     attributes = part.recording.attrs
     way = travel(part)
     texts = [
@@ -125,12 +125,12 @@ def summarise(recording: Recording) -> Summary:
     run: dict[str, Any] = {name: part.attribute(name) for name in texts} | {
         "time_step": attributes.get("time_step"),
         "title": part.title,
-        "scenario": scenario.name,
+        "scenario": experiment.name,
         "gait": part.gait.name,
         "duration": float(time[-1] - time[0]),
         "samples": recording.sizes["time"],
         "samples_not_finite": recording.sizes["time"] - len(time) or None,
-        "planned_duration": scenario.duration,
+        "planned_duration": experiment.duration,
         "follows": "trajectory" if "trajectory" in attributes else None,
         "waypoints": json.loads(str(attributes.get("waypoints", "[]"))),
         "faults": json.loads(str(attributes.get("faults", "[]"))),
@@ -142,7 +142,7 @@ def summarise(recording: Recording) -> Summary:
             "name": robot.name,
             "legs": list(robot.leg_names),
             "mass": robot.mass,
-            "gravity": scenario.model.gravity,
+            "gravity": experiment.world.gravity,
             "weight": part.weight,
             "servo": robot.servo.name,
             "stall_torque": robot.servo.stall_torque,

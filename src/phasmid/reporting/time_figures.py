@@ -343,7 +343,7 @@ def friction_demand(run: Run) -> tuple[np.ndarray, np.ndarray]:
     loaded = standing & (normal >= LEAST_LOAD * run.weight)
     demand = np.where(loaded, tangential / np.where(loaded, normal, 1.0), np.nan)
     x, y, _ = np.moveaxis(run.recording["foot_position"].values, -1, 0)
-    return demand, run.scenario.load_terrain().friction(x, y)
+    return demand, run.experiment.world.terrain.friction(x, y)
 
 
 POWER_LINES: dict[str, Entry] = {
@@ -418,7 +418,7 @@ def sensor_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     """Draw measured over true values of leg 1 and the body in the last cycle of one run."""
     del legs
     last = float(runs[0].time[-1])
-    run = runs[0].between(last - runs[0].scenario.period, last)
+    run = runs[0].between(last - runs[0].experiment.course.stride.period, last)
     panels = [row for row in SENSORS if run.has(row[1])]
     drawing = Panels(layout, [1.1] * len(panels), share_y=False, left=0.95)
     for axis, (label, measured, true, index, scale) in zip(drawing.axes, panels, strict=True):

@@ -8,10 +8,13 @@ from phasmid.scenario.file import (
     with_robot,
 )
 from phasmid.scenario.relevance import idle_fields
-from phasmid.scenario.scenario import SETTLING_TIME, Scenario, option_keys
+from phasmid.scenario.rerun import Difference, Replay, replay
+from phasmid.scenario.scenario import Scenario, option_keys
 
 __all__ = [
-    "SETTLING_TIME",
+    "Difference",
+    "Replay",
+    "replay",
     "Scenario",
     "idle_fields",
     "load_scenario",

@@ -13,7 +13,17 @@ from annotated_types import Ge, Gt, Le
 from pydantic import ConfigDict, StringConstraints, model_validator
 
 from phasmid.errors import InvalidGait, InvalidInput, advised, nearest
-from phasmid.experiment import ContactLaw
+from phasmid.experiment import (
+    Course,
+    Experiment,
+    Footing,
+    Sensors,
+    Solver,
+    World,
+    usual_drive,
+)
+from phasmid.experiment.course import StrideTable
+from phasmid.experiment.solver import SETTLING_TIME, USUAL_STEP
 from phasmid.formats.import_options import ImportOptions
 from phasmid.gait import (
     GAIT_NAMES,
@@ -34,19 +44,8 @@ from phasmid.robot import (
     with_payload,
     with_values,
 )
-from phasmid.robot.similarity import Scale, scale_of
-from phasmid.scenario.tables import (
-    USUAL_STEP,
-    ContactTable,
-    FootingTable,
-    GaitTable,
-    ModelTable,
-    SensorsTable,
-    ServoTable,
-    SimulationTable,
-    Stride,
-    StrideTable,
-)
+from phasmid.robot.similarity import scale_of
+from phasmid.scenario.tables import ContactTable, GaitTable, ModelTable, ServoTable
 from phasmid.scenario.terrain import TerrainTable
 from phasmid.tables import (
     Count,
@@ -65,9 +64,6 @@ from phasmid.units import rounded_down, split_unit
 
 MOST_SAMPLES = 10_000_000
 """Most samples of a planned walk: above it the walk alone would fill the memory."""
-
-SETTLING_TIME = 1.0
-"""Time for which the robot stands still before a simulated walk, to find its equilibrium [s]."""
 
 
 class Scenario(Table):
@@ -106,13 +102,13 @@ class Scenario(Table):
     duration: Annotated[Time, Gt(0)] = 10.0
     gait: GaitTable = GaitTable()
     stride: StrideTable = StrideTable()
-    footing: FootingTable = FootingTable()
+    footing: Footing = Footing()
     model: ModelTable = ModelTable()
-    simulation: SimulationTable = SimulationTable()
+    simulation: Solver = Solver()
     contact: ContactTable = ContactTable()
     terrain: TerrainTable = TerrainTable()
     servo: ServoTable = ServoTable()
-    sensors: SensorsTable = SensorsTable()
+    sensors: Sensors = Sensors()
     robot_import: ImportOptions = ImportOptions()
 
     @model_validator(mode="after")
@@ -149,11 +145,12 @@ class Scenario(Table):
                 hint=f"record_interval = {max(1, round(count)) * dt:.9g}",
             )
         if self.sensors.measured == "everything":
-            self.sensors.check_interval(dt * self.record_steps)
-        recorded = self.duration / (dt * self.record_steps)
+            self.sensors.check_interval(dt * self.simulation.record_steps)
+        steps = self.simulation.record_steps
+        recorded = self.duration / (dt * steps)
         if recorded > MOST_RECORDED:
             raise InvalidInput(
-                f"{self.duration:g} s recorded every {1000 * dt * self.record_steps:g} ms is "
+                f"{self.duration:g} s recorded every {1000 * dt * steps:g} ms is "
                 f"{recorded:.3g} samples, about {recorded * 2.1e-6:.3g} GB; the limit is "
                 f"{float(MOST_RECORDED):g}.",
                 hint=self._shorter(),
@@ -165,7 +162,7 @@ class Scenario(Table):
         dt, period = self.simulation.time_step, self.stride.period or period
         longest = min(
             self.simulation.max_steps * dt - SETTLING_TIME,
-            MOST_RECORDED * dt * self.record_steps,
+            MOST_RECORDED * dt * self.simulation.record_steps,
             MOST_SAMPLES * period / self.stride.samples,
         )
         return f"duration = {rounded_down(longest)}" if longest > dt else f"dt = {USUAL_STEP}"
@@ -178,12 +175,6 @@ class Scenario(Table):
                 f"samples; the limit is {float(MOST_SAMPLES):g}.",
                 hint=self._shorter(period),
             )
-
-    @property
-    def record_steps(self) -> int:
-        """Number of time steps from one recorded sample to the next."""
-        interval = self.simulation.record_interval or USUAL_STEP
-        return max(1, round(interval / self.simulation.time_step))
 
     def replace(self, **changes: Any) -> Scenario:
         """Return this scenario with other values.
@@ -239,6 +230,13 @@ class Scenario(Table):
             return scenario.replace(robot=with_values(scenario.base_robot(), of_robot))
         return scenario
 
+    def text(self) -> str:
+        """Return this scenario as TOML, whose robot is the file ``robot.toml``."""
+        # Lazy import: files of scenarios hold scenarios.
+        from phasmid.scenario.file import scenario_to_toml
+
+        return scenario_to_toml(self, "robot.toml")
+
     def load_robot(self) -> Robot:
         """Return the robot as supplied: with this scenario's variants, payload, stance and servos.
 
@@ -248,23 +246,51 @@ class Scenario(Table):
             InvalidInput: The robot file is absent or not well formed.
             InvalidRobot: No machine could have these numbers.
         """
-        return self.vary(self.base_robot())
+        robot = with_mass_model(self.base_robot(), self.model.mass_model)
+        robot = with_mounts(robot, self.model.mounts)
+        robot = with_payload(robot, self.model.payload)
+        robot = replace(robot, servo=self.servo.set_up(robot.servo))
+        return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
 
     def driven(self) -> Scenario:
-        """Return this scenario with the drive of a driven robot.
+        """Return this scenario with the drive of a driven robot, as `Experiment.driven` has it."""
+        return self.replace(drive=self.simulation.drive or usual_drive(self.base_robot()))
 
-        Where no drive is named, the robot's own servos move the joints: ``servo``, or
-        ``ideal-servo`` where the servo's stall current is unknown, or joints differ in strength.
+    def build(self) -> Experiment:
+        """Return the experiment of this scenario, composed and checked.
 
         Raises:
-            InvalidInput: The robot file is absent or not well formed.
-            InvalidRobot: No machine could have these numbers.
+            InvalidInput: A file is absent or not well formed, or the walk has too many samples.
+            InvalidRobot: No machine could have the robot's numbers.
+            InvalidGait: The gait does not fit the robot.
         """
-        if self.simulation.drive is not None:
-            return self
-        robot = self.base_robot()
-        known = robot.servo.stall_current is not None and (robot.arrays.strength == 1).all()
-        return self.replace(drive="servo" if known else "ideal-servo")
+        robot, terrain, scale = self.load_robot(), self.load_terrain(), scale_of(self.base_robot())
+        stride = self.stride.planned(scale)
+        self._check_samples(stride.period)
+        world = World(
+            terrain,
+            Ground(Flat(), self.terrain.friction)
+            if self.terrain.planned_on == "level"
+            else terrain,
+            self.terrain.kind,
+            self.contact.law(scale),
+            self.model.gravity,
+        )
+        gait = self.load_gait(len(robot.legs), robot.leg_names)
+        return Experiment(
+            name=self.name,
+            duration=self.duration,
+            robot=robot,
+            file_robot=self.base_robot(),
+            payload=self.model.payload,
+            scale=scale,
+            world=world,
+            course=Course(gait, stride, self.footing),
+            solver=self.simulation,
+            sensors=self.sensors,
+            analysis=self.model,
+            source=self,
+        )
 
     def base_robot(self) -> Robot:
         """Return the robot as in its file, without this scenario's variants.
@@ -278,18 +304,6 @@ class Scenario(Table):
         path = Path(self.robot)
         stamp = (path.absolute(), path.stat().st_mtime_ns) if is_file(path) else None
         return _robot(self.robot, stamp)
-
-    def vary(self, robot: Robot) -> Robot:
-        """Apply this scenario's variants to a robot.
-
-        Args:
-            robot: The robot as its file gives it.
-        """
-        robot = with_mass_model(robot, self.model.mass_model)
-        robot = with_mounts(robot, self.model.mounts)
-        robot = with_payload(robot, self.model.payload)
-        robot = replace(robot, servo=self.servo.set_up(robot.servo))
-        return with_neutral_foot(robot, self.stride.stance_radius, self.stride.body_height)
 
     def for_robot(self, robot: str | Robot) -> Scenario:
         """Return this scenario for another robot, whose gait, contact and period follow it.
@@ -309,43 +323,6 @@ class Scenario(Table):
             changes |= {"gait": None} if self.gait == GaitTable(name=own) else {}
         return self.replace(robot=robot, **changes)
 
-    def scale(self, robot: Robot) -> Scale:
-        """Return weight and leg length of a robot relative to ``phantomx-ax``.
-
-        Args:
-            robot: The robot, with this scenario's payload, which does not count.
-        """
-        return scale_of(robot, self.model.payload)
-
-    def contact_law(self, robot: Robot) -> ContactLaw:
-        """Return the contact law with the numbers of a robot.
-
-        They follow its weight without payload, at standard gravity: the ground is the same under a
-        loaded robot, and on the moon.
-
-        Args:
-            robot: The robot, with this scenario's payload.
-        """
-        return self.contact.law(self.scale(robot))
-
-    @property
-    def planned_stride(self) -> Stride:
-        """The stride with its period: this scenario's, or that of the robot.
-
-        Raises:
-            InvalidInput: The robot file is absent or not well formed; or the walk has too many
-                samples.
-            InvalidRobot: No machine could have these numbers.
-        """
-        stride = self.stride.planned(Scale() if self.stride.period else scale_of(self.base_robot()))
-        self._check_samples(stride.period)
-        return stride
-
-    @property
-    def period(self) -> float:
-        """Time of one gait cycle [s]; errors as of `planned_stride`."""
-        return self.planned_stride.period
-
     def load_terrain(self) -> Ground:
         """Return the ground of this scenario: height, normal and friction at every point.
 
@@ -353,16 +330,6 @@ class Scenario(Table):
             InvalidInput: The file of its height map is absent or not well formed.
         """
         return self.terrain.ground()
-
-    def planned_terrain(self) -> Ground:
-        """Return the ground of the plan: this scenario's, or level ground.
-
-        Raises:
-            InvalidInput: The file of its height map is absent or not well formed.
-        """
-        if self.terrain.planned_on == "level":
-            return Ground(Flat(), self.terrain.friction)
-        return self.load_terrain()
 
     def load_gait(self, leg_count: int = 6, leg_names: Sequence[str] = ()) -> Gait:
         """Return the gait of this scenario.

@@ -5,7 +5,6 @@ from phasmid.simulation.contact import CONTACT_POINTS
 from phasmid.simulation.drive import check_drive, drive, new_drive
 from phasmid.simulation.model import build_model
 from phasmid.simulation.model_reference import check_load
-from phasmid.simulation.rerun import Difference, Replay, replay
 from phasmid.simulation.run import Run
 from phasmid.simulation.sensors import sense
 from phasmid.simulation.start import longest_time_step, with_time_step
@@ -17,8 +16,6 @@ from phasmid.simulation.walks import (
 
 __all__ = [
     "CONTACT_POINTS",
-    "Difference",
-    "Replay",
     "Run",
     "build_model",
     "check_drive",
@@ -27,7 +24,6 @@ __all__ = [
     "longest_time_step",
     "new_drive",
     "new_run",
-    "replay",
     "sense",
     "simulate",
     "simulate_many",

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from phasmid.experiment import Experiment
 from phasmid.recording import Recording
-from phasmid.scenario import Scenario
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.sensors import sense
@@ -48,17 +48,17 @@ def sample_channels(run: Run, samples: Samples) -> dict[str, np.ndarray]:
     }
 
 
-def with_sensors(scenario: Scenario, recording: Recording) -> Recording:
+def with_sensors(experiment: Experiment, recording: Recording) -> Recording:
     """Add the measured channels, with the recorded faults, where the scenario measures.
 
     A log does not hold these channels, since they follow from the others.
     """
-    if scenario.sensors.measured != "everything":
+    if experiment.sensors.measured != "everything":
         return recording
-    sensed = sense(scenario, recording)
+    sensed = sense(experiment, recording)
     texts = json.loads(str(sensed.attrs.get("faults", "[]")))
-    robot = scenario.load_robot()
-    faults = Faults(robot, texts, scenario.sensors.touching_force(scenario.scale(robot)))
+    robot = experiment.robot
+    faults = Faults(robot, texts, experiment.sensors.touching_force(experiment.scale))
     added = sensed.data_vars.keys() - recording.data_vars.keys()
     channels = {str(name): sensed[name].values for name in added}
     faulty = faults.apply_to_recording(sensed["time"].values, channels)

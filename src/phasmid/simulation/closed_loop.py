@@ -15,7 +15,7 @@ from phasmid.arguments import described
 from phasmid.control import CommandScript, Player, commands_to_text
 from phasmid.control.waypoints import WaypointFollower, plane_pose
 from phasmid.errors import InvalidInput, nearest
-from phasmid.experiment import Command, Controller, JointTargets, Observation, Posture
+from phasmid.experiment import Command, Controller, Experiment, JointTargets, Observation, Posture
 from phasmid.experiment.contact_law import STANDING_SPEED
 from phasmid.experiment.ending import Ending, Failure
 from phasmid.experiment.targets import checked_targets
@@ -24,7 +24,6 @@ from phasmid.motion import Motion, Walk
 from phasmid.recording.channels import CHANNELS, COMMANDED, COORDINATES
 from phasmid.recording.recording import Attributes
 from phasmid.robot import JOINTS
-from phasmid.scenario import Scenario
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.drives import Setpoints
 from phasmid.simulation.faults import Faults
@@ -58,7 +57,7 @@ LIMITS = "the velocity was scaled", "goes no farther", "slow", "a lift waits"
 TARGETS = "joint_position_target", "joint_velocity_target", "joint_acceleration_target"
 
 
-def period_steps(scenario: Scenario, rate: float) -> int:
+def period_steps(experiment: Experiment, rate: float) -> int:
     """Return the number of time steps of a controller period of 1/rate.
 
     Raises:
@@ -66,8 +65,8 @@ def period_steps(scenario: Scenario, rate: float) -> int:
     """
     if not (math.isfinite(rate) and rate > 0):
         raise InvalidInput(f"rate is {rate:g}; it must be a finite number greater than 0.")
-    dt = scenario.simulation.time_step
-    if scenario.simulation.dt is None and rate * SHORTEST_PRACTICAL <= 1:
+    dt = experiment.solver.time_step
+    if experiment.solver.dt is None and rate * SHORTEST_PRACTICAL <= 1:
         # The chosen step will divide the period.
         dt = 1 / (rate * math.ceil(1 / (rate * dt) - 1e-9))
     exact = 1 / (rate * dt)
@@ -125,7 +124,7 @@ class ClosedLoopRun(Run):
     """A controller that drives the robot in MuJoCo, updated at a fixed rate.
 
     Args:
-        scenario: Its robot, ground, drive, time step and duration are used.
+        experiment: Its robot, ground, drive, time step and duration are used.
         begin: A motion at whose first instant the robot begins.
         controller: Returns the targets.
         commands: A command, a script, or a function that returns the command at each update.
@@ -148,7 +147,7 @@ class ClosedLoopRun(Run):
 
     def __init__(
         self,
-        scenario: Scenario,
+        experiment: Experiment,
         begin: Motion,
         controller: Controller,
         commands: Commanded,
@@ -158,14 +157,14 @@ class ClosedLoopRun(Run):
         attributes: Attributes | None = None,
         endless: bool = False,
     ) -> None:
-        self.period_steps = period_steps(scenario, rate)
+        self.period_steps = period_steps(experiment, rate)
         # Each block begins with an update.
         updates = math.ceil(BLOCK_STEPS / self.period_steps)
         self.block_steps = updates * self.period_steps
         self._controller_failure: Failure | None = None
         self._must_lie = True
         self.controller = controller
-        super().__init__(scenario, begin, endless=endless)
+        super().__init__(experiment, begin, endless=endless)
         self.now = self.step
         self._commands, self._attributes = commands, attributes or {}
         self.override: Callable[[], tuple[float, float, float] | None] | None = None
@@ -180,18 +179,18 @@ class ClosedLoopRun(Run):
         self._velocity_before = self._qvel[:3].copy()
         self._observer = Observer(self, faults)
         self._estimator: BodyStateEstimator | None = None
-        if scenario.sensors.body_state == "estimated":
+        if experiment.sensors.body_state == "estimated":
             # Lazy import: compiled functions take 0.2 s to load.
             from phasmid.control.estimation import BodyStateEstimator, BodyStateSettings
 
-            noise = BodyStateSettings(gravity=scenario.model.gravity)
+            noise = BodyStateSettings(gravity=experiment.world.gravity)
             self._estimator = BodyStateEstimator(self.robot, noise, self.period_steps * self.dt)
         self._servo_failures = sorted(faults.servos())
         self._pushes: list[tuple[int, np.ndarray]] = []
         self._hardness = float(self.model.opt.impratio)
         first = begin.sample(np.zeros(1))
         start = first.q[0], first.qd[0]
-        kind = scenario.simulation.planned_drive
+        kind = experiment.solver.planned_drive
         self._weights = interpolation_weights(kind, self.period_steps, self.dt)
         # Angles and velocities of the last targets but one, then of the last targets.
         self._ends = np.stack([*start, *start])
@@ -299,7 +298,7 @@ class ClosedLoopRun(Run):
                 self.command_changes.append((observation.time, timeless))
         self._must_lie = command.posture is Posture.PACKED
         if self._must_lie:
-            self.lies = self.scenario.simulation.can_lie
+            self.lies = self.experiment.solver.can_lie
         targets = checked_targets(self.controller.update(observation, command), self._shape)
         telemetry: Mapping[str, Any] = getattr(self.controller, "telemetry", dict)()
         if not isinstance(telemetry, Mapping):
@@ -360,7 +359,7 @@ class ClosedLoopRun(Run):
 
     def _harden_friction(self) -> None:
         """Harden the friction where the robot stands on ground down which it could creep."""
-        if not self.ground.is_level and self.scenario.contact.contact_law == "spring-damper":
+        if not self.ground.is_level and self.experiment.world.contact.kind == "spring-damper":
             # A controller may move the positions and leave the velocities 0.
             moved = np.abs(self._ends[2] - self._ends[0]).max() / (self.period_steps * self.dt)
             stands = max(moved, np.abs(self._ends[1::2]).max()) < STANDING_SPEED
@@ -372,7 +371,7 @@ class ClosedLoopRun(Run):
         if self.lies and count and not self._must_lie:
             # Once it has risen, a trunk that touches the ground has fallen.
             qpos = self.buffer["qpos"][count - 1 : count]
-            risen = RISEN * self.scenario.scale(self.robot).length
+            risen = RISEN * self.experiment.scale.length
             self.lies = bool(trunk_clearance(self.robot, qpos, self.ground)[0] < risen)
         return failure
 

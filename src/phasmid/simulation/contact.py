@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.experiment import ContactLaw
+from phasmid.experiment import ContactLaw, Experiment
 from phasmid.kinematics import joint_angles, leg_frames
 from phasmid.robot import Leg, Robot
-from phasmid.scenario import Scenario
 from phasmid.terrain import Blocky, Ground, Slope
 
 if TYPE_CHECKING:
@@ -129,7 +128,7 @@ def set_contact_law(model: mujoco.MjModel, law: ContactLaw) -> None:
 # Ground -------------------------------------------------------------------------------------------
 
 
-def add_ground(spec: mujoco.MjSpec, scenario: Scenario) -> list[float]:
+def add_ground(spec: mujoco.MjSpec, experiment: Experiment) -> list[float]:
     """Add the ground: a plane, or boxes; `add_foot_planes` adds curved ground.
 
     Returns:
@@ -137,8 +136,8 @@ def add_ground(spec: mujoco.MjSpec, scenario: Scenario) -> list[float]:
     """
     import mujoco
 
-    ground = scenario.load_terrain()
-    friction = [scenario.terrain.friction, 0.005, 0.0001]
+    ground = experiment.world.terrain
+    friction = [experiment.world.terrain.coefficient, 0.005, 0.0001]
     shape = ground.shape
     if isinstance(shape, Blocky):
         c, s = np.cos(ground.yaw), np.sin(ground.yaw)
@@ -165,22 +164,22 @@ def add_ground(spec: mujoco.MjSpec, scenario: Scenario) -> list[float]:
     return friction
 
 
-def check_flat(scenario: Scenario) -> None:
+def check_flat(experiment: Experiment) -> None:
     """Refuse curved ground, which has planes for the feet only, for a trunk that can lie.
 
     Raises:
         InvalidInput: The ground is curved.
     """
-    if _is_curved(scenario.load_terrain()):
+    if _is_curved(experiment.world.terrain):
         raise InvalidInput(
-            f'terrain is "{scenario.terrain.kind}"; a trunk can lie on flat ground, on a slope '
+            f'terrain is "{experiment.world.kind}"; a trunk can lie on flat ground, on a slope '
             "and on what is built of blocks alone.",
             where="simulation",
             hint='start_posture = "standing" and belly_contact = false',
         )
 
 
-def add_foot_planes(spec: mujoco.MjSpec, robot: Robot, scenario: Scenario) -> None:
+def add_foot_planes(spec: mujoco.MjSpec, experiment: Experiment) -> None:
     """Give each foot a tangent plane of its own where the ground is curved.
 
     A height field would touch a small contact point with several prisms at once and push it
@@ -188,11 +187,11 @@ def add_foot_planes(spec: mujoco.MjSpec, robot: Robot, scenario: Scenario) -> No
     """
     import mujoco
 
-    if not _is_curved(scenario.load_terrain()):
+    if not _is_curved(experiment.world.terrain):
         return
     # MuJoCo's midphase uses bounding boxes of the geoms as they lay when the model was compiled.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)
-    for number, leg in enumerate(robot.legs):
+    for number, leg in enumerate(experiment.robot.legs):
         spec.worldbody.add_geom(
             name=_plane_name(leg),
             type=mujoco.mjtGeom.mjGEOM_PLANE,

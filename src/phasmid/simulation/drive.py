@@ -22,14 +22,13 @@ from phasmid.control import (
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.sequences import packing
 from phasmid.errors import InvalidInput, plain
-from phasmid.experiment import Command, Controller
+from phasmid.experiment import Command, Controller, Experiment, Source, built
+from phasmid.experiment.sensors import SENSORS
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
 from phasmid.recording import Recording
 from phasmid.recording.recording import Attributes
 from phasmid.robot import Robot
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import SENSORS
 from phasmid.simulation.closed_loop import ClosedLoopRun, Commanded, period_steps
 from phasmid.simulation.faults import Faults
 from phasmid.simulation.run import Progress
@@ -44,7 +43,7 @@ OWN, ENGINE, PLAYER = "scenario's own", "locomotion engine", "player"
 
 @checked
 def drive(
-    scenario: Scenario,
+    scenario: Source | Experiment,
     controller: Controller | None = None,
     commands: Commanded = Command(),  # noqa: B008, a frozen value
     *,
@@ -62,7 +61,7 @@ def drive(
     kept in the log, if there is one.
 
     Args:
-        scenario: Robot, ground, drive and simulation; its duration is the longest.
+        scenario: The scenario, or its experiment; its duration is the longest.
         controller: The controller; None: the locomotion engine with the scenario's gait, period
             and step height, with posture sequences and safety, see `scenario_controller`.
         commands: A command, a script, or a function of time and observation. Waypoints of a script
@@ -90,24 +89,26 @@ def drive(
     return run.make(progress=progress, log=log, force=force)
 
 
-def check_drive(scenario: Scenario, *, rate: float, faults: Sequence[str] = ()) -> Faults:
-    """Refuse what no controller could change, and return the faults of the scenario's robot.
+def check_drive(
+    scenario: Source | Experiment, *, rate: float, faults: Sequence[str] = ()
+) -> Faults:
+    """Refuse what no controller could change, and return the faults of its robot.
 
     Raises:
         InvalidInput: As in `drive`.
     """
-    period_steps(scenario, rate)
-    if scenario.contact.contact_law == "simscape":
+    experiment = built(scenario)
+    period_steps(experiment, rate)
+    if experiment.world.contact.kind == "simscape":
         raise InvalidInput(
             'contact_law is "simscape"; its simulator follows plans and takes no controller.',
             hint='contact_law = "spring-damper"',
         )
-    robot = scenario.load_robot()
-    return Faults(robot, faults, scenario.sensors.touching_force(scenario.scale(robot)))
+    return Faults(experiment.robot, faults, experiment.sensors.touching_force(experiment.scale))
 
 
 def new_drive(
-    scenario: Scenario,
+    scenario: Source | Experiment,
     controller: Controller | None,
     commands: Commanded,
     *,
@@ -119,32 +120,32 @@ def new_drive(
 
     Arguments and errors as in `drive`; an endless run goes on for as long as it is advanced.
     """
-    scenario = scenario.driven()
-    checked = check_drive(scenario, rate=rate, faults=faults)
+    experiment = built(scenario).driven()
+    checked = check_drive(experiment, rate=rate, faults=faults)
     if isinstance(commands, CommandScript):
-        commands.check_legs(len(scenario.load_robot().legs))
+        commands.check_legs(len(experiment.robot.legs))
     if controller is None:
-        controller = scenario_controller(scenario, rate)
-    _check_engine(scenario, controller)
-    _check_prescribed(scenario, controller)
-    begin = _begin(scenario, controller)
-    scenario = with_time_step(scenario, begin, 1 / rate)
-    check_start(scenario, begin)
+        controller = scenario_controller(experiment, rate)
+    _check_engine(experiment, controller)
+    _check_prescribed(experiment, controller)
+    begin = _begin(experiment, controller)
+    experiment = with_time_step(experiment, begin, 1 / rate)
+    check_start(experiment, begin)
     attributes: dict[str, str | int | float] = {
         **_controller_attributes(controller, rate),
         "control_rate": float(rate),
         "faults": json.dumps(list(checked.texts)),
     }
     if not isinstance(controller, Player):
-        attributes["servo_verdict"] = verdict_text(scenario)
-    table = scenario.sensors
+        attributes["servo_verdict"] = verdict_text(experiment)
+    table = experiment.sensors
     if table.measured == "everything":
         # A reading of a step arrives after it.
         delays = {name: getattr(table, name) for name in (f"{s}_delay" for s in SENSORS)}
-        least = scenario.simulation.time_step
-        scenario = scenario.replace(**{name: max(each, least) for name, each in delays.items()})
+        least = experiment.solver.time_step
+        experiment = experiment.replace(**{name: max(each, least) for name, each in delays.items()})
     return ClosedLoopRun(
-        scenario,
+        experiment,
         begin,
         controller,
         commands,
@@ -155,16 +156,18 @@ def new_drive(
     )
 
 
-def _begin(scenario: Scenario, controller: Controller) -> Motion:
+def _begin(experiment: Experiment, controller: Controller) -> Motion:
     """Return the motion at whose first instant the robot begins."""
     motion: Motion | None = getattr(controller, "motion", None)
     if motion is not None:
-        return motion.for_scenario(scenario)
-    robot, packed = scenario.load_robot(), scenario.simulation.start_posture == "packed"
-    return standing(scenario, robot, packing(robot).folded if packed else None)
+        return motion.for_experiment(experiment)
+    robot, packed = experiment.robot, experiment.solver.start_posture == "packed"
+    return standing(experiment, packing(robot).folded if packed else None)
 
 
-def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> SafetyFilter:
+def scenario_controller(
+    scenario: Source | Experiment, rate: float, **settings: Any
+) -> SafetyFilter:
     """Return the controller of a scenario that is driven without another one.
 
     It is the locomotion engine with the scenario's robot, gait, period and step height, inside
@@ -175,16 +178,17 @@ def scenario_controller(scenario: Scenario, rate: float, **settings: Any) -> Saf
     Raises:
         InvalidInput: The robot cannot walk so.
     """
-    period_steps(scenario, rate)
-    robot, stride = scenario.load_robot(), scenario.planned_stride
+    experiment = built(scenario)
+    period_steps(experiment, rate)
+    robot, stride = experiment.robot, experiment.course.stride
     own: dict[str, Any] = {
-        "gait": scenario.load_gait(len(robot.legs)),
+        "gait": experiment.course.gait,
         "period": stride.period,
         "step_height": stride.step_height,
         "update_period": 1 / rate,
-        "gravity": scenario.model.gravity,
+        "gravity": experiment.world.gravity,
     }
-    sensors = scenario.sensors
+    sensors = experiment.sensors
     if sensors.depth != "none":
         delay = 0.0 if sensors.depth == "exact" else sensors.depth_delay
         own |= {"terrain_map": "points", "estimator": EstimatorSettings(depth_delay=delay)}
@@ -222,19 +226,19 @@ def _controller_attributes(controller: Controller, rate: float) -> dict[str, str
 
 
 def recorded_controller(
-    attributes: Attributes, scenario: Scenario, motion: Callable[[], Motion]
+    attributes: Attributes, experiment: Experiment, motion: Callable[[], Motion]
 ) -> Controller:
     """Return the controller of a recorded run.
 
     Args:
         attributes: Of the recording.
-        scenario: Of the recording.
+        experiment: Of the recording.
         motion: Returns the motion of a player.
 
     Raises:
         InvalidInput: It is none of phasmid's, or not well formed.
     """
-    name, robot = str(attributes["controller"]), scenario.load_robot()
+    name, robot = str(attributes["controller"]), experiment.robot
     text = str(attributes.get("controller_settings", ""))
     try:
         if name == PLAYER:
@@ -252,19 +256,19 @@ def recorded_controller(
     )
 
 
-def _check_engine(scenario: Scenario, controller: Controller) -> None:
+def _check_engine(experiment: Experiment, controller: Controller) -> None:
     """Refuse a locomotion engine of another gravity or other servos than the scenario has."""
     inner: Any = controller
     while not isinstance(inner, LocomotionEngine):
         inner = getattr(inner, "controller", None) or getattr(inner, "walker", None)
         if inner is None:
             return
-    servo, gravity = scenario.load_robot().servo, scenario.model.gravity
+    servo, gravity = experiment.robot.servo, experiment.world.gravity
     if inner.settings.gravity != gravity:
         raise InvalidInput(
             f"the engine has a gravity of {inner.settings.gravity:g} m/s²; the scenario has "
             f"{gravity:g}.",
-            hint="LocomotionEngine(scenario.load_robot(), gravity=scenario.model.gravity)",
+            hint="LocomotionEngine(experiment.robot, gravity=experiment.world.gravity)",
         )
     limits = [(one.stall_torque, one.no_load_speed) for one in (inner.robot.servo, servo)]
     if limits[0] != limits[1]:
@@ -273,21 +277,21 @@ def _check_engine(scenario: Scenario, controller: Controller) -> None:
             f"the engine's servos give {torque:.3g} N·m and {speed:.3g} rad/s; those of the "
             f"scenario, at {servo.voltage:g} V, give {own_torque:.3g} N·m and {own_speed:.3g} "
             "rad/s.",
-            hint="LocomotionEngine(scenario.load_robot())",
+            hint="LocomotionEngine(scenario.build().robot)",
         )
 
 
-def _check_prescribed(scenario: Scenario, controller: Controller) -> None:
+def _check_prescribed(experiment: Experiment, controller: Controller) -> None:
     """Refuse prescribed joints on ground that the controller does not estimate.
 
     They do not yield: feet that touch down early would hit the ground with any force.
     """
-    if scenario.simulation.drive != "prescribed" or scenario.load_terrain().is_level:
+    if experiment.solver.drive != "prescribed" or experiment.world.terrain.is_level:
         return
-    if isinstance(controller, Player) and scenario.terrain.planned_on == "terrain":
+    if isinstance(controller, Player) and experiment.world.is_planned:
         return
     raise InvalidInput(
-        f'drive is "prescribed" on terrain "{scenario.terrain.kind}"; joints that do not yield '
+        f'drive is "prescribed" on terrain "{experiment.world.kind}"; joints that do not yield '
         "need a plan that follows the ground.",
         hint='drive = "ideal-servo", or drive = "servo"',
     )

@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Experiment
 from phasmid.forces import holding_forces, planned_load
 from phasmid.motion import Motion, SampledMotion, Walk
-from phasmid.scenario import Scenario
 from phasmid.servo.law_kernels import SLOW
 from phasmid.simulation.model import JOINT_IMPEDANCE, drive_gains, joint_gains
 
@@ -229,10 +229,10 @@ class TorqueDrive(IdealServoDrive):
     """
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, scenario: Scenario
+        self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion, experiment: Experiment
     ) -> None:
         super().__init__(model, data, walk)
-        self._stiffness, self._damping = joint_gains(walk.robot, scenario)
+        self._stiffness, self._damping = joint_gains(experiment)
 
     def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the torques at zero angle and speed [N·m]; MuJoCo adds spring and damper."""
@@ -242,13 +242,13 @@ class TorqueDrive(IdealServoDrive):
         return total if torque is None else total + torque.reshape(len(q), -1)
 
 
-def check_feed_forward(scenario: Scenario, walk: Motion) -> None:
+def check_feed_forward(experiment: Experiment, walk: Motion) -> None:
     """Refuse the torque drive for a trajectory, whose stance feet are unknown.
 
     Raises:
         InvalidInput: The drive is ``torque`` and the motion is no planned walk.
     """
-    if scenario.simulation.drive == "torque" and not isinstance(walk, Walk):
+    if experiment.solver.drive == "torque" and not isinstance(walk, Walk):
         raise InvalidInput(
             'drive is "torque" and the joints follow a trajectory without foot '
             "contacts; it must be another drive.",
@@ -256,24 +256,24 @@ def check_feed_forward(scenario: Scenario, walk: Motion) -> None:
         )
 
 
-def walking_torque(scenario: Scenario, walk: Walk) -> Float[np.ndarray, "samples legs 3"]:
+def walking_torque(experiment: Experiment, walk: Walk) -> Float[np.ndarray, "samples legs 3"]:
     """Return the model torques of a sampled plan with the servos' rotors [N·m], shape (N, L, 3).
 
     Raises:
         InfeasibleLoad: The stance feet cannot give what the motion needs.
     """
-    return planned_load(scenario, walk).torque + walk.robot.servo.armature * walk.qdd
+    return planned_load(experiment, walk).torque + walk.robot.servo.armature * walk.qdd
 
 
 def standing_torque(
-    scenario: Scenario, start: SampledMotion
+    experiment: Experiment, start: SampledMotion
 ) -> Float[np.ndarray, "samples legs 3"]:
     """Return the static torques of a robot on all its feet [N·m], shape (N, L, 3).
 
     Raises:
         InfeasibleLoad: Its feet lie on a line.
     """
-    trunk, ground, feet = start.trunk, scenario.planned_terrain(), start.foot_position[0]
+    trunk, ground, feet = start.trunk, experiment.world.planned_terrain, start.foot_position[0]
     pose = trunk.position[0], trunk.rotation[0], start.q[0], feet
     stance = np.ones(len(feet), dtype=bool)
-    return holding_forces(scenario, start.robot, *pose, stance, ground).torque[None]
+    return holding_forces(experiment, *pose, stance, ground).torque[None]

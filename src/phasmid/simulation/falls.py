@@ -13,10 +13,10 @@ from phasmid.experiment.ending import Ending, Failure
 from phasmid.gait.support import support_margin
 from phasmid.kinematics import centre_of_mass, quaternion_rotation
 from phasmid.robot import JOINTS
-from phasmid.scenario.sliding import Slide, find_slide
 from phasmid.simulation.channels import sample_channels
 from phasmid.simulation.loop import Samples
 from phasmid.simulation.termination import FASTEST_BODY
+from phasmid.terrain.sliding import Slide, find_slide
 
 if TYPE_CHECKING:
     from phasmid.simulation.run import Run
@@ -78,7 +78,7 @@ class Past:
             sample_channels(run, samples),
         )
         feet, contact = channels["foot_position"], channels["contact"]
-        return find_slide(run.scenario, run.robot, time, feet, contact)
+        return find_slide(run.ground, run.experiment.scale, time, feet, contact)
 
     @property
     def _samples(self) -> Samples:
@@ -99,7 +99,7 @@ class Past:
             failure,
             ending=Ending.FELL,
             reason=f"{who} slid at {slide.speed:.2g} m/s: {slide.cause}",
-            remedy=slide.remedy(run.scenario),
+            remedy=slide.remedy(run.ground),
         )
 
     def _tipped(self, failure: Failure, samples: Samples) -> Failure | None:

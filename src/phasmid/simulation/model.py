@@ -9,10 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics import BodyMotion, mass_matrix
-from phasmid.experiment import ContactLaw
+from phasmid.experiment import ContactLaw, Experiment, Source, built
 from phasmid.kinematics import body_height, jacobian, joint_angles, rpy_quaternion
 from phasmid.robot import JOINTS, Body, Leg, Link, Robot
-from phasmid.scenario import Scenario
 from phasmid.simulation.contact import (
     GROUND,
     add_foot_planes,
@@ -38,23 +37,23 @@ X_AXIS_UP = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 """Quaternion of a quarter turn about x: from the coxa's frame to the femur's."""
 
 
-def build_model(robot: Robot, scenario: Scenario) -> mujoco.MjModel:
-    """Build the MuJoCo model of a robot that stands on the scenario's ground.
+def build_model(scenario: Source | Experiment) -> mujoco.MjModel:
+    """Build the MuJoCo model of a robot that stands on the ground of a scenario.
 
     The trunk floats; the frames of the bodies are those of the paper's Table 1; every foot has
     four contact points, each a linear spring and damper: at the corners of a square, or in one
     place as the ball of a foot with a radius.
 
     Args:
-        robot: The robot, L legs.
-        scenario: Its contact, terrain, drive, gravity and time step are used.
+        scenario: The scenario, or its experiment.
 
     Returns:
         The compiled model. Its sensors are, leg by leg, the number of touching contact points (1)
         and the force of the ground on the foot in world axes [N] (3), then the positions of all
         feet in world axes [m] (L times 3).
     """
-    return compile_model(model_specification(robot, scenario), scenario.contact_law(robot))
+    experiment = built(scenario)
+    return compile_model(model_specification(experiment), experiment.world.contact)
 
 
 def compile_model(spec: mujoco.MjSpec, law: ContactLaw) -> mujoco.MjModel:
@@ -67,25 +66,26 @@ def compile_model(spec: mujoco.MjSpec, law: ContactLaw) -> mujoco.MjModel:
     return model
 
 
-def foot_mobility(robot: Robot, scenario: Scenario) -> Float[np.ndarray, " legs"]:
+def foot_mobility(experiment: Experiment) -> Float[np.ndarray, " legs"]:
     """Return MuJoCo's inverse effective mass of each foot at the neutral stance [1/kg], (L,)."""
-    model = model_specification(robot, scenario).compile()
-    return np.array([model.body(f"{leg.name}.tibia").invweight0[0] for leg in robot.legs])
+    model = model_specification(experiment).compile()
+    return np.array(
+        [model.body(f"{leg.name}.tibia").invweight0[0] for leg in experiment.robot.legs]
+    )
 
 
-def joint_mobility(robot: Robot, scenario: Scenario, q: Float[np.ndarray, "legs 3"]) -> float:
+def joint_mobility(experiment: Experiment, q: Float[np.ndarray, "legs 3"]) -> float:
     """Return the largest eigenvalue of the joints' part of the inverse mass matrix.
 
     It is the largest acceleration of the joints per torque on them [rad/s² per N·m].
 
     Args:
-        robot: The robot, L legs.
-        scenario: Its drive is used, since rotors add inertia.
+        experiment: Its robot, L legs, and its drive are used, since rotors add inertia.
         q: Joint angles [rad], shape (L, 3).
     """
     import mujoco
 
-    model = model_specification(robot, scenario).compile()
+    model = model_specification(experiment).compile()
     data, M = mujoco.MjData(model), np.zeros((model.nv, model.nv))
     data.qpos[7:] = q.ravel()
     mujoco.mj_forward(model, data)
@@ -93,13 +93,13 @@ def joint_mobility(robot: Robot, scenario: Scenario, q: Float[np.ndarray, "legs 
     return float(np.linalg.eigvalsh(np.linalg.inv(M)[6:, 6:]).max())
 
 
-def joint_gains(robot: Robot, scenario: Scenario) -> Float[np.ndarray, "2 joints"]:
+def joint_gains(experiment: Experiment) -> Float[np.ndarray, "2 joints"]:
     """Return stiffness [N·m/rad] and damping [N·m·s/rad] of torque-driven joints, shape (2, 3 L).
 
-    They are the scenario's gains times each joint's inertia at the neutral stance: that of its leg
+    They are the solver's gains times each joint's inertia at the neutral stance: that of its leg
     and its rotor, with a mass at the foot, the robot's share for half of the legs.
     """
-    table = scenario.simulation
+    table, robot = experiment.solver, experiment.robot
     feet = np.array([leg.neutral_foot for leg in robot.legs])
     q = joint_angles(robot.arrays, feet)
     own = np.diagonal(mass_matrix(robot, BodyMotion.at_rest(), q))[6:]
@@ -120,33 +120,33 @@ def drive_gains(dt: float) -> tuple[float, float]:
     return 0.25 / dt**2, 1.0 / dt
 
 
-def model_specification(robot: Robot, scenario: Scenario) -> mujoco.MjSpec:
-    """Describe a robot on the scenario's ground, without the contact law of its feet."""
+def model_specification(experiment: Experiment) -> mujoco.MjSpec:
+    """Describe an experiment's robot on its ground, without the contact law of its feet."""
     import mujoco
 
-    law = scenario.contact_law(robot)
+    law, robot = experiment.world.contact, experiment.robot
     spec = mujoco.MjSpec()
     spec.modelname = robot.name
     spec.compiler.degree = False
-    spec.option.timestep = scenario.simulation.time_step
-    spec.option.gravity = [0.0, 0.0, -scenario.model.gravity]
+    spec.option.timestep = experiment.solver.time_step
+    spec.option.gravity = [0.0, 0.0, -experiment.world.gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     # Dense: the sparse Newton Hessian of MuJoCo 4.0.0 is wrong, and 24 degrees of freedom are few.
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     spec.option.impratio = law.friction_hardness
-    friction = add_ground(spec, scenario)
+    friction = add_ground(spec, experiment)
     trunk = spec.worldbody.add_body(name="trunk", pos=[0.0, 0.0, body_height(robot)])
     trunk.add_freejoint(name="trunk")
     set_inertia(trunk, robot.body)
-    if scenario.simulation.can_lie:
-        check_flat(scenario)
+    if experiment.solver.can_lie:
+        check_flat(experiment)
         add_points(trunk, "trunk", trunk_points(robot, law), law.point_radius, friction)
-    gains = joint_gains(robot, scenario).T.reshape(-1, 3, 2)
+    gains = joint_gains(experiment).T.reshape(-1, 3, 2)
     for leg, leg_gains in zip(robot.legs, gains, strict=True):
-        _add_leg(spec, trunk, leg, leg_gains, robot, scenario, law, friction)
-    add_foot_planes(spec, robot, scenario)
+        _add_leg(spec, trunk, leg, leg_gains, robot, experiment, law, friction)
+    add_foot_planes(spec, experiment)
     _add_sensors(spec, robot)
     return spec
 
@@ -164,7 +164,7 @@ def _add_leg(
     leg: Leg,
     gains: Float[np.ndarray, "3 2"],
     robot: Robot,
-    scenario: Scenario,
+    experiment: Experiment,
     law: ContactLaw,
     friction: list[float],
 ) -> None:
@@ -176,7 +176,7 @@ def _add_leg(
         (leg.coxa.end, X_AXIS_UP),
         (leg.femur.end, (1.0, 0.0, 0.0, 0.0)),
     )
-    servo, drive = robot.servo, scenario.simulation.planned_drive
+    servo, drive = robot.servo, experiment.solver.planned_drive
     strength = leg.strength.tolist()
     is_motor = drive in {"ideal-servo", "torque"}
     for joint, link, (position, quaternion), (stiffness, damping), ratio in zip(
@@ -204,7 +204,7 @@ def _add_leg(
             largest = ratio * servo.stall_torque
             actuator.forcerange = [-largest, largest]
         elif drive == "prescribed":
-            _prescribe(spec, name, scenario.simulation.time_step)
+            _prescribe(spec, name, experiment.solver.time_step)
         parent = body
     parent.add_site(name=f"{leg.name}.foot", pos=leg.tibia.end)
     points, radius = foot_points(robot, leg, law), point_radius(robot, law)

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from jaxtyping import Float, Int
 
+from phasmid.experiment import Experiment
 from phasmid.forces.analysis import model_channels
 from phasmid.motion import Walk
-from phasmid.scenario import Scenario
 
 BLOCK = 1024
 """Samples that are computed together before the run."""
@@ -36,7 +36,7 @@ class ModelReference:
     one cycle serves all.
 
     Args:
-        scenario: Its force model and recording interval are used.
+        experiment: Its force model and recording interval are used.
         walk: The plan.
         until: The last recorded instant [s].
 
@@ -45,11 +45,11 @@ class ModelReference:
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
 
-    def __init__(self, scenario: Scenario, walk: Walk, until: float) -> None:
-        self._scenario, self._walk = scenario, walk
-        self._interval = scenario.simulation.time_step * scenario.record_steps
+    def __init__(self, experiment: Experiment, walk: Walk, until: float) -> None:
+        self._experiment, self._walk = experiment, walk
+        self._interval = experiment.solver.time_step * experiment.solver.record_steps
         count = math.floor(until / self._interval + 1e-9) + 1
-        cycle = scenario.period / self._interval
+        cycle = experiment.course.stride.period / self._interval
         self._cycle: dict[str, np.ndarray] | None = None
         is_whole = abs(cycle - round(cycle)) <= 1e-9 * cycle
         if walk.keeps_heading and is_whole and 0 < round(cycle) <= LONGEST_CYCLE:
@@ -69,15 +69,15 @@ class ModelReference:
         return {name: values[sample % length] for name, values in self._cycle.items()}
 
     def _compute(self, sample: Int[np.ndarray, " samples"]) -> dict[str, np.ndarray]:
-        channels = model_channels(self._scenario, self._walk.sample(sample * self._interval))
+        channels = model_channels(self._experiment, self._walk.sample(sample * self._interval))
         return {name: channels[name] for name in CHANNELS}
 
 
-def check_load(scenario: Scenario, walk: Walk) -> None:
+def check_load(experiment: Experiment, walk: Walk) -> None:
     """Refuse a walk whose load the scenario's force model cannot share.
 
     Raises:
         InvalidInput: The load transfer takes longer than the gait allows.
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
-    ModelReference(scenario, walk, scenario.duration)
+    ModelReference(experiment, walk, experiment.duration)

@@ -45,15 +45,15 @@ class Observer:
             self._shutdown = run.drive.servos.reshape(-1, 3)["shutdown"]
         self._streams: list[SensorStream] = []
         self._interval, self._velocity = run.every * run.dt, np.zeros(3)
-        if run.scenario.sensors.measured == "everything":
+        if run.experiment.sensors.measured == "everything":
             first = sample_channels(run, present_sample(run.model, run.data, run.drive))
             first["body_acceleration"] = np.zeros((1, 3))
-            sensors = robot_sensors(run.scenario, run.robot)
+            sensors = robot_sensors(run.experiment)
             self._streams = [SensorStream(sensor, self._interval, first) for sensor in sensors]
         self._frozen: dict[int, dict[str, np.ndarray]] = {}
         self._depth: DepthSensor | None = None
-        if run.scenario.sensors.depth != "none":
-            self._depth = DepthSensor(run.scenario.sensors, run.robot, run.ground)
+        if run.experiment.sensors.depth != "none":
+            self._depth = DepthSensor(run.experiment.sensors, run.robot, run.ground)
         # Number of depth readings, and the times at which they arrive.
         self._depth_readings, self._points = 0, deque[tuple[float, np.ndarray]]()
 
@@ -164,7 +164,7 @@ class Observer:
             normal = run.ground.normal(foot[:, 0], foot[:, 1])
             normal_force = np.sum(contact[:, 1:] * normal, axis=1)
         specific_force = (qvel[:3] - velocity_before) / run.dt
-        specific_force[2] += run.scenario.model.gravity
+        specific_force[2] += run.experiment.world.gravity
         acceleration = np.empty(3)
         mujoco.mju_rotVecQuat(acceleration, specific_force, orientation * INVERSE)
         return Observation(

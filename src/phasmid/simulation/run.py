@@ -16,15 +16,15 @@ from jaxtyping import Float, Shaped
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Command
+from phasmid.experiment import Command, Experiment, Source, built
 from phasmid.experiment.ending import Ending, Failure
+from phasmid.experiment.solver import SETTLING_TIME
 from phasmid.forces.analysis import recording_attributes
 from phasmid.interrupts import held_signals
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, Walk
 from phasmid.recording import Recording, RecordingLog, load_recording, new_recording
 from phasmid.recording.provenance import ending_attributes, versions
 from phasmid.recording.recording import Attributes
-from phasmid.scenario import SETTLING_TIME, Scenario
 from phasmid.simulation.channels import sample_channels, with_sensors
 from phasmid.simulation.contact import FootGround
 from phasmid.simulation.drives import (
@@ -77,7 +77,7 @@ class Run:
     The robot is placed at the start of the plan and settles on its feet before the first step.
 
     Args:
-        scenario: Its simulation, contact and terrain are used.
+        scenario: The scenario, or its experiment.
         walk: The motion that the joints follow.
         start: State of a run of the same walk to continue from, see `state`; None: the robot is
             placed and settles.
@@ -104,17 +104,18 @@ class Run:
 
     def __init__(
         self,
-        scenario: Scenario,
+        scenario: Source | Experiment,
         walk: Motion,
         *,
         start: Float[np.ndarray, " state"] | None = None,
         endless: bool = False,
     ) -> None:
-        self.scenario, self.walk, self.robot = scenario, walk, walk.robot
-        self.dt = scenario.simulation.time_step
-        self.steps = ENDLESS if endless else max(1, round(scenario.duration / self.dt))
-        self.every = scenario.record_steps
-        self.ground = scenario.load_terrain()
+        self.experiment = experiment = built(scenario)
+        self.walk, self.robot = walk, walk.robot
+        self.dt = experiment.solver.time_step
+        self.steps = ENDLESS if endless else max(1, round(experiment.duration / self.dt))
+        self.every = experiment.solver.record_steps
+        self.ground = experiment.world.terrain
         self._set_up()
         self.buffer = empty_samples(self.model, self.drive, self.block_steps)
         self.log = self.buffer[:0]
@@ -123,7 +124,7 @@ class Run:
         self.ended = False
         self._watcher: Watcher | None = None
         self.following = CommandFollowing(self._commanding_walk())
-        self.lies = scenario.simulation.can_lie
+        self.lies = experiment.solver.can_lie
         self._warnings: list[str] = []
         self._step_error = ""
         self._past = Past(self)
@@ -196,9 +197,9 @@ class Run:
     def _set_up(self) -> None:
         import mujoco
 
-        self.model = build_model(self.robot, self.scenario)
+        self.model = build_model(self.experiment)
         self.data = mujoco.MjData(self.model)
-        self.drive: Drive = _new_drive(self.scenario, self.model, self.data, self.walk)
+        self.drive: Drive = _new_drive(self.experiment, self.model, self.data, self.walk)
         self.foot_ground = FootGround(self.model, self.data, self.robot, self.ground)
 
     def _place(self, start: SampledMotion) -> None:
@@ -208,7 +209,7 @@ class Run:
         data = self.data
         mujoco.mj_resetData(self.model, data)
         data.qpos[:3] = start.trunk.position[0]
-        data.qpos[2] += start_offset(self.scenario, start)
+        data.qpos[2] += start_offset(self.experiment, start)
         data.qpos[3:7] = start.trunk.quaternion[0]
         data.qpos[7:] = start.q[0].ravel()
         self.drive.command(self._still(start, 1)[0])
@@ -236,8 +237,8 @@ class Run:
         """Return the commands of joints that stay where they start, for a number of steps."""
         still = np.zeros_like(start.q)
         torque = None
-        if self.scenario.simulation.drive == "torque":
-            torque = standing_torque(self.scenario, start)
+        if self.experiment.solver.drive == "torque":
+            torque = standing_torque(self.experiment, start)
         targets = self.drive.targets(Setpoints(start.q, still, still, torque))
         return np.repeat(targets, count, axis=0)
 
@@ -264,16 +265,16 @@ class Run:
 
     def _planned_targets(self, start: int, stop: int) -> Float[np.ndarray, "samples joints"]:
         walk, torque = self.walk.sample(np.arange(start, stop) * self.dt), None
-        if self.scenario.simulation.drive == "torque":
+        if self.experiment.solver.drive == "torque":
             assert isinstance(walk, Walk)
-            torque = walking_torque(self.scenario, walk)
+            torque = walking_torque(self.experiment, walk)
         return self.drive.targets(Setpoints(walk.q, walk.qd, walk.qdd, torque))
 
     def _cycle_targets(self) -> Shaped[np.ndarray, "..."] | None:
         """Return the commands of one cycle, where it serves all and is a whole number of steps."""
         if not self.walk.is_periodic:
             return None
-        cycle = self.scenario.period / self.dt
+        cycle = self.experiment.course.stride.period / self.dt
         steps = round(cycle)
         if steps > LONGEST_CYCLE or abs(cycle - steps) > 1e-9 * cycle:
             return None
@@ -335,7 +336,7 @@ class Run:
                     failure = self._with_time(failure)
                 self.step += made
                 if progress:
-                    progress(min(self.step * self.dt, self.scenario.duration))
+                    progress(min(self.step * self.dt, self.experiment.duration))
         if failure and self.done == 0:
             # A recording has at least one sample.
             keep(self.first)
@@ -429,7 +430,7 @@ class Run:
         attributes = {**self.attributes(), **self._outcome(failure)}
         channels = {name: np.concatenate([each[name] for each in blocks]) for name in first}
         recording = new_recording(self.time[: self.done], channels, attributes)
-        return with_sensors(self.scenario, recording)
+        return with_sensors(self.experiment, recording)
 
     def record(
         self, path: str | Path, *, progress: Progress | None = None, force: bool = False
@@ -481,7 +482,7 @@ class Run:
         if log is None:
             return self.simulate(progress=progress)
         self.record(log, progress=progress, force=force)
-        return with_sensors(self.scenario, load_recording(log))
+        return with_sensors(self.experiment, load_recording(log))
 
     def channels(self, samples: Samples) -> dict[str, np.ndarray]:
         """Return the channels of the samples that are recorded next, with those of the model.
@@ -496,18 +497,18 @@ class Run:
     @cached_property
     def _model(self) -> ModelReference:
         assert isinstance(self.walk, Walk)
-        return ModelReference(self.scenario, self.walk, float(self.time[-1]))
+        return ModelReference(self.experiment, self.walk, float(self.time[-1]))
 
     def attributes(self) -> Attributes:
         """Return the recording's attributes, except for how the run ended."""
-        scenario, walk = self.scenario, self.walk
+        experiment, walk = self.experiment, self.walk
         attributes = {
-            **recording_attributes(scenario, walk),
+            **recording_attributes(experiment, walk),
             "kind": "simulation",
-            "drive": scenario.simulation.planned_drive,
-            "contact_law": scenario.contact.contact_law,
+            "drive": experiment.solver.planned_drive,
+            "contact_law": experiment.world.contact.kind,
             "simulator": self.simulator,
-            "time_step": scenario.simulation.time_step,
+            "time_step": experiment.solver.time_step,
             **versions(),
         }
         if isinstance(walk, JointTrajectory):
@@ -530,15 +531,15 @@ class Run:
         """
         time = min(self.step, self.steps) * self.dt
         # The gait begins in the first cycle.
-        if time < self.scenario.period:
+        if time < self.experiment.course.stride.period:
             return None
-        found = shortfall_cause(self.scenario, self.following, command, event)
+        found = shortfall_cause(self.experiment, self.following, command, event)
         if found is None:
             return None
         cause, remedy = found
         slide = self._past.slide()
         if slide is not None:
-            cause, remedy = f"it slides, since {slide.cause}", slide.flatter(self.scenario)
+            cause, remedy = f"it slides, since {slide.cause}", slide.flatter(self.ground)
         return Failure(Ending.SHORT, self.step, f"in {time:.4g} s: {cause}", remedy)
 
     def _outcome(self, failure: Failure | None) -> Attributes:
@@ -546,13 +547,13 @@ class Run:
 
 
 def _new_drive(
-    scenario: Scenario, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion
+    experiment: Experiment, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion
 ) -> Drive:
-    kind = scenario.simulation.planned_drive
+    kind = experiment.solver.planned_drive
     if kind == "servo":
         return ServoDrive(model, data, walk)
     if kind == "torque":
-        return TorqueDrive(model, data, walk, scenario)
+        return TorqueDrive(model, data, walk, experiment)
     return (PrescribedDrive if kind == "prescribed" else IdealServoDrive)(model, data, walk)
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Command
+from phasmid.experiment import Command, Experiment
+from phasmid.experiment.course import StrideTable
 from phasmid.gait import sway
 from phasmid.kinematics import (
     CommandTracking,
@@ -22,8 +23,6 @@ from phasmid.kinematics import (
 )
 from phasmid.motion import Walk, progress
 from phasmid.recording.channels import walking_command
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import StrideTable
 
 LEAST_SHARE = 0.5
 """Share of the commanded motion below which a run fell short."""
@@ -62,7 +61,7 @@ class CommandFollowing:
         self._last: dict[str, np.ndarray] = {}
         self._walk = walk
         if walk is not None:
-            stride, duration = walk.scenario.planned_stride, walk.scenario.duration
+            stride, duration = walk.experiment.course.stride, walk.experiment.duration
             steps = float(progress(walk.gait, stride, np.array(duration)).position)
             self._twist = step_twist(stride.step) * steps / duration
             self._neutral, self._period = neutral_feet(walk.robot), stride.period
@@ -99,12 +98,12 @@ class CommandFollowing:
 
 
 def shortfall_cause(
-    scenario: Scenario, following: CommandFollowing, command: Command | None, event: str
+    experiment: Experiment, following: CommandFollowing, command: Command | None, event: str
 ) -> tuple[str, str] | None:
     """Return why a run made less than half of its commanded motion, and a remedy.
 
     Args:
-        scenario: Its gait, step height and friction are used.
+        experiment: Its gait, step height and friction are used.
         following: How the run followed its command.
         command: The only command of a driven run; None: there were several, or a plan.
         event: The controller's last event; empty where there is none.
@@ -115,11 +114,11 @@ def shortfall_cause(
     share = following.tracking.smallest_share
     if share is None or share >= LEAST_SHARE:
         return None
-    feasible, stride = following.feasible.smallest_share, scenario.stride
-    usual, friction = usual_step_height(scenario), scenario.terrain.friction
+    feasible, stride = following.feasible.smallest_share, experiment.course.stride
+    usual, friction = usual_step_height(experiment), experiment.world.terrain.coefficient
     if feasible is not None and feasible < LEAST_SHARE:
         why = f" ({event})" if event else ""
-        remedy = feasible_options(scenario, command) if command else "slower commands"
+        remedy = feasible_options(experiment, command) if command else "slower commands"
         if event.startswith("stands:"):
             # The legs that are left cannot walk at any velocity.
             remedy = ""
@@ -134,19 +133,19 @@ def shortfall_cause(
     return "its feet slip or are held up", "a higher step, or a slower walk"
 
 
-def usual_step_height(scenario: Scenario) -> float:
+def usual_step_height(experiment: Experiment) -> float:
     """Return the default step height, scaled with the robot's legs [m]."""
-    return StrideTable().step_height * scenario.scale(scenario.load_robot()).length
+    return StrideTable().step_height * experiment.scale.length
 
 
-def feasible_options(scenario: Scenario, command: Command) -> str:
+def feasible_options(experiment: Experiment, command: Command) -> str:
     """Return options with which the locomotion engine follows a command's direction.
 
     The period stays where it permits a tenth of the velocity; else it is the shortest that permits
     nearly the largest velocity.
 
     Args:
-        scenario: Its robot, gait, period and step height are used.
+        experiment: Its robot, gait, period and step height are used.
         command: Its own take their place where it has them.
 
     Returns:
@@ -155,13 +154,13 @@ def feasible_options(scenario: Scenario, command: Command) -> str:
     # Lazy import: compiled functions take 0.2 s to load.
     from phasmid.control import LocomotionEngine
 
-    robot, stride = scenario.load_robot(), scenario.planned_stride
-    wanted, gait = np.array(command.velocity), scenario.load_gait(len(robot.legs))
+    robot, stride = experiment.robot, experiment.course.stride
+    wanted, gait = np.array(command.velocity), experiment.course.gait
     factors = LONGER ** np.arange(math.ceil(math.log(LONGEST, LONGER)))
     shares: dict[float, float] = {}
     try:
         engine = LocomotionEngine(
-            robot, gait=gait, step_height=stride.step_height, gravity=scenario.model.gravity
+            robot, gait=gait, step_height=stride.step_height, gravity=experiment.world.gravity
         )
         for period in (command.period or stride.period) * factors:
             limit = engine.largest_velocity(
@@ -180,7 +179,7 @@ def feasible_options(scenario: Scenario, command: Command) -> str:
         return ""
     most = max(shares.values())
     if most <= 0:
-        lower = usual_step_height(scenario)
+        lower = usual_step_height(experiment)
         limit = engine.largest_velocity(command.velocity, step_height=lower)
         return f"--step-height-mm {1000 * lower:.2g}" if any(limit.velocity) else ""
     if len(shares) == 1 and most >= LEAST_SHARE:

@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Experiment
+from phasmid.experiment.solver import USUAL_STEP
 from phasmid.kinematics import (
     body_from_hip,
     foot_position,
@@ -20,9 +22,6 @@ from phasmid.kinematics import (
     rotation_rpy,
 )
 from phasmid.motion import JointTrajectory, Motion, SampledMotion, SampledTrajectory, TrunkMotion
-from phasmid.robot import Robot
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import USUAL_STEP
 from phasmid.servo.law import longest_servo_step
 from phasmid.servo.words import servo_words
 from phasmid.simulation.contact import CONTACT_POINTS, SOFT_TIME
@@ -39,14 +38,14 @@ SHORTEST_PRACTICAL = 2e-5
 """Time steps below this are not advised [s]: a walk takes fifty times as long as usual."""
 
 
-def with_time_step(scenario: Scenario, walk: Motion, period: float = USUAL_STEP) -> Scenario:
+def with_time_step(experiment: Experiment, walk: Motion, period: float = USUAL_STEP) -> Experiment:
     """Choose the time step where the scenario gives none, else check the one that it gives.
 
     The chosen one is the longest, up to `USUAL_STEP`, that resolves the contact and the gears of
     the robot's own servos, and that divides the period and the interval of the recording.
 
     Args:
-        scenario: The scenario.
+        experiment: The experiment.
         walk: A motion; its robot and first angles are used.
         period: Time between two updates of a controller [s]; of a planned walk, the usual step.
 
@@ -57,16 +56,16 @@ def with_time_step(scenario: Scenario, walk: Motion, period: float = USUAL_STEP)
         InvalidInput: The given step is too long, with the longest that would do; or the servos
             cannot be run.
     """
-    longest, what = step_limit(scenario, walk.robot, walk.sample(np.zeros(1)).q[0])
-    given = scenario.simulation.dt
+    longest, what = step_limit(experiment, walk.sample(np.zeros(1)).q[0])
+    given = experiment.solver.dt
     if given is not None and given <= longest:
-        return scenario
-    common = _common_divisor(period, scenario.simulation.record_interval or period)
+        return experiment
+    common = _common_divisor(period, experiment.solver.record_interval or period)
     if common < SHORTEST_PRACTICAL:
-        whole = max(1, round((scenario.simulation.record_interval or period) / period))
+        whole = max(1, round((experiment.solver.record_interval or period) / period))
         raise InvalidInput(
             f"no practical time step divides the period of {1000 * period:g} ms and the "
-            f"record_interval of {1000 * (scenario.simulation.record_interval or period):g} ms.",
+            f"record_interval of {1000 * (experiment.solver.record_interval or period):g} ms.",
             hint=f"record_interval = {whole * period:.9g}",
         )
     chosen = common / math.ceil(common / min(longest, USUAL_STEP) - 1e-9)
@@ -75,19 +74,16 @@ def with_time_step(scenario: Scenario, walk: Motion, period: float = USUAL_STEP)
         practical = chosen >= SHORTEST_PRACTICAL
         raise InvalidInput(
             f"{named} cannot resolve {what}; it needs {longest:.3g} s or less.",
-            hint=f"dt = {chosen:.9g}" if practical else _softer(scenario, walk.robot),
+            hint=f"dt = {chosen:.9g}" if practical else _softer(experiment),
         )
-    return scenario.replace(dt=chosen)
+    return experiment.replace(dt=chosen)
 
 
-def step_limit(
-    scenario: Scenario, robot: Robot, q: Float[np.ndarray, "legs 3"]
-) -> tuple[float, str]:
+def step_limit(experiment: Experiment, q: Float[np.ndarray, "legs 3"]) -> tuple[float, str]:
     """Return the longest time step that resolves contact and gears, and what limits it.
 
     Args:
-        scenario: Its contact, drive and servo settings are used.
-        robot: The robot, L legs.
+        experiment: Its contact, drive and servo settings are used.
         q: Joint angles [rad], shape (L, 3).
 
     Returns:
@@ -96,14 +92,14 @@ def step_limit(
     Raises:
         InvalidInput: The servos cannot be run.
     """
-    contact = longest_time_step(scenario, robot)
-    if scenario.simulation.drive == "servo":
+    contact, robot = longest_time_step(experiment), experiment.robot
+    if experiment.solver.drive == "servo":
         if (robot.arrays.strength != 1).any():
             raise InvalidInput(
                 'joints of different strength have no servo of one law; drive is "servo".',
                 hint='drive = "ideal-servo"',
             )
-        gears = longest_servo_step(robot.servo, joint_mobility(robot, scenario, q))
+        gears = longest_servo_step(robot.servo, joint_mobility(experiment, q))
         if gears < contact:
             return gears, f"the gears of the {servo_words(robot.servo.name)}"
     return contact, "this contact"
@@ -113,14 +109,15 @@ CONTACT_NUMBERS = "stiffness", "damping", "friction_damping"
 """Numbers of a contact that limit the time step."""
 
 
-def _softer(scenario: Scenario, robot: Robot) -> str:
+def _softer(experiment: Experiment) -> str:
     """Return numbers of the contact, or a drive without gears, with which a step is practical."""
-    law = scenario.replace(**dict.fromkeys(CONTACT_NUMBERS)).contact_law(robot)
-    given = [name for name in CONTACT_NUMBERS if getattr(scenario.contact, name) is not None]
+    law = experiment.replace(**dict.fromkeys(CONTACT_NUMBERS)).world.contact
+    own = experiment.world.contact
+    given = [name for name in CONTACT_NUMBERS if getattr(own, name) != getattr(law, name)]
     for count in range(1, len(given) + 1):
         for names in combinations(given, count):
             numbers = {name: float(f"{getattr(law, name):.3g}") for name in names}
-            if longest_time_step(scenario.replace(**numbers), robot) >= SHORTEST_PRACTICAL:
+            if longest_time_step(experiment.replace(**numbers)) >= SHORTEST_PRACTICAL:
                 return ", ".join(f"{name} = {value:g}" for name, value in numbers.items())
     return 'drive = "ideal-servo"'
 
@@ -134,26 +131,26 @@ def _common_divisor(a: float, b: float) -> float:
     return math.gcd(x.numerator * y.denominator, y.numerator * x.denominator) / denominator
 
 
-def longest_time_step(scenario: Scenario, robot: Robot) -> float:
+def longest_time_step(experiment: Experiment) -> float:
     """Return the longest time step that resolves the contact with the ground [s].
 
     The robot stands on three feet, with the contact points of each.
     """
-    law = scenario.contact_law(robot)
+    law = experiment.world.contact
     if law.kind == "mujoco":
         # MuJoCo softens its contact where the time step is longer.
         return SOFT_TIME / 2
-    mass = robot.mass / (3 * CONTACT_POINTS)
+    mass = experiment.robot.mass / (3 * CONTACT_POINTS)
     frequency = math.sqrt(law.stiffness / mass)
     damping_ratio = law.damping / (2 * math.sqrt(law.stiffness * mass))
     # Half the stability limit of a spring and a damper that are evaluated at the start of a step.
     stance_limit = 1 / (frequency * (math.sqrt(damping_ratio**2 + 1) + damping_ratio))
     if law.kind != "spring-damper":
         return stance_limit
-    return min(stance_limit, SAFETY_FACTOR * longest_foot_step(scenario, robot))
+    return min(stance_limit, SAFETY_FACTOR * longest_foot_step(experiment))
 
 
-def longest_foot_step(scenario: Scenario, robot: Robot) -> float:
+def longest_foot_step(experiment: Experiment) -> float:
     """Return the longest time step with which the lightest foot does not chatter in MuJoCo [s].
 
     A foot of mobility A has the mass 1/A, and that with which its points resist their own
@@ -161,7 +158,7 @@ def longest_foot_step(scenario: Scenario, robot: Robot) -> float:
     along the ground. A symplectic step of a mass m on a spring k and a damper c, both evaluated at
     its start, is stable where k dt² + 2 c dt < 4 m.
     """
-    law, mobility = scenario.contact_law(robot), float(foot_mobility(robot, scenario).max())
+    law, mobility = experiment.world.contact, float(foot_mobility(experiment).max())
     own, hardness = law.impedance / (1 - law.impedance), law.friction_hardness
     steps = []
     for k, c, hard in (
@@ -174,13 +171,13 @@ def longest_foot_step(scenario: Scenario, robot: Robot) -> float:
     return min(steps)
 
 
-def start_offset(scenario: Scenario, start: SampledMotion) -> float:
+def start_offset(experiment: Experiment, start: SampledMotion) -> float:
     """Return how much higher than planned the robot starts [m]."""
-    height = scenario.simulation.start_height
+    height = experiment.solver.start_height
     return 0.0 if height is None else height - float(start.trunk.position[0, 2])
 
 
-def check_start(scenario: Scenario, walk: Motion) -> None:
+def check_start(experiment: Experiment, walk: Motion) -> None:
     """Refuse a start in which a foot is inside the ground.
 
     Raises:
@@ -188,11 +185,11 @@ def check_start(scenario: Scenario, walk: Motion) -> None:
     """
     start = walk.sample(np.zeros(1))
     x, y, z = np.moveaxis(start.foot_position[0], -1, 0)
-    offset = start_offset(scenario, start)
-    ground = scenario.load_terrain().raised(walk.robot.foot_radius)
+    offset = start_offset(experiment, start)
+    ground = experiment.world.terrain.raised(walk.robot.foot_radius)
     depth = ground.height(x, y) - z - offset
     leg = int(np.argmax(depth))
-    if depth[leg] > DEEPEST_START * scenario.scale(walk.robot).length:
+    if depth[leg] > DEEPEST_START * experiment.scale.length:
         height = float(start.trunk.position[0, 2]) + offset + depth[leg]
         enough = math.ceil(1000 * height - 1e-6)
         raise InvalidInput(
@@ -222,25 +219,23 @@ class HeldPose(JointTrajectory):
         return SampledTrajectory(self.robot, time, *self.angles(time), trunk)
 
 
-def standing(
-    scenario: Scenario, robot: Robot, q: Float[np.ndarray, "legs 3"] | None = None
-) -> HeldPose:
+def standing(experiment: Experiment, q: Float[np.ndarray, "legs 3"] | None = None) -> HeldPose:
     """Place the robot at rest at the world's origin, with all feet near the ground.
 
     The trunk is parallel to the plane through the ground under the feet, as low as the highest
     ground under any foot and under the trunk allows.
 
     Args:
-        scenario: Its terrain is used.
-        robot: The robot, L legs.
+        experiment: Its terrain is used.
         q: Joint angles [rad], shape (L, 3); None: those of the neutral stance.
 
     Raises:
         InfeasibleWalk: They exceed the joints' limits.
     """
+    robot = experiment.robot
     if q is None:
         q = joint_angles(robot.arrays, hip_from_body(robot, neutral_feet(robot)))
-    ground = scenario.load_terrain()
+    ground = experiment.world.terrain
     centres = ground.raised(robot.foot_radius)
     feet = body_from_hip(robot, foot_position(robot.arrays, q))
     corners = np.array([[x, y, -1.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])

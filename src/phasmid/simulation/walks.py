@@ -12,9 +12,9 @@ from jaxtyping import Float
 from phasmid.arguments import check_kind, checked
 from phasmid.cores import cores
 from phasmid.errors import FailedRuns, InvalidInput
+from phasmid.experiment import Experiment, Source, built
 from phasmid.motion import JointTrajectory, Motion, Walk, plan
 from phasmid.recording import Recording
-from phasmid.scenario import Scenario
 from phasmid.simulation.drives import check_feed_forward
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.start import check_start, with_time_step
@@ -22,7 +22,7 @@ from phasmid.simulation.start import check_start, with_time_step
 
 @checked
 def simulate(
-    scenario: Scenario,
+    scenario: Source | Experiment,
     walk: Motion,
     *,
     progress: Progress | None = None,
@@ -37,7 +37,7 @@ def simulate(
     one.
 
     Args:
-        scenario: Its simulation, contact and terrain are used.
+        scenario: The scenario, or its experiment.
         walk: The plan that the joints follow, or a trajectory, which has no model channels and
             ends the run with it.
         progress: Receives the simulated time [s].
@@ -63,30 +63,31 @@ def simulate(
 
 
 def new_run(
-    scenario: Scenario, walk: Motion, *, start: Float[np.ndarray, " state"] | None = None
+    scenario: Source | Experiment, walk: Motion, *, start: Float[np.ndarray, " state"] | None = None
 ) -> Run:
     """Return the run of a walk, before its first step, in the simulator of its contact law.
 
     Arguments and errors as in `simulate`.
     """
-    if isinstance(walk, JointTrajectory) and walk.duration < scenario.duration:
-        scenario = scenario.replace(duration=walk.duration)
-    walk = walk.for_scenario(scenario)
-    scenario = with_time_step(scenario, walk)
-    check_feed_forward(scenario, walk)
+    experiment = built(scenario)
+    if isinstance(walk, JointTrajectory) and walk.duration < experiment.duration:
+        experiment = experiment.replace(duration=walk.duration)
+    walk = walk.for_experiment(experiment)
+    experiment = with_time_step(experiment, walk)
+    check_feed_forward(experiment, walk)
     if start is None:
-        check_start(scenario, walk)
-    if scenario.contact.contact_law != "simscape":
-        return Run(scenario, walk, start=start)
+        check_start(experiment, walk)
+    if experiment.world.contact.kind != "simscape":
+        return Run(experiment, walk, start=start)
     # Lazy import: its compiled functions take a while.
     from phasmid.simulation.simscape.run import SimscapeRun
 
-    return SimscapeRun(scenario, walk, start=start)
+    return SimscapeRun(experiment, walk, start=start)
 
 
 @checked
 def simulate_many(
-    scenarios: Iterable[Scenario | tuple[Scenario, Walk]],
+    scenarios: Iterable[Source | Experiment | tuple[Source | Experiment, Walk]],
     *,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
@@ -107,18 +108,19 @@ def simulate_many(
             others.
         KeyboardInterrupt: The runs were stopped by Ctrl-C.
     """
-    pairs: list[tuple[Scenario, Walk | None]] = []
+    pairs: list[tuple[Experiment, Walk | None]] = []
     for i, one in enumerate(scenarios):
-        check_kind(one, Scenario | tuple[Scenario, Walk], f"scenarios[{i}]")
-        pairs.append((one, None) if isinstance(one, Scenario) else one)
+        check_kind(one, Source | Experiment | tuple[Source | Experiment, Walk], f"scenarios[{i}]")
+        scenario, walk = one if isinstance(one, tuple) else (one, None)
+        pairs.append((built(scenario), walk))
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(pairs)
     errors: dict[int, Exception] = {}
 
-    def run(scenario: Scenario, walk: Walk | None) -> Recording:
-        return new_run(scenario, walk or plan(scenario)).simulate(interrupted=stopped)
+    def run(experiment: Experiment, walk: Walk | None) -> Recording:
+        return new_run(experiment, walk or plan(experiment)).simulate(interrupted=stopped)
 
     # Threads are enough: MuJoCo releases Python's lock during each step.
     with ThreadPoolExecutor(min(workers or cores(), max(1, len(pairs)))) as pool:
@@ -139,5 +141,5 @@ def simulate_many(
             pool.shutdown(cancel_futures=True)
             raise
     if errors:
-        raise FailedRuns([scenario.name for scenario, _ in pairs], recordings, errors)
+        raise FailedRuns([experiment.name for experiment, _ in pairs], recordings, errors)
     return [recording for recording in recordings if recording is not None]

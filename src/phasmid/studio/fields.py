@@ -306,7 +306,7 @@ GROUPS = {
             "stride.period",
             "Cycle time",
             span=(0.3, 6, 0.05),
-            read=lambda setting: setting.scenario.period,
+            read=lambda setting: setting.experiment.course.stride.period,
             shown=_by_gait,
         ),
         _scenario("stride.step_height", "Step height", span=_of_height(0, 0.6), shown=_by_gait),

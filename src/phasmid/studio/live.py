@@ -99,7 +99,7 @@ class LiveRobot:
         self.run: ClosedLoopRun = new_drive(
             scenario, self._controller, lambda *_: self.command, rate=rate, endless=True
         )
-        self.source = Source(self.run.robot, scenario, setting.gait)
+        self.source = Source(self.run.experiment, self.run.robot)
         self.failure: Failure | None = self.run.failure
         self.sample: Samples = self.run.first
         self.time = self._work = 0.0
@@ -118,7 +118,7 @@ class LiveRobot:
         self._policy: PolicyController | None = None
         if setting.walks == "the plan":
             walk = plan(scenario)
-            if not scenario.planned_terrain().is_level:
+            if not walk.experiment.world.planned_terrain.is_level:
                 self.ends_at = float(walk.time[-1])
             return Player(walk, rate=rate)
         if setting.controller != LOCOMOTION:
@@ -127,7 +127,7 @@ class LiveRobot:
 
             self._policy = PolicyController(
                 setting.controller,
-                scenario.load_robot(),
+                setting.robot,
                 update_period=1 / rate,
                 gravity=scenario.model.gravity,
             )
@@ -162,7 +162,7 @@ class LiveRobot:
             command = Command(
                 pose=setting.pose,
                 gait=setting.gait,
-                period=setting.scenario.period,
+                period=setting.experiment.course.stride.period,
                 step_height=setting.scenario.stride.step_height,
                 lost_legs=lost,
             )
@@ -265,7 +265,7 @@ class LiveRobot:
     @property
     def metrics(self) -> Metrics:
         """Speed, power and cost of transport of the last cycle."""
-        marks, cycle = self._marks, self.setting.scenario.period
+        marks, cycle = self._marks, self.setting.experiment.course.stride.period
         while len(marks) > 2 and marks[1][0] <= marks[-1][0] - cycle:
             marks.popleft()
         if len(marks) < 2 or marks[-1][0] <= marks[0][0]:

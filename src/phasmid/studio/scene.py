@@ -49,10 +49,10 @@ class Scene:
         self._limit = source.robot.servo.stall_torque
         self.table: dict[str, Any] = looks(robot, pieces) | {
             "weight": source.weight,
-            "trail": 2 * source.scenario.period,
+            "trail": 2 * source.experiment.course.stride.period,
             "names": [name.replace("_", " ") for name in robot.leg_names],
             "hips": robot.arrays.p_body_hip[:, :2].tolist(),
-            "friction": source.scenario.terrain.friction,
+            "friction": source.experiment.world.terrain.coefficient,
             "torque_limit": [[self._limit] * 3] * len(robot.legs),
             "links": len(pieces.links),
             "number": number,
@@ -118,7 +118,7 @@ class Scene:
         if not live.plays:
             command = np.array(live.command.velocity)
             admitted = np.array(telemetry.get("velocity_reference", admitted))
-        phase = live.time / live.setting.scenario.period % 1.0
+        phase = live.time / live.run.experiment.course.stride.period % 1.0
         return {
             "scene": self.number,
             "time": live.time,
@@ -173,10 +173,10 @@ class Scene:
         self._wait -= 1
         if self._wait > 0:
             return self._held
-        scenario, begin = live.setting.scenario, time.thread_time()
+        begin = time.thread_time()
         try:
             self._held = holding_forces(
-                scenario, self.source.robot, position, rotation, q, feet, stance, self._terrain
+                live.run.experiment, position, rotation, q, feet, stance, self._terrain
             )
         except PhasmidError:
             # Too few stance feet to hold the robot at rest.

@@ -8,6 +8,7 @@ from functools import cache, cached_property
 from typing import Any, Literal
 
 from phasmid.errors import InvalidInput, PhasmidError
+from phasmid.experiment import Experiment
 from phasmid.forces import scenario_verdict
 from phasmid.formats import ImportOptions, load_robot
 from phasmid.gait import Gait, gaits_of
@@ -67,7 +68,7 @@ class Setting:
 
     def __post_init__(self) -> None:
         # Limits of what builds while someone waits for a page.
-        scenario, stride = self.scenario, self.scenario.planned_stride
+        scenario, stride = self.scenario, self.experiment.course.stride
         if scenario.simulation.time_step < SHORTEST_STEP:
             raise InvalidInput(
                 f"dt is {scenario.simulation.time_step:g} s; in the studio it must be at least "
@@ -88,8 +89,6 @@ class Setting:
                 f"{MOST_PAYLOAD:g} times the robot.",
                 hint=f"{most / 4:.2g} kg",
             )
-        # Computed here, so that an invalid gait or servo is refused here.
-        self.gait, self.machine  # noqa: B018
 
     @cached_property
     def base(self) -> Robot:
@@ -106,22 +105,27 @@ class Setting:
         return self.scenario.replace(robot=with_payload(robot, self.payload))
 
     @cached_property
+    def experiment(self) -> Experiment:
+        """The experiment with the simulated robot."""
+        return self.machine.build()
+
+    @property
     def robot(self) -> Robot:
-        """Simulated robot, with the scenario's variants."""
-        return self.machine.load_robot()
+        """Simulated robot, as supplied."""
+        return self.experiment.robot
 
     @cached_property
     def servo_verdict(self) -> dict[str, Any] | None:
         """Verdict on the servos, as all commands give it; None for a robot that cannot stand."""
         try:
-            return scenario_verdict(self.machine).as_dict()
+            return scenario_verdict(self.experiment).as_dict()
         except PhasmidError:
             return None
 
-    @cached_property
+    @property
     def gait(self) -> Gait:
         """Gait schedule."""
-        return self.scenario.load_gait(len(self.base.legs), self.base.leg_names)
+        return self.experiment.course.gait
 
     @property
     def height(self) -> float:

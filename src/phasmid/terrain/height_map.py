@@ -61,6 +61,15 @@ class HeightMap:
     cell: float
     start: float
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, HeightMap):
+            return NotImplemented
+        same = (self.cell, self.start) == (other.cell, other.start)
+        return same and np.array_equal(self.heights, other.heights)
+
+    def __hash__(self) -> int:
+        return hash((self.cell, self.start, self.heights.shape))
+
     def __post_init__(self) -> None:
         check_samples(*self.heights.shape)
         check_finite(self.heights)

@@ -19,7 +19,7 @@ from phasmid.kinematics import (
     rpy_quaternion,
 )
 from phasmid.robot import load_robot
-from phasmid.simulation import replay
+from phasmid.scenario import replay
 from phasmid.units import STANDARD_GRAVITY
 
 ROBOT = load_robot("phantomx-mk4")

@@ -7,9 +7,9 @@ import pytest
 
 from phasmid import load_scenario, plan, sense, simulate
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Sensors
 from phasmid.kinematics import quaternion_rotation, rotation_rpy, rpy_quaternion
 from phasmid.recording import new_recording
-from phasmid.scenario.tables import SensorsTable
 from phasmid.simulation.sensors.measurement import measure
 from phasmid.simulation.sensors.models import InertialSensor, Sampling
 
@@ -104,7 +104,7 @@ def test_noise_and_bias_have_the_size_that_the_table_says():
     # sigma / sqrt(2 n) itself, their mean by sigma / sqrt(n): five of these are allowed, and half
     # a step of the 16 bits.
     n, sigma = 20_000, 0.04
-    table = SensorsTable(accelerometer_noise=sigma, accelerometer_bias=0.0, imu_rate=1000)
+    table = Sensors(accelerometer_noise=sigma, accelerometer_bias=0.0, imu_rate=1000)
     told = at_rest(table, n)["imu_acceleration"]
     fresh = told[np.flatnonzero(np.any(np.diff(told, axis=0) != 0, axis=1))]
     step = table.accelerometer_range / 2**15
@@ -115,7 +115,7 @@ def test_noise_and_bias_have_the_size_that_the_table_says():
     # A bias is one number for the whole run. Over 200 seeds its spread is known to 5 / sqrt(400).
     biases = []
     for seed in range(200):
-        table = SensorsTable(
+        table = Sensors(
             gyro_noise=0, gyro_bias=0.02, gyro_range=1.0, sensor_seed=seed, imu_rate=1000
         )
         told = at_rest(table, 3)["imu_angular_velocity"]
@@ -154,7 +154,7 @@ def test_the_seed_alone_decides_and_a_longer_run_begins_like_a_shorter_one(short
 
 
 def test_the_accelerometer_feels_one_g_at_rest_nothing_in_free_fall_and_its_own_tilt():
-    perfect = SensorsTable(
+    perfect = Sensors(
         accelerometer_noise=0, accelerometer_bias=0, imu_rate=1000, imu_delay=0, orientation_noise=0
     )
     step = perfect.accelerometer_range / 2**15

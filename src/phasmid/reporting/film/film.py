@@ -14,7 +14,6 @@ from phasmid.reporting.camera import View, camera_axes, fitted_view
 from phasmid.reporting.drawing import AZIMUTH, UNEVEN_AZIMUTH
 from phasmid.reporting.robot_mesh import body_pose, robot_corners
 from phasmid.reporting.run import Run
-from phasmid.scenario import Scenario
 
 SHOWN = (
     "body_position",
@@ -103,8 +102,8 @@ def camera_of(frames: Run, size: tuple[int, int]) -> tuple[View, Float[np.ndarra
     X_world_body, time = body_pose(position, orientation), frames.time
     rows = np.unique(np.linspace(0, len(time) - 1, LOOKS).astype(int))
     every = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    path = smoothed(position, 0.5 * frames.scenario.period / every)
-    displacement, terrain = path - path[0], frames.scenario.load_terrain()
+    path = smoothed(position, 0.5 * frames.experiment.course.stride.period / every)
+    displacement, terrain = path - path[0], frames.experiment.world.terrain
     points = np.concatenate(
         [robot_corners(frames.robot, q[k], X_world_body[k]) - displacement[k] for k in rows]
     )
@@ -127,9 +126,8 @@ def smoothed(
     return np.asarray(line + gaussian_filter1d(values - line, width, axis=0, mode="nearest"))
 
 
-def square_side(scenario: Scenario) -> float:
-    """Return the side of the squares [m]: whole steps, so that each cycle passes whole squares."""
-    step = scenario.stride.step_length
+def square_side(step: float) -> float:
+    """Return the side of the squares [m], in whole steps: each cycle passes whole squares."""
     if not 0.01 <= step <= 2 * SQUARE:
         return SQUARE
     return step * max(1, round(SQUARE / step - 1e-9))

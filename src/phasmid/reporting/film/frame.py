@@ -95,9 +95,9 @@ class FrameFigure:
         """Write title, drive and legend into the picture; return the text of the clock."""
         run = self._run
         line = " · ".join(filter(None, (run.drive_words, run.ending_words)))
-        legend = f"squares {1000 * square_side(run.scenario):.4g} mm"
-        if run.scenario.terrain.kind != "flat":
-            legend = f"terrain: {run.scenario.terrain.kind} · {legend}"
+        legend = f"squares {1000 * square_side(run.experiment.course.stride.step_length):.4g} mm"
+        if run.experiment.world.kind != "flat":
+            legend = f"terrain: {run.experiment.world.kind} · {legend}"
         if run.foot_force is not None and run.has("foot_position"):
             legend += f" · arrows: force of the ground on the feet, {run.force_words}"
         write, edge = self._figure.text, 0.015

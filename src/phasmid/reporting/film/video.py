@@ -93,8 +93,11 @@ def _draw(
     view, displacement = camera_of(frames, picture_size(run, size))
     figure = FrameFigure(run, frames, size, speed)
     position, orientation, q = frames.pose("a video")
-    X_world_body, square = body_pose(position, orientation), square_side(run.scenario)
-    terrain, count = run.scenario.load_terrain(), len(frames.time)
+    X_world_body, square = (
+        body_pose(position, orientation),
+        square_side(run.experiment.course.stride.step_length),
+    )
+    terrain, count = run.experiment.world.terrain, len(frames.time)
     with closing(SceneRenderer(run.robot, terrain, position[:, :2], view, square)) as renderer:
         for number in range(count):
             moved = view.moved(displacement[number])

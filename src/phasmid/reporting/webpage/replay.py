@@ -39,7 +39,7 @@ def replay(run: Run) -> dict[str, Any]:
     Args:
         run: A run with the body's pose and joint angles.
     """
-    terrain = run.scenario.load_terrain()
+    terrain = run.experiment.world.terrain
     kept = replace(run, recording=run.recording.isel(time=frames(run)))
     body, orientation, q = kept.pose("the replay")
     pieces = mesh_pieces(run.robot)
@@ -53,7 +53,7 @@ def replay(run: Run) -> dict[str, Any]:
         "link_position": packed(X_body_link[..., :3, 3], "i16"),
         "link_orientation": packed(quaternions(X_body_link[..., :3, :3]), "i16"),
         "weight": run.weight,
-        "trail": 2 * run.scenario.period,
+        "trail": 2 * run.experiment.course.stride.period,
         "start": int(np.argmin(np.abs(kept.time - mid_walk_swing_time(run)))),
     }
     scene |= looks(run.robot, pieces) | surroundings(terrain, middle, reach)

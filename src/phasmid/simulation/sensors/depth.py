@@ -12,9 +12,9 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.compiled import compiled
+from phasmid.experiment import Sensors
 from phasmid.kinematics import neutral_feet, quaternion_rotation
 from phasmid.robot import Robot
-from phasmid.scenario.tables import SensorsTable
 from phasmid.simulation.sensors.models import Sampling, random_stream, rotated
 from phasmid.terrain import Ground
 
@@ -70,7 +70,7 @@ class DepthSensor:
         sampling: Rate and delay.
     """
 
-    def __init__(self, table: SensorsTable, robot: Robot, ground: Ground) -> None:
+    def __init__(self, table: Sensors, robot: Robot, ground: Ground) -> None:
         self._table, self._ground = table, ground
         exact = table.depth == "exact"
         self.sampling = Sampling(table.depth_rate, 0.0 if exact else table.depth_delay)

@@ -11,13 +11,13 @@ from jaxtyping import Float
 
 from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Experiment, Source, built
 from phasmid.recording import Recording, new_recording
-from phasmid.scenario import Scenario
 from phasmid.simulation.sensors.models import Sensor, robot_sensors
 
 
 @checked
-def sense(scenario: Scenario, recording: Recording) -> Recording:
+def sense(scenario: Source | Experiment, recording: Recording) -> Recording:
     """Add the channels that the robot's sensors would have measured to a recording.
 
     Every sensor reads at its own rate, with delay, resolution and noise; its last reading holds
@@ -46,9 +46,10 @@ def sense(scenario: Scenario, recording: Recording) -> Recording:
         true["body_acceleration"] = np.zeros_like(velocity)
         true["body_acceleration"][1:] = np.diff(velocity, axis=0) / np.diff(time)[:, None]
     interval = float(np.diff(time).max(initial=0.0))
-    for sensor in robot_sensors(scenario, scenario.load_robot()):
+    experiment = built(scenario)
+    for sensor in robot_sensors(experiment):
         if all(name in true for name in sensor.needs):
-            scenario.sensors.check_interval(interval, [sensor.name])
+            experiment.sensors.check_interval(interval, [sensor.name])
             measured |= measure(sensor, time, true)
     if not measured:
         raise InvalidInput(

@@ -11,11 +11,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from phasmid.compiled import gufunc
+from phasmid.experiment import Experiment, Sensors
 from phasmid.kinematics.vector_kernels import rotate_by
-from phasmid.robot import Robot
 from phasmid.robot.similarity import Scale
-from phasmid.scenario import Scenario
-from phasmid.scenario.tables import SensorsTable
 
 GYRO, ACCELEROMETER, ORIENTATION, FOOT = 1, 2, 3, 4
 """Numbers of the sensors' random streams."""
@@ -79,7 +77,7 @@ class JointSensor:
 
     name, needs = "joint", ("joint_position",)
 
-    def __init__(self, table: SensorsTable, stall_torque: float) -> None:
+    def __init__(self, table: Sensors, stall_torque: float) -> None:
         self.sampling = Sampling(table.joint_rate, table.joint_delay)
         self._table, self._stall = table, stall_torque
 
@@ -107,7 +105,7 @@ class InertialSensor:
 
     name, needs = "imu", ("body_orientation", "body_acceleration", "body_angular_velocity")
 
-    def __init__(self, table: SensorsTable, gravity: float) -> None:
+    def __init__(self, table: Sensors, gravity: float) -> None:
         self.sampling = Sampling(table.imu_rate, table.imu_delay)
         self._up = np.array([0.0, 0.0, gravity])
         self._sizes = table.gyro_noise, table.accelerometer_noise, table.orientation_noise
@@ -146,7 +144,7 @@ class FootSensor:
 
     name, needs = "foot", ("foot_normal_force",)
 
-    def __init__(self, table: SensorsTable, legs: int, scale: Scale) -> None:
+    def __init__(self, table: Sensors, legs: int, scale: Scale) -> None:
         self.sampling = Sampling(table.foot_rate, table.foot_delay)
         self._legs = legs
         self._noise, self._threshold = table.force_noise(scale), table.touching_force(scale)
@@ -171,13 +169,13 @@ Sensor: TypeAlias = JointSensor | InertialSensor | FootSensor
 """A sensor model: `noise` draws the errors of M readings, `read` applies them to true channels."""
 
 
-def robot_sensors(scenario: Scenario, robot: Robot) -> tuple[Sensor, ...]:
+def robot_sensors(experiment: Experiment) -> tuple[Sensor, ...]:
     """Return the sensors of a robot with the settings of a scenario."""
-    table = scenario.sensors
+    table, robot = experiment.sensors, experiment.robot
     return (
         JointSensor(table, robot.servo.full_output_torque),
-        InertialSensor(table, scenario.model.gravity),
-        FootSensor(table, len(robot.legs), scenario.scale(robot)),
+        InertialSensor(table, experiment.world.gravity),
+        FootSensor(table, len(robot.legs), experiment.scale),
     )
 
 

@@ -10,10 +10,9 @@ from jaxtyping import Float, Shaped
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
+from phasmid.experiment import Experiment
 from phasmid.kinematics import quaternion_rotation
 from phasmid.motion import SampledMotion
-from phasmid.robot import Robot
-from phasmid.scenario import Scenario
 from phasmid.simulation.contact import point_radius
 from phasmid.simulation.drives import Drive, Setpoints
 from phasmid.simulation.run import BLOCK_STEPS, Run
@@ -42,9 +41,9 @@ class SimscapeRun(Run):
     simulator = "phasmid, prescribed joints"
 
     def _set_up(self) -> None:
-        scenario, robot, contact = self.scenario, self.robot, self.scenario.contact
-        self.law = scenario.contact_law(robot)
-        check_simscape(scenario)
+        experiment, robot = self.experiment, self.robot
+        self.law = experiment.world.contact
+        check_simscape(experiment)
         legs = len(robot.legs)
         # Widths of a sample, under MuJoCo's names.
         self.model = SimpleNamespace(nq=7 + 3 * legs, nv=6 + 3 * legs, nsensordata=7 * legs)
@@ -54,14 +53,14 @@ class SimscapeRun(Run):
         self.acceleration = np.zeros((BLOCK_STEPS, 6))
         self.constants = Constants(
             dt=self.dt,
-            substeps=substeps(scenario, robot),
+            substeps=substeps(experiment),
             mass=robot.mass,
-            weight=(0.0, 0.0, -robot.mass * scenario.model.gravity),
+            weight=(0.0, 0.0, -robot.mass * experiment.world.gravity),
             stiffness=self.law.stiffness,
             damping=self.law.damping,
-            static=scenario.terrain.friction,
-            kinetic=min(contact.kinetic_friction, scenario.terrain.friction),
-            threshold=contact.friction_threshold,
+            static=experiment.world.terrain.coefficient,
+            kinetic=min(self.law.kinetic_friction, experiment.world.terrain.coefficient),
+            threshold=self.law.friction_threshold,
             # No two points of a foot are farther apart than the square's diagonal.
             size=1.5 * self.law.tip_width,
             radius=point_radius(robot, self.law),
@@ -86,7 +85,7 @@ class SimscapeRun(Run):
 
     def _place(self, start: SampledMotion) -> None:
         self.pose = np.concatenate([start.trunk.position[0], start.trunk.quaternion[0]])
-        self.pose[2] += start_offset(self.scenario, start)
+        self.pose[2] += start_offset(self.experiment, start)
         self.twist = np.zeros(6)
         self._advance(self._still(start, 1), last=True)
         self.first = self.buffer[:1].copy()
@@ -139,21 +138,21 @@ class SimscapeRun(Run):
             body,
             *(rows[name][good] for name in ("q", "qd", "qdd")),
             foot_force=log["sensors"][good, : 4 * legs].reshape(-1, legs, 4)[..., 1:],
-            gravity=self.scenario.model.gravity,
+            gravity=self.experiment.world.gravity,
         ).joint_torque
         log["torque"][good] = (torque - self._tip_torque[good]).reshape(-1, 3 * legs)
 
 
-def check_simscape(scenario: Scenario) -> None:
-    """Refuse scenarios that this simulator cannot run.
+def check_simscape(experiment: Experiment) -> None:
+    """Refuse experiments that this simulator cannot run.
 
     Raises:
         InvalidInput: The drive is another, or the ground is not level and alike everywhere.
     """
-    ground, drive = scenario.load_terrain(), scenario.simulation.planned_drive
+    ground, drive = experiment.world.terrain, experiment.solver.planned_drive
     if ground.patches or not ground.is_level:
         raise InvalidInput(
-            f'terrain is "{scenario.terrain.kind}"; under contact_law = "simscape" it must be '
+            f'terrain is "{experiment.world.kind}"; under contact_law = "simscape" it must be '
             "level ground without patches, since its simulator has no other.",
             hint='terrain = "flat", or contact_law = "spring-damper"',
         )
@@ -165,6 +164,6 @@ def check_simscape(scenario: Scenario) -> None:
         )
 
 
-def substeps(scenario: Scenario, robot: Robot) -> int:
+def substeps(experiment: Experiment) -> int:
     """Return the number of substeps of a time step."""
-    return math.ceil(scenario.simulation.time_step / (SUBSTEP * longest_time_step(scenario, robot)))
+    return math.ceil(experiment.solver.time_step / (SUBSTEP * longest_time_step(experiment)))

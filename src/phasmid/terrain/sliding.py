@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from phasmid.robot import Robot
-from phasmid.scenario.scenario import Scenario
+from phasmid.robot.similarity import Scale
+from phasmid.terrain.ground import Ground
+from phasmid.terrain.shapes import Slope
 
 GRIP_SHARE = 0.8
 """Share of the friction that may hold a robot on a slope; its own motion needs the rest."""
@@ -52,24 +53,23 @@ class Slide:
             f"{held:.3g}°"
         )
 
-    def remedy(self, scenario: Scenario) -> str:
+    def remedy(self, ground: Ground) -> str:
         """Return options with which the robot would stand."""
         enough = math.ceil(10 * math.tan(self.slope) / GRIP_SHARE) / 10
-        is_one = not scenario.terrain.patches
-        more = f"--friction {enough:g}" if is_one else f"a friction of {enough:g}"
-        return f"{more} or {self.flatter(scenario)}"
+        more = "a friction of" if ground.patches else "--friction"
+        return f"{more} {enough:g} or {self.flatter(ground)}"
 
-    def flatter(self, scenario: Scenario) -> str:
+    def flatter(self, ground: Ground) -> str:
         """Return the option of a slope on which the robot would stand and walk."""
-        terrain, held = scenario.terrain, math.degrees(math.atan(GRIP_SHARE * self.friction))
-        if terrain.kind != "slope" or held < 1:
+        shape, held = ground.shape, math.degrees(math.atan(GRIP_SHARE * self.friction))
+        if not isinstance(shape, Slope) or held < 1:
             return "flatter ground"
-        return f"--slope-deg {math.copysign(math.floor(held), terrain.slope):g}"
+        return f"--slope-deg {math.copysign(math.floor(held), shape.angle):g}"
 
 
 def find_slide(
-    scenario: Scenario,
-    robot: Robot,
+    ground: Ground,
+    scale: Scale,
     time: Float[np.ndarray, " time"],
     feet: Float[np.ndarray, "time legs 3"],
     contact: Bool[np.ndarray, "time legs"],
@@ -77,13 +77,12 @@ def find_slide(
     """Return the fastest slide of a robot where its ground is too steep, or None.
 
     Args:
-        scenario: Its terrain is used.
-        robot: The robot, L legs.
+        ground: The ground.
+        scale: The robot relative to ``phantomx-ax``.
         time: Times [s], shape (N,).
         feet: Positions of the feet in world axes [m], shape (N, L, 3).
         contact: Which feet touch the ground, shape (N, L).
     """
-    ground, scale = scenario.load_terrain(), scenario.scale(robot)
     if ground.faces_up or len(time) < 2 or time[-1] - time[0] < SLIDING_TIME:
         return None
     touching = contact[:-1]

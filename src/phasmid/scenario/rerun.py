@@ -14,10 +14,11 @@ from jaxtyping import Float
 from phasmid.arguments import checked
 from phasmid.control import script_from_text
 from phasmid.errors import InvalidInput, plain
+from phasmid.experiment import Experiment
 from phasmid.motion import Motion, plan, trajectory_from_text
 from phasmid.recording import Recording, load_recording
 from phasmid.recording.provenance import versions
-from phasmid.scenario import Scenario, recorded_scenario
+from phasmid.scenario.file import recorded_scenario
 from phasmid.simulation.drive import new_drive, recorded_controller
 from phasmid.simulation.run import Progress, Run
 from phasmid.simulation.walks import new_run
@@ -101,11 +102,11 @@ def replay(recording: str | Path | Recording, *, progress: Progress | None = Non
             "only a simulation can be run again; this recording is of another kind.",
             hint="a recording that phasmid.simulate made",
         )
-    scenario = recorded_scenario(attributes)
+    experiment = recorded_scenario(attributes).build()
     # The samples are the same bits, however long the run goes on.
-    last = max(float(recording["time"].values[-1]), scenario.simulation.time_step)
-    scenario = scenario.replace(duration=min(scenario.duration, last))
-    repeated = _repeat(recording, scenario).simulate(progress=progress)
+    last = max(float(recording["time"].values[-1]), experiment.solver.time_step)
+    experiment = experiment.replace(duration=min(experiment.duration, last))
+    repeated = _repeat(recording, experiment).simulate(progress=progress)
     then = {name: str(attributes.get(name, "")) for name in versions()}
     changed = {name: (then[name], now) for name, now in versions().items() if then[name] != now}
     difference = first_difference(recording, repeated)
@@ -140,7 +141,7 @@ def _bits(values: np.ndarray) -> np.ndarray:
     return values.view(np.uint64) if values.dtype == np.float64 else values
 
 
-def _repeat(recording: Recording, scenario: Scenario) -> Run:
+def _repeat(recording: Recording, experiment: Experiment) -> Run:
     """Return the run of a recording, before its first step.
 
     Raises:
@@ -151,19 +152,19 @@ def _repeat(recording: Recording, scenario: Scenario) -> Run:
     def motion() -> Motion:
         text = attributes.get("trajectory")
         if text is not None:
-            return trajectory_from_text(str(text), scenario.load_robot())
-        return plan(scenario)
+            return trajectory_from_text(str(text), experiment.robot)
+        return plan(experiment)
 
     if "controller" not in attributes:
-        return new_run(scenario, motion(), start=_start(attributes.get("start")))
-    controller = recorded_controller(attributes, scenario, motion)
+        return new_run(experiment, motion(), start=_start(attributes.get("start")))
+    controller = recorded_controller(attributes, experiment, motion)
     if "commands" not in attributes:
         raise InvalidInput(
             "the recording does not hold its run's commands; it cannot be run again.",
             hint="phasmid.drive with commands in a CommandScript",
         )
     return new_drive(
-        scenario,
+        experiment,
         controller,
         script_from_text(str(attributes["commands"])),
         rate=float(attributes["control_rate"]),
