@@ -77,7 +77,7 @@ def test_efforts_speeds_and_limits_that_differ_are_seen(tmp_path):
     imported = read(tmp_path, f"{head}left_front_tibia_joint{tail.replace(LIMIT, other)}")
     (sentence,) = told(imported, Severity.NOTE, "the joints differ")
     assert "effort 2.2 to 4.4 N·m (each joint keeps its own)" in sentence
-    assert "speed 5 to 6 rad/s (every joint has the least)" in sentence
+    assert "speed 5 to 6 rad/s (each joint keeps its own)" in sentence
 
 
 def test_all_findings_come_at_once(tmp_path):

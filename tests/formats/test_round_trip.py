@@ -106,6 +106,25 @@ def test_a_preset_that_was_written_as_mjcf_is_the_same_robot(name, tmp_path):
     assert longest_stride(again, gait) == pytest.approx(longest_stride(robot, gait), abs=1e-7)
 
 
+@pytest.mark.parametrize("suffix", [".urdf", ".xml", ".toml"])
+def test_joints_keep_their_own_numbers(suffix, tmp_path):
+    """Torque, speed, armature and friction of each; a second trip is as the first."""
+    robot = replace(ROBOTS["own joints"], appearance=None)
+    trips = []
+    for number in (1, 2):
+        path = tmp_path / f"robot_{number}{suffix}"
+        save_robot(robot if number == 1 else trips[0], path)
+        trips.append(load_robot(path))
+    for name in ("stall_torque", "no_load_speed", "armature", "friction"):
+        ours = getattr(robot.arrays, name)
+        assert np.unique(ours).size == ours.size
+        for again in trips:
+            # A division by the servo's number and a product with it.
+            np.testing.assert_allclose(getattr(again.arrays, name), ours, rtol=1e-15, err_msg=name)
+    if suffix == ".toml":
+        assert not differences(robot, trips[0])
+
+
 @pytest.mark.parametrize("name", ROBOTS)
 def test_any_robot_s_feet_move_as_before(name):
     """p_body_foot at random angles φ of the file: FK(q) = FK'(signs φ + offsets) + shift."""

@@ -11,10 +11,23 @@ from phasmid.formats.mjcf_out import mjcf_files
 from phasmid.formats.urdf_out import urdf_files
 from phasmid.robot import load_robot, preset_names
 from phasmid.robot.inertial import Inertial
+from phasmid.robot.leg import RATIOS
 from support.general_robot import general_robot
 
 ROBOTS = {name: load_robot(name) for name in preset_names()} | {"general": general_robot()}
 ROBOTS["on balls"] = replace(ROBOTS["general"], name="on balls", foot_radius=0.0123)
+
+
+def with_own_joints(robot):
+    """The robot whose joints differ from leg to leg and joint to joint in all that is their own."""
+    rng = np.random.default_rng(7)
+    legs = tuple(
+        replace(leg, **{name: rng.uniform(0.5, 2.0, 3) for name in RATIOS}) for leg in robot.legs
+    )
+    return replace(robot, legs=legs)
+
+
+ROBOTS["own joints"] = with_own_joints(ROBOTS["phantomx-mk4"])
 
 
 def write(files, folder):

@@ -7,7 +7,7 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from phasmid.errors import InvalidInput
+from phasmid.errors import InvalidInput, InvalidRobot
 from phasmid.robot import HEXAPOD_LEGS, load_robot, preset_names, robot_to_toml
 
 SIN_54, COS_54 = np.sin(np.radians(54)), np.cos(np.radians(54))
@@ -192,6 +192,8 @@ def named(name):
             "joint left_rear.femur: home 110° is outside [-100°, 100°].",
         ),
         (on_leg("neutral_foot_mm = [-150, 0, -100]"), "leg right_front: neutral foot lies -150 mm"),
+        (on_leg("strength = [1, 0, 1]"), "legs.right_front.strength[1] is 0; it must be grea"),
+        (on_leg("friction_ratio = [1, -1, 1]"), "legs.right_front.friction_ratio[1] is -1; it mus"),
         (on_leg("femurr_mm = 8"), 'unknown key "femurr_mm" in legs.right_front. "femur_mm"'),
         (on_leg(TWICE), f'my.toml line {LINE}: key "femur_mm" is given twice.'),
         (on_leg("femur_mm = 82\nfemur_cm = 8"), 'key "femur" is given twice, as "femur_cm" and'),
@@ -209,6 +211,21 @@ def test_an_impossible_robot_is_told_why(tmp_path, text, what):
     assert f"{error.what} {error.hint}".startswith(what)
     assert "my.toml" in f"{error.where} {error.what}"
     assert error.exit_status == 2
+
+
+def test_numbers_of_joints_are_those_of_the_servo_as_supplied_times_their_ratios(tmp_path):
+    robot = loaded(tmp_path, on_leg("speed_ratio = [1, 1, 0.5]\nfriction_ratio = [0, 1, 2]"))
+    assert not robot.has_equal_servos
+    assert load_robot("phantomx-paper").has_equal_servos
+    for servo in (robot.servo, robot.servo.at(9.0)):
+        arrays = replace(robot, servo=servo).arrays
+        np.testing.assert_array_equal(arrays.no_load_speed[0] / servo.no_load_speed, [1, 1, 0.5])
+        np.testing.assert_array_equal(arrays.friction[0], np.array([0, 1, 2]) * servo.friction)
+        assert (arrays.stall_torque == servo.stall_torque).all()
+        assert (arrays.armature == servo.armature).all()
+    for name, value, must in (("speed_ratio", 0.0, "above 0"), ("armature_ratio", -1.0, "0 or m")):
+        with pytest.raises(InvalidRobot, match=f"leg right_front: {name} is {value:g}; .* {must}"):
+            replace(robot.legs[0], **{name: np.array([1.0, value, 1.0])})
 
 
 @pytest.mark.parametrize(

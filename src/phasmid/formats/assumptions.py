@@ -28,6 +28,14 @@ LIKE = "AX-12A"
 UNITS = {"friction": "N·m", "damping": "N·m·s/rad", "armature": "kg·m²"}
 """Numbers of joints of which a servo has the largest, and their units."""
 
+OWN = {
+    "strength": ("effort", "stall_torque"),
+    "speed_ratio": ("velocity", "no_load_speed"),
+    "armature_ratio": ("armature", "armature"),
+    "friction_ratio": ("friction", "friction"),
+}
+"""Ratios of a leg: number of a joint that each joint keeps, and that of the servo below it."""
+
 GAINS = {"stiffness": "stiffness", "servo_damping": "damping"}
 """Gains of joints, of which a servo has the least over its effort, and their names in a servo."""
 
@@ -123,10 +131,10 @@ def _gains(joints: Sequence[TreeJoint], torque: float, findings: Findings) -> di
 def _note_merged(numbers: Mapping[str, Sequence[float]], findings: Findings) -> None:
     """Note which numbers differ from joint to joint, and which one the servo has."""
     units = {"effort": "N·m", "speed": "rad/s"} | UNITS
-    taken = {"effort": "each joint keeps its own", "speed": "every joint has the least"}
+    taken = {"damping": "every joint has the largest"}
     differ = [
         f"{name} {plain_number(min(values), 3)} to {plain_number(max(values), 3)} {units[name]} "
-        f"({taken.get(name, 'every joint has the largest')})"
+        f"({taken.get(name, 'each joint keeps its own')})"
         for name, values in numbers.items()
         if values and max(values) > min(values)
     ]
@@ -134,11 +142,17 @@ def _note_merged(numbers: Mapping[str, Sequence[float]], findings: Findings) -> 
         findings.note("servo", f"the joints differ: {', '.join(differ)}.")
 
 
-def strength_of(leg: FoundLeg, servo: Servo) -> Float[np.ndarray, "3"]:
-    """Return the efforts of a leg's joints over the servo's stall torque, shape (3,)."""
-    efforts = [joint.effort or servo.stall_torque for joint in leg.chain.joints]
-    finite = [each if math.isfinite(each) else servo.stall_torque for each in efforts]
-    return np.array(finite) / servo.stall_torque
+def ratios_of(leg: FoundLeg, servo: Servo) -> dict[str, Float[np.ndarray, "3"]]:
+    """Return the numbers of a leg's joints over those of the servo, by the fields of `Leg`."""
+    ratios = {}
+    for ratio, (name, below) in OWN.items():
+        common = getattr(servo, below)
+        # Where any joint of a file has friction or a rotor, those without have none.
+        is_given = name in UNITS and not servo.is_assumed(name)
+        own = [getattr(joint, name) for joint in leg.chain.joints]
+        known = [x if is_given or (x and math.isfinite(x)) else common for x in own]
+        ratios[ratio] = np.array(known) / common
+    return ratios
 
 
 SLENDER = 0.25

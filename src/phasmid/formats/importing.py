@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from jaxtyping import Float
@@ -15,8 +15,8 @@ from phasmid.formats.assumptions import (
     NO_MASS,
     Piece,
     possible_inertia,
+    ratios_of,
     servo_of,
-    strength_of,
     weighed,
 )
 from phasmid.formats.chains import Skeleton, skeleton, with_stops
@@ -187,7 +187,7 @@ def _robot(
     possible = [piece for piece, link in zip(pieces, made, strict=True) if link]
     findings += judge_links([leg.chain for leg in legs], possible, options.masses)
     is_own = not (options.servo_model or tree.servo)
-    strengths = [strength_of(leg, servo) if is_own else np.ones(3) for leg in legs]
+    ratios = [ratios_of(leg, servo) if is_own else {} for leg in legs]
     filled = [
         link or _link(piece.spread(STAND_IN), Findings())
         for piece, link in zip(pieces, made, strict=True)
@@ -200,7 +200,7 @@ def _robot(
         plain(tree.name).strip()[:LONGEST_NAME] or "robot",
         cast("Body", body),
         tuple(
-            _leg(leg, cast("list[Link]", links[3 * i : 3 * i + 3]), strengths[i])
+            _leg(leg, cast("list[Link]", links[3 * i : 3 * i + 3]), ratios[i])
             for i, leg in enumerate(legs)
         ),
         servo,
@@ -233,7 +233,7 @@ def _link(piece: Piece, findings: Findings) -> Link | Body | None:
         return None
 
 
-def _leg(leg: FoundLeg, links: Sequence[Link], strength: Float[np.ndarray, "3"]) -> Leg:
+def _leg(leg: FoundLeg, links: Sequence[Link], ratios: Mapping[str, Any]) -> Leg:
     """Return a leg of the robot, its neutral foot anywhere before its hip."""
     coxa, femur, tibia = links
     yaw, pitch, roll = map(float, leg.angles)
@@ -251,5 +251,5 @@ def _leg(leg: FoundLeg, links: Sequence[Link], strength: Float[np.ndarray, "3"])
         joint_limits=leg.limits,
         femur_bend=e2,
         tibia_bend=e2 + e3,
-        strength=strength,
+        **ratios,
     )

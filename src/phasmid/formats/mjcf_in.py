@@ -43,7 +43,8 @@ STANCES = ("home", "stand", "standing", "stance", "plant", "neutral", "default")
 """Names of the key that is the stance, the first that there is; else the first key."""
 
 NO_LOAD_SPEED = "phasmid_no_load_speed"
-"""Name of the number that has the servos' speed, for which MJCF has no word [rad/s]."""
+"""Name of the number that has the servos' speed, for which MJCF has no word [rad/s]. A joint of
+another speed has a number of this name, a colon and its own name."""
 
 _OWN_FILES = {"attach", "composite", "flexcomp", "model", "replicate"}
 """Elements that load other models or multiply bodies."""
@@ -87,7 +88,8 @@ class _Source:
         included: Content of included files, by their names as written.
         keys: Name and ``qpos`` of each key.
         followers: Joints whose angle another one gives, and the other one's names.
-        no_load_speed: Speed of all servos [rad/s], which only files of phasmid have; else None.
+        no_load_speeds: Speeds of servos by joint [rad/s], and of the others by an empty name; only
+            files of phasmid have them.
     """
 
     def __init__(self, path: Path, options: ImportOptions) -> None:
@@ -96,7 +98,7 @@ class _Source:
         self.findings = Findings()
         self.keys: list[tuple[str, Float[np.ndarray, " positions"]]] = []
         self.followers: dict[str, str] = {}
-        self.no_load_speed: float | None = None
+        self.no_load_speeds: dict[str, float] = {}
         raw = read_bytes(path, LARGEST_FILE)
         self.text = raw.decode("utf-8", "replace")
         root = read_xml(raw, path.name)
@@ -192,8 +194,9 @@ def _strip(spec: mujoco.MjSpec, source: _Source) -> None:
     source.followers = {each.name1: each.name2 for each in followers}
     source.keys = [(key.name, np.array(key.qpos, dtype=float)) for key in spec.keys]
     for numeric in spec.numerics:
-        if numeric.name == NO_LOAD_SPEED and numeric.data[0] > 0:
-            source.no_load_speed = float(numeric.data[0])
+        name, _, joint = numeric.name.partition(":")
+        if name == NO_LOAD_SPEED and numeric.data[0] > 0:
+            source.no_load_speeds[joint] = float(numeric.data[0])
     for material in spec.materials:
         material.textures = [""] * len(material.textures)
     silent = [*scenery, *spec.keys, *spec.sensors, *spec.textures, *spec.cameras, *spec.lights]
@@ -379,7 +382,7 @@ class _Reader:
         turn = _pose(np.array([np.cos(half), *(np.sin(half) * axis)]), np.zeros(3))
         limited = bool(model.jnt_limited[joint])
         lower, upper = map(float, model.jnt_range[joint] if limited else (-np.inf, np.inf))
-        dof = int(model.jnt_dofadr[joint])
+        dof, speeds = int(model.jnt_dofadr[joint]), self.source.no_load_speeds
         return TreeJoint(
             name,
             "revolute" if limited else "continuous",
@@ -389,7 +392,7 @@ class _Reader:
             axis,
             *ended(lower, upper),
             self._effort(joint),
-            self.source.no_load_speed,
+            speeds.get(name, speeds.get("")),
             damping=float(model.dof_damping[dof].flat[0]),
             friction=float(model.dof_frictionloss[dof]),
             armature=float(model.dof_armature[dof]),

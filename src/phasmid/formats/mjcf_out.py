@@ -94,8 +94,13 @@ def mjcf_files(robot: Robot, name: str) -> dict[str, bytes]:
             ET.SubElement(sensor, "touch", touch)
         else:
             ET.SubElement(actuator, "position", _drive(joint))
-    speed = {"name": NO_LOAD_SPEED, "data": written([robot.servo.no_load_speed])}
-    ET.SubElement(_only(root, "custom"), "numeric", speed)
+    speeds = {NO_LOAD_SPEED: robot.servo.no_load_speed} | {
+        f"{NO_LOAD_SPEED}:{joint.name}": joint.velocity
+        for joint in tree.joints
+        if joint.velocity not in (None, robot.servo.no_load_speed)
+    }
+    for own, speed in speeds.items():
+        ET.SubElement(_only(root, "custom"), "numeric", name=own, data=written([speed]))
     qpos = [0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0, *angles]
     ET.SubElement(keyframe, "key", name="home", qpos=written(qpos), ctrl=written(angles))
     ET.indent(root)

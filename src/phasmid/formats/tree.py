@@ -291,11 +291,11 @@ def tree_of(robot: Robot) -> Tree:
     massless ``LEG_foot``; joints ``LEG_coxa``, ``LEG_femur``, ``LEG_tibia`` and the fixed
     ``LEG_foot_joint``. Every hinge turns about its child's z, and its angle is that of Table 1.
     """
-    body, look = robot.body, robot.appearance
+    body, look, arrays = robot.body, robot.appearance, robot.arrays
     trunk = Inertial(body.mass, body.com, body.inertia)
     links = {"base_link": TreeLink("base_link", trunk, look.body if look else ())}
     joints: list[TreeJoint] = []
-    for leg in robot.legs:
+    for number, leg in enumerate(robot.legs):
         # From the coxa's frame to the femur's: a quarter turn about x.
         poses = (
             leg.X_body_hip,
@@ -304,9 +304,11 @@ def tree_of(robot: Robot) -> Tree:
         )
         parent = "base_link"
         stance = _stance(leg)
-        for joint, link, X, limits, ratio, home in zip(
-            JOINTS, leg.links, poses, leg.joint_limits, leg.strength.tolist(), stance, strict=True
+        for joint, link, X, limits, home in zip(
+            JOINTS, leg.links, poses, leg.joint_limits, stance, strict=True
         ):
+            at = number, JOINTS.index(joint)
+            strength = float(arrays.strength[at])
             name = f"{leg.name}_{joint}"
             child = f"{name}_link"
             parts = look.link(leg.name, joint) if look else ()
@@ -326,13 +328,13 @@ def tree_of(robot: Robot) -> Tree:
                     X,
                     lower=float(limits[0]),
                     upper=float(limits[1]),
-                    effort=ratio * robot.servo.stall_torque,
-                    velocity=robot.servo.no_load_speed,
-                    friction=robot.servo.friction,
+                    effort=float(arrays.stall_torque[at]),
+                    velocity=float(arrays.no_load_speed[at]),
+                    friction=float(arrays.friction[at]),
                     damping=robot.servo.viscous_friction,
-                    armature=robot.servo.armature,
-                    stiffness=ratio * robot.servo.stiffness,
-                    servo_damping=ratio * robot.servo.damping,
+                    armature=float(arrays.armature[at]),
+                    stiffness=strength * robot.servo.stiffness,
+                    servo_damping=strength * robot.servo.damping,
                     home=home,
                 )
             )

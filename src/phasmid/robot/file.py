@@ -17,7 +17,7 @@ from phasmid.arguments import checked
 from phasmid.errors import InvalidInput, InvalidRobot, located, nearest
 from phasmid.robot.appearance import Appearance
 from phasmid.robot.glb import read_glb
-from phasmid.robot.leg import JOINTS, Leg
+from phasmid.robot.leg import JOINTS, RATIOS, Leg
 from phasmid.robot.link import Link, check_length, solid_box
 from phasmid.robot.robot import HEXAPOD_LEGS, Body, Robot
 from phasmid.robot.table import MOST_LEGS, LegTable, RobotTable
@@ -220,7 +220,7 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
     def at(*path: str) -> str:
         return locate(("legs", name, *path))[1]
 
-    links = {}
+    links: dict[str, Any] = {}
     for joint in JOINTS:
         link, length = getattr(table.links, joint), getattr(table, joint)
         with located(at(joint)):
@@ -239,6 +239,7 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
     if table.home is not None:
         with located(at("home")):
             foot = _foot_at_home(name, table, limits)
+    ratios: dict[str, Any] = {ratio: np.array(getattr(table, ratio)) for ratio in RATIOS}
     return Leg(
         name,
         **links,
@@ -250,7 +251,7 @@ def _leg(name: str, table: LegTable, locate: Locator) -> Leg:
         tibia_bend=table.tibia_bend,
         mount_pitch=table.pitch,
         mount_roll=table.roll,
-        strength=np.array(table.strength),
+        **ratios,
     )
 
 
@@ -321,8 +322,7 @@ def robot_to_toml(robot: Robot) -> str:
             "femur_bend": leg.femur_bend,
             "tibia_bend": leg.tibia_bend,
         }
-        if (leg.strength != 1).any():
-            values["strength"] = leg.strength
+        values |= {name: own for name in RATIOS if ((own := getattr(leg, name)) != 1).any()}
         for joint, limits in zip(JOINTS, leg.joint_limits, strict=True):
             values[f"joint_limits.{joint}"] = limits
         for link in leg.links:

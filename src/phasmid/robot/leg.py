@@ -24,6 +24,9 @@ NEAREST_FOOT = 0.001
 WIDEST_LIMIT = 4 * math.pi
 """Farthest limit of a joint [rad]: a turn, and as much between two ways to count its angle."""
 
+RATIOS = ("strength", "speed_ratio", "armature_ratio", "friction_ratio")
+"""Fields of `Leg` with numbers of each joint over those of the robot's servo."""
+
 
 @dataclass(frozen=True, eq=False)
 class Leg:
@@ -54,6 +57,9 @@ class Leg:
         mount_roll: Turn of the hip about its own x, its left side upwards [rad].
         strength: Torque of each joint over that of the robot's servo, of robots whose joints
             differ; also its stiffness and damping, shape (3,).
+        speed_ratio: No-load speed of each joint over that of the servo, shape (3,).
+        armature_ratio: Inertia of each joint's rotor over that of the servo, shape (3,).
+        friction_ratio: Dry friction of each joint over that of the servo, shape (3,).
 
     Raises:
         InvalidRobot: A measure is impossible, or the neutral foot cannot be reached.
@@ -72,11 +78,14 @@ class Leg:
     mount_pitch: float = 0.0
     mount_roll: float = 0.0
     strength: Float[np.ndarray, "3"] = field(default_factory=lambda: np.ones(3))
+    speed_ratio: Float[np.ndarray, "3"] = field(default_factory=lambda: np.ones(3))
+    armature_ratio: Float[np.ndarray, "3"] = field(default_factory=lambda: np.ones(3))
+    friction_ratio: Float[np.ndarray, "3"] = field(default_factory=lambda: np.ones(3))
 
     def __post_init__(self) -> None:
         what = f"leg {self.name}"
         check_fields(self, f"{what}: ", InvalidRobot)
-        shapes = {"mount_position": (3,), "neutral_foot": (3,), "strength": (3,)}
+        shapes = {"mount_position": (3,), "neutral_foot": (3,)} | dict.fromkeys(RATIOS, (3,))
         for name, shape in (shapes | {"joint_limits": (3, 2)}).items():
             array = frozen_array(getattr(self, name), shape, f"{what}: {name}")
             object.__setattr__(self, name, array)
@@ -88,10 +97,11 @@ class Leg:
                     f"lengths above {LONGEST_LENGTH:g} m are refused.",
                     hint=f"{key}_mm = [{', '.join(f'{x:.6g}' for x in array)}]",
                 )
-        if not (self.strength > 0).all():
-            raise InvalidRobot(
-                f"{what}: strength is {self.strength.min():.4g}; it must be above 0."
-            )
+        for name in RATIOS:
+            may_be_zero, least = name in RATIOS[2:], getattr(self, name).min()
+            if least < 0 or (least == 0 and not may_be_zero):
+                must = "0 or more" if may_be_zero else "above 0"
+                raise InvalidRobot(f"{what}: {name} is {least:.4g}; it must be {must}.")
         for angle in ("mount_yaw", "femur_bend", "tibia_bend", "mount_pitch", "mount_roll"):
             value, key = getattr(self, angle), angle.removeprefix("mount_")
             if not math.isfinite(value) or abs(value) > 2 * math.pi:

@@ -14,7 +14,7 @@ from phasmid import units
 from phasmid.arguments import check_fields
 from phasmid.errors import InvalidRobot, nearest
 from phasmid.robot.appearance import Appearance
-from phasmid.robot.leg import Leg
+from phasmid.robot.leg import RATIOS, Leg
 from phasmid.robot.link import check_inertia, check_length, check_mass, frozen_array
 from phasmid.servo.servo import Servo
 from phasmid.units import plain_number
@@ -101,6 +101,10 @@ class LegArrays:
         neutral_foot: Neutral feet in the hip frames [m], shape (L, 3).
         joint_limits: Lowest and highest angles [rad], shape (L, 3, 2).
         strength: Torques of the joints over that of the servo, shape (L, 3).
+        stall_torque: Stall torques of the joints, as supplied [N·m], shape (L, 3).
+        no_load_speed: No-load speeds of the joints, as supplied [rad/s], shape (L, 3).
+        armature: Inertias of the joints' rotors [kg·m²], shape (L, 3).
+        friction: Dry friction of the joints [N·m], shape (L, 3).
     """
 
     lengths: Float[np.ndarray, "legs 3"]
@@ -113,6 +117,10 @@ class LegArrays:
     neutral_foot: Float[np.ndarray, "legs 3"]
     joint_limits: Float[np.ndarray, "legs 3 2"]
     strength: Float[np.ndarray, "legs 3"]
+    stall_torque: Float[np.ndarray, "legs 3"]
+    no_load_speed: Float[np.ndarray, "legs 3"]
+    armature: Float[np.ndarray, "legs 3"]
+    friction: Float[np.ndarray, "legs 3"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +131,7 @@ class Robot:
         name: Short name, also of its result folder.
         body: The trunk.
         legs: The legs; leg number i of the paper is ``legs[i - 1]``.
-        servo: Servo of every joint.
+        servo: Servo of every joint; where joints differ, legs have their ratios to it.
         description: One or two sentences, with the source of the numbers.
         appearance: Meshes of the links, or None.
         foot_radius: Radius of the ball at the end of each leg [m]; its centre is the foot of the
@@ -175,6 +183,11 @@ class Robot:
         """Mass of the body and all links [kg]."""
         return self.body.mass + float(self.arrays.mass.sum())
 
+    @property
+    def has_equal_servos(self) -> bool:
+        """All joints have the servo's own numbers."""
+        return all((getattr(leg, name) == 1).all() for leg in self.legs for name in RATIOS)
+
     def leg(self, name: str | int) -> Leg:
         """Return the leg of a name, or of a number from 1.
 
@@ -197,7 +210,7 @@ class Robot:
     @cached_property
     def arrays(self) -> LegArrays:
         """Parameters of all legs."""
-        legs = self.legs
+        legs, servo = self.legs, self.servo
         rows = {
             "lengths": [leg.lengths for leg in legs],
             "lateral_offsets": [leg.lateral_offsets for leg in legs],
@@ -209,6 +222,10 @@ class Robot:
             "neutral_foot": [leg.neutral_foot for leg in legs],
             "joint_limits": [leg.joint_limits for leg in legs],
             "strength": [leg.strength for leg in legs],
+            "stall_torque": [leg.strength * servo.stall_torque for leg in legs],
+            "no_load_speed": [leg.speed_ratio * servo.no_load_speed for leg in legs],
+            "armature": [leg.armature_ratio * servo.armature for leg in legs],
+            "friction": [leg.friction_ratio * servo.friction for leg in legs],
         }
         arrays = {name: np.array(row, dtype=float) for name, row in rows.items()}
         for array in arrays.values():

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, ConfigDict, StringConstraints
 
 from phasmid.errors import InvalidInput
 from phasmid.servo.catalogue import ServoTable
-from phasmid.servo.servo import Positive
+from phasmid.servo.servo import NotNegative, Positive
 from phasmid.tables import (
     Angle,
     Count,
@@ -107,6 +107,9 @@ class LegTable(RobotPart):
     roll: Angle = 0.0
     joint_limits: LimitsTable = LimitsTable()
     strength: Annotated[list[Positive], Len(3, 3)] = [1.0, 1.0, 1.0]
+    speed_ratio: Annotated[list[Positive], Len(3, 3)] = [1.0, 1.0, 1.0]
+    armature_ratio: Annotated[list[NotNegative], Len(3, 3)] = [1.0, 1.0, 1.0]
+    friction_ratio: Annotated[list[NotNegative], Len(3, 3)] = [1.0, 1.0, 1.0]
     links: LinksTable
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from phasmid.errors import InvalidInput
 from phasmid.robot.inertial import Inertial, merged
-from phasmid.robot.leg import Leg
+from phasmid.robot.leg import RATIOS, Leg
 from phasmid.robot.link import Link
 from phasmid.robot.robot import Robot
 from phasmid.servo.servo import Servo
@@ -92,7 +92,8 @@ def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) 
 
 def with_servo(robot: Robot, servo: Servo) -> Robot:
     """Return the robot with the same servo at every joint."""
-    legs = tuple(replace(leg, strength=np.ones(3)) for leg in robot.legs)
+    alike: dict[str, Any] = dict.fromkeys(RATIOS, np.ones(3))
+    legs = tuple(replace(leg, **alike) for leg in robot.legs)
     return replace(robot, servo=servo, legs=legs)
 
 
