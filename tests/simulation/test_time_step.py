@@ -93,9 +93,9 @@ def test_a_rate_that_shares_no_step_with_the_recording_is_refused_by_both():
         with_time_step(scenario.build(), plan(scenario), 1 / 333)
 
 
-def test_joints_of_different_strength_have_no_servo_of_one_law():
+def test_joints_of_different_servos_have_no_servo_of_one_law():
     legs = tuple(replace(leg, strength=np.array([1.0, 1.0, 2.0])) for leg in AX.legs)
     scenario = own_law(replace(AX, legs=legs))
-    with pytest.raises(InvalidInput, match="joints of different strength have no servo"):
+    with pytest.raises(InvalidInput, match="joints of different servos have no servo"):
         with_time_step(scenario.build(), plan(scenario))
     assert Scenario(robot=replace(AX, legs=legs)).driven().simulation.drive == "ideal-servo"

@@ -132,7 +132,8 @@ class SafetyMonitor:
         self.tip_angle, self.tip_time = tipping(robot, self.settings.gravity)
         self._servo, legs = robot.servo, len(robot.legs)
         reach = float(robot.arrays.lengths.sum(axis=1).max())
-        fastest = self._servo.no_load_speed * reach
+        # One bound for the whole body: that of its slowest joint.
+        fastest = float(robot.arrays.no_load_speed.min()) * reach
         nearest_hip = float(np.hypot(*robot.arrays.p_body_hip[:, :2].T).min())
         self._largest_velocity = (fastest, fastest, fastest / max(nearest_hip, 0.01))
         self._largest_pose = (reach,) * 3 + (LARGEST_LEAN,) * 3

@@ -47,7 +47,7 @@ class SafetyFilter:
         controller: The controller inside.
         monitor: Checks observations and commands.
         limits: Lowest and highest targets [rad], shape (2, L, 3).
-        speed: Largest speed of targets [rad/s].
+        speed: Largest speeds of targets [rad/s], shape (L, 3).
         last: Last targets; None before the first update.
     """
 
@@ -58,7 +58,7 @@ class SafetyFilter:
         self.controller, self.monitor = controller, SafetyMonitor(robot, settings)
         limits = robot.arrays.joint_limits
         self.limits = np.stack([limits[..., 0] - LIMIT_SLACK, limits[..., 1] + LIMIT_SLACK])
-        self.speed = SPEED_SLACK * robot.servo.no_load_speed
+        self.speed = SPEED_SLACK * robot.arrays.no_load_speed
         self._shape = len(robot.legs), len(JOINTS)
         self._names = [f"{leg}.{joint}" for leg in robot.leg_names for joint in JOINTS]
         self._clear()
@@ -139,7 +139,8 @@ class SafetyFilter:
 
     def _permitted(self, targets: JointTargets, observation: Observation) -> JointTargets:
         """Return the nearest permitted targets, and add an event on the violation."""
-        last, reach = self.last, self.speed * self.monitor.dt or math.inf
+        last, dt = self.last, self.monitor.dt
+        reach = self.speed * dt if dt else math.inf
         if last is None:
             last, reach = JointTargets(observation.joint_position, targets.velocity), math.inf
         q, v, torque, (low, high) = targets.position, targets.velocity, targets.torque, self.limits

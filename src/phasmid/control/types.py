@@ -105,7 +105,7 @@ class Model:
     height: float  # Height of the body's origin over the neutral feet [m]
     foot_radius: float  # Of the ball of each foot, whose centre is the foot; 0: a point [m]
     radius: float  # Mean distance of the neutral feet from the body's vertical axis [m]
-    joint_speed: float  # Largest speed of a joint's target [rad/s]
+    joint_speed: Float[np.ndarray, "legs 3"]  # Largest speeds of the joints' targets [rad/s]
     acceleration: float  # Largest acceleration of the body [m/s²]
     landing_depth: float  # Depth to which a foot without contact goes on down on even ground [m]
     trunk: Float[np.ndarray, "2 3"]  # Lowest and highest corner of the trunk's box [m]
@@ -239,7 +239,7 @@ def model_of(robot: Robot, settings: EngineSettings) -> Model:
         height=-float(neutral[:, 2].mean()),
         foot_radius=robot.foot_radius,
         radius=float(np.hypot(neutral[:, 0], neutral[:, 1]).mean()),
-        joint_speed=JOINT_SPEED_SHARE * robot.servo.no_load_speed,
+        joint_speed=JOINT_SPEED_SHARE * arrays.no_load_speed,
         acceleration=settings.acceleration,
         landing_depth=settings.landing_depth,
         trunk=robot.body.box,

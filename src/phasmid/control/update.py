@@ -359,7 +359,8 @@ def advance_engine(
     clock.region_leg = (clock.region_leg + 1) % state.leg_count
     update_region(state, model, clock.region_leg)
     slow, outcome, failed = min(1.0, clock.time_scale + RECOVERY * dt), 0, 0
-    most = model.joint_speed * dt
+    legs = state.leg_count
+    most = model.joint_speed[:legs] * dt
     for _ in range(12):
         states[1] = states[0]
         held = failed >= 3
@@ -376,7 +377,7 @@ def advance_engine(
             brake(state, 0.5 if failed < 3 else 0.0)
             outcome = 2
             continue
-        ratio = np.abs(trial.q - state.q).max() / most
+        ratio = (np.abs(trial.q[:legs] - state.q[:legs]) / most).max()
         if ratio <= 1.0:
             trial.clock.time = clock.time + dt
             trial.clock.time_scale = slow

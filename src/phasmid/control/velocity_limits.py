@@ -212,7 +212,7 @@ def steady_walk_constraint(
     feet, stance = np.zeros((legs, 3)), np.zeros(legs, dtype=np.bool_)
     q, qd, qdd, v, zero = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
     for n in range(SAMPLES):
-        phase, quickest, fast_leg, fast_joint = n / SAMPLES, 0.0, -1, -1
+        phase, excess, fast_leg, fast_joint = n / SAMPLES, 0.0, -1, -1
         sway = sway_wave(model, reference, phase)
         body[:2] = pose[:2] + sway[0]
         body[2] = model.height + pose[2]
@@ -232,10 +232,11 @@ def steady_walk_constraint(
             v_hip = rotate_back(model.R_body_hip[leg], rotate_back(R, v))
             joint_motion(model.lengths[leg], model.lengths[leg, 3], q, v_hip, zero, qd, qdd)
             for k in range(3):
-                if abs(qd[k]) > quickest:
-                    quickest, fast_leg, fast_joint = abs(qd[k]), leg, k
+                over = abs(qd[k]) - model.joint_speed[leg, k] * PLANNED_SPEED_SHARE
+                if over > excess:
+                    excess, fast_leg, fast_joint = over, leg, k
             moment += leg_moment(model, leg, q)
-        if quickest > model.joint_speed * PLANNED_SPEED_SHARE:
+        if excess > 0.0:
             return Constraint(SPEED, fast_leg, fast_joint, 0.0)
         com = body + rotate(R, moment / model.mass)
         margin = line_margin(feet, stance, com[0], com[1])

@@ -110,7 +110,7 @@ class Experiment:
 
 def usual_drive(robot: Robot) -> str:
     """Return the drive by which a driven robot's own servos move its joints."""
-    known = robot.servo.stall_current is not None and (robot.arrays.strength == 1).all()
+    known = robot.servo.stall_current is not None and robot.has_equal_servos
     return "servo" if known else "ideal-servo"
 
 

@@ -155,7 +155,7 @@ def _load(
     joints = JointLoad(
         jacobian=contact_jacobian(robot, motion[0], body.rotation, normals),
         torque=needed.joint_torque,
-        limit=robot.servo.stall_torque if counted else np.inf,
+        limit=robot.arrays.stall_torque if counted else np.inf,
     )
     contacts = Contacts(
         feet=contact_points(robot, feet, normals) - body.position[..., None, :],

@@ -394,7 +394,8 @@ class Driver:
     def _speed(self) -> float:
         """Return the largest joint speed of the stage [rad/s]."""
         if self.stage is Stage.WALK:
-            return self.controller.speed
+            # The motion is paced as a whole, by its slowest joint.
+            return float(self.controller.speed.min())
         return self.settings.sit_speed if self.stage is Stage.SIT else self.settings.start_speed
 
     def _plan(self, duration: float) -> None:

@@ -272,7 +272,7 @@ class RobotBus:
         self._was_silent = self.misses >= SILENT_AFTER
         angle, load, *health = (reading.values[name] for name in self._names)
         q = float(self._sign[at] * (angle - self._zero[at]))
-        reach = self.robot.servo.no_load_speed * (now - self.read_at[at]) + JUMP
+        reach = self.robot.arrays.no_load_speed[at] * (now - self.read_at[at]) + JUMP
         is_known = abs(q - self.position[at]) < reach or abs(q - self._doubted[at]) < AGREEMENT
         self._doubted[at] = q
         self.misses[at] = 0

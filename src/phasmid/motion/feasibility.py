@@ -229,16 +229,16 @@ def check_speed(
     times: Float[np.ndarray, " time"],
     qd: Float[np.ndarray, "time legs 3"],
 ) -> None:
-    """Refuse joint speeds above the servo's no-load speed.
+    """Refuse joint speeds above the joints' no-load speeds.
 
     Raises:
         InfeasibleWalk: A joint would turn faster than its servo without load.
     """
-    servo, speed = course.robot.servo, np.abs(qd)
-    peak, limit = float(speed.max()), servo.no_load_speed
-    if peak <= limit:
+    servo, speed, limits = course.robot.servo, np.abs(qd), course.robot.arrays.no_load_speed
+    if (speed <= limits).all():
         return
-    t, leg, joint = _first_largest(speed, axis=1)
+    t, leg, joint = _first_largest(speed / limits, axis=1)
+    peak, limit = float(speed[..., leg, joint].max()), float(limits[leg, joint])
     when = f"{place(experiment, times[t])} " if isinstance(course, Course) else ""
     needed, allowed = beyond(peak, limit if limit > LEAST else 0.0, 3)
     raise InfeasibleWalk(

@@ -107,12 +107,13 @@ class JointTrajectory:
         jump = np.abs(np.diff(q, axis=0))
         speed = jump / np.diff(self.time)[:, None]
         # Logs are replayed with the supply that they had, which no goal has to respect.
-        if speed.max() > servo.rated_no_load_speed:
-            row, column = _largest(speed)
+        rated = servo.rated_no_load_speed * np.ravel([leg.speed_ratio for leg in robot.legs])
+        if (speed > rated).any():
+            row, column = _largest(speed / rated)
             raise InfeasibleWalk(
                 f"{joints[column]} jumps {jump[row, column]:.2g} rad between rows {row + 1} and "
-                f"{row + 2} ({speed.max():.3g} rad/s; the {servo_words(servo.name)} allows "
-                f"{servo.rated_no_load_speed:.3g})."
+                f"{row + 2} ({speed[row, column]:.3g} rad/s; the {servo_words(servo.name)} allows "
+                f"{rated[column]:.3g})."
             )
         limits = robot.arrays.joint_limits.reshape(-1, 2)
         over = np.maximum(q - limits[:, 1], limits[:, 0] - q)

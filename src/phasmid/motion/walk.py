@@ -123,7 +123,7 @@ class Walk:
                 )
         robot = theirs.robot
         walk = replace(self, robot=robot, course=replace(self.course, robot=robot))
-        if robot.servo.no_load_speed < self.robot.servo.no_load_speed:
+        if (robot.arrays.no_load_speed < self.robot.arrays.no_load_speed).any():
             for times in checked_times(ours, walk.course):
                 check_speed(theirs, walk.course, times, walk.sample(times).qd)
         return walk

@@ -408,8 +408,8 @@ def torque(run: Run, name: str) -> dict[str, Any]:
     tau = run.channel(name)
     if tau is None:
         return {}
-    size, strength = np.abs(tau), run.robot.arrays.strength
-    stall, continuous = strength * run.robot.servo.stall_torque, strength * run.continuous_torque
+    size, arrays = np.abs(tau), run.robot.arrays
+    stall, continuous = arrays.stall_torque, arrays.strength * run.continuous_torque
     peak = size.max(axis=0)
     return {
         "peak": peak.tolist(),
@@ -461,7 +461,7 @@ def speed(run: Run) -> dict[str, Any]:
         "channel": name,
         "peak": peak.tolist(),
         "largest": float(peak.max()),
-        "largest_over_no_load": float(peak.max() / run.robot.servo.no_load_speed),
+        "largest_over_no_load": float((peak / run.robot.arrays.no_load_speed).max()),
     }
 
 

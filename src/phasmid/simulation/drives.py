@@ -104,7 +104,7 @@ class PrescribedDrive(Drive):
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, walk: Motion) -> None:
         super().__init__()
         self._data, self._angle = data, model.eq_data[:, 0]
-        self._full = walk.robot.servo.full_output_torque
+        self._full = walk.robot.arrays.strength.ravel() * walk.robot.servo.full_output_torque
         self._gains = drive_gains(model.opt.timestep)
         self._held = np.arange(3 * len(walk.robot.legs))
 
@@ -119,7 +119,7 @@ class PrescribedDrive(Drive):
         return torque
 
     def output(self) -> Float[np.ndarray, " joints"]:
-        """Return the joint torques over that of the servo's full output."""
+        """Return the joint torques over those of the servos' full output."""
         return self.torque() / self._full
 
     def fail(self, joint: int) -> None:
@@ -153,19 +153,18 @@ class IdealServoDrive(Drive):
         self._torque = np.zeros(joints)
         self._data, self._acceleration = data, data.qacc[6:]
         self._added_inertia = -model.dof_armature[6:]
+        arrays = walk.robot.arrays
         # MuJoCo has no row for a joint without friction.
-        self._rows = joints if servo.friction > 0 else 0
-        strength = walk.robot.arrays.strength.ravel()
-        self._full = servo.full_output_torque
+        self._rubbing = np.flatnonzero(arrays.friction)
+        self._full = arrays.strength.ravel() * servo.full_output_torque
         # MuJoCo's friction holds a load beside the motor; together they hold the stall torque.
-        self._stall = np.maximum(strength * servo.stall_torque - servo.friction, 0.0)
-        self._drop = self._stall / servo.no_load_speed
+        self._stall = np.maximum(arrays.stall_torque - arrays.friction, 0.0).ravel()
+        self._drop = self._stall / arrays.no_load_speed.ravel()
         self._goal, self._speed, self._force = data.ctrl, data.qvel[6:], data.actuator_force
         self._limits = model.actuator_forcerange
-        self._friction = servo.friction
-        by_leg = walk.robot.arrays.strength
-        self._stiffness = by_leg * servo.stiffness
-        self._damping = by_leg * servo.damping
+        self._friction = arrays.friction
+        self._stiffness = arrays.strength * servo.stiffness
+        self._damping = arrays.strength * servo.damping
         self._gains, self._biases = model.actuator_gainprm, model.actuator_biasprm
 
     def command(self, target: Float[np.ndarray, " joints"]) -> None:
@@ -181,14 +180,14 @@ class IdealServoDrive(Drive):
         Friction is a constraint of MuJoCo; its rows come first, as there are no equalities.
         """
         self._motor[:] = self._force
-        self._friction_torque[: self._rows] = self._data.efc_force[: self._rows]
+        self._friction_torque[self._rubbing] = self._data.efc_force[: len(self._rubbing)]
         np.multiply(self._added_inertia, self._acceleration, out=self._torque)
         self._torque += self._motor
         self._torque += self._friction_torque
         return self._torque
 
     def output(self) -> Float[np.ndarray, " joints"]:
-        """Return the motors' torques over that of the servo's full output."""
+        """Return the motors' torques over those of the servos' full output."""
         force: np.ndarray = self._force
         return force / self._full
 
@@ -233,6 +232,7 @@ class TorqueDrive(IdealServoDrive):
     ) -> None:
         super().__init__(model, data, walk)
         self._stiffness, self._damping = joint_gains(experiment)
+        self._friction = self._friction.ravel()
 
     def targets(self, setpoints: Setpoints) -> Float[np.ndarray, "samples joints"]:
         """Return the torques at zero angle and speed [N·m]; MuJoCo adds spring and damper."""
@@ -262,7 +262,7 @@ def walking_torque(experiment: Experiment, walk: Walk) -> Float[np.ndarray, "sam
     Raises:
         InfeasibleLoad: The stance feet cannot give what the motion needs.
     """
-    return planned_load(experiment, walk).torque + walk.robot.servo.armature * walk.qdd
+    return planned_load(experiment, walk).torque + walk.robot.arrays.armature * walk.qdd
 
 
 def standing_torque(

@@ -105,7 +105,7 @@ def joint_gains(experiment: Experiment) -> Float[np.ndarray, "2 joints"]:
     own = np.diagonal(mass_matrix(robot, BodyMotion.at_rest(), q))[6:]
     share = 2 * robot.mass / len(robot.legs)
     carried = share * np.sum(jacobian(robot.arrays, q) ** 2, axis=-2).ravel()
-    inertia = own + carried + robot.servo.armature
+    inertia = own + carried + robot.arrays.armature.ravel()
     damping = table.speed_gain
     if damping is None:
         damping = 2 * math.sqrt(table.position_gain)
@@ -176,12 +176,14 @@ def _add_leg(
         (leg.coxa.end, X_AXIS_UP),
         (leg.femur.end, (1.0, 0.0, 0.0, 0.0)),
     )
-    servo, drive = robot.servo, experiment.solver.planned_drive
-    strength = leg.strength.tolist()
+    servo, drive, arrays = robot.servo, experiment.solver.planned_drive, robot.arrays
+    numbers = [arrays.strength, arrays.stall_torque, arrays.armature, arrays.friction]
+    own = np.stack(numbers, axis=-1)[robot.legs.index(leg)].tolist()
     is_motor = drive in {"ideal-servo", "torque"}
-    for joint, link, (position, quaternion), (stiffness, damping), ratio in zip(
-        JOINTS, leg.links, poses, gains.tolist(), strength, strict=True
+    for joint, link, (position, quaternion), (stiffness, damping), of_joint in zip(
+        JOINTS, leg.links, poses, gains.tolist(), own, strict=True
     ):
+        ratio, largest, armature, dry = of_joint
         name = f"{leg.name}.{joint}"
         body = parent.add_body(name=name, pos=position, quat=quaternion)
         set_inertia(body, link)
@@ -189,8 +191,8 @@ def _add_leg(
             name=name,
             type=mujoco.mjtJoint.mjJNT_HINGE,
             axis=[0.0, 0.0, 1.0],
-            armature=servo.armature if is_motor else 0.0,
-            frictionloss=servo.friction if is_motor else 0.0,
+            armature=armature if is_motor else 0.0,
+            frictionloss=dry if is_motor else 0.0,
         )
         if is_motor:
             actuator = spec.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, target=name)
@@ -201,7 +203,6 @@ def _add_leg(
             else:
                 actuator.set_to_position(kp=ratio * servo.stiffness, kv=ratio * servo.damping)
             actuator.forcelimited = True
-            largest = ratio * servo.stall_torque
             actuator.forcerange = [-largest, largest]
         elif drive == "prescribed":
             _prescribe(spec, name, experiment.solver.time_step)

@@ -94,9 +94,9 @@ def step_limit(experiment: Experiment, q: Float[np.ndarray, "legs 3"]) -> tuple[
     """
     contact, robot = longest_time_step(experiment), experiment.robot
     if experiment.solver.drive == "servo":
-        if (robot.arrays.strength != 1).any():
+        if not robot.has_equal_servos:
             raise InvalidInput(
-                'joints of different strength have no servo of one law; drive is "servo".',
+                'joints of different servos have no servo of one law; drive is "servo".',
                 hint='drive = "ideal-servo"',
             )
         gears = longest_servo_step(robot.servo, joint_mobility(experiment, q))

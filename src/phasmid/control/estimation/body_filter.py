@@ -195,7 +195,7 @@ def detect_contacts(state: FilterState, robot: EstimatorParameters, measured: Me
         if not math.isfinite(reading):
             kind, reading = SensorKind.FORCE, measured.foot_normal_force[leg]
         if not math.isfinite(reading) and math.isfinite(measured.joint_load[leg].sum()):
-            torque = robot.full_torque * measured.joint_load[leg]
+            torque = robot.full_torque[leg] * measured.joint_load[leg]
             kind = SensorKind.LOAD
             reading = normal_force(robot, leg, measured.joint_position[leg], torque)
         if not math.isfinite(reading):

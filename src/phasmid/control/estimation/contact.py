@@ -86,10 +86,10 @@ def read_sensors(
         sensors, q = estimator.feet[leg].sensors, measured.joint_position[leg]
         load_force = angle_force = math.nan
         if estimator.used[SensorKind.LOAD] != 0:
-            torque = parameters.full_torque * measured.joint_load[leg]
+            torque = parameters.full_torque[leg] * measured.joint_load[leg]
             load_force = normal_force(parameters, leg, q, torque)
         elif estimator.used[SensorKind.ANGLE] != 0 and delayed:
-            torque = parameters.stiffness * (targets[leg] - q)
+            torque = parameters.stiffness[leg] * (targets[leg] - q)
             angle_force = normal_force(parameters, leg, q, torque)
         sensors[SensorKind.SWITCH].reading = measured.contact[leg]
         sensors[SensorKind.FORCE].reading = measured.foot_normal_force[leg]

@@ -198,8 +198,8 @@ class EstimatorParameters:
     link_moment: Float[np.ndarray, "legs 3 3"]  # first moments, as in `link_moments` [kg·m]
     link_inertia: Float[np.ndarray, "legs 3 3 3"]  # about the links' origins [kg·m²]
     dt: float  # update period [s]
-    full_torque: float  # of a servo at its full output [N·m]
-    stiffness: float  # of a servo [N·m/rad]
+    full_torque: Float[np.ndarray, "legs 3"]  # of the servos at their full output [N·m]
+    stiffness: Float[np.ndarray, "legs 3"]  # of the servos [N·m/rad]
     gravity: float  # acceleration of free fall [m/s²]
     joint_delay: int  # of the joint readings [updates]
     attitude_delay: int  # length of the attitude's delay line [updates]
@@ -245,8 +245,8 @@ def parameters_of(
         arrays.R_body_hip[:, 2],
         *link_moments(arrays),
         dt,
-        robot.servo.full_output_torque,
-        robot.servo.stiffness,
+        arrays.strength * robot.servo.full_output_torque,
+        arrays.strength * robot.servo.stiffness,
         gravity,
         max(1, round(settings.joint_delay / dt)),
         1 + round(settings.motion_lag / dt),

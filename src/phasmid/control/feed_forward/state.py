@@ -35,10 +35,10 @@ class Parameters:
     trunk_first: Float[np.ndarray, "3"]  # first moment about the body's origin [kg·m]
     trunk_second: Float[np.ndarray, "3 3"]  # about the body's origin [kg·m²]
     foot_radius: float  # of the ball of each foot; 0: a point [m]
-    armature: float  # of each joint's rotor, seen at the joint [kg·m²]
+    armature: Float[np.ndarray, "legs 3"]  # of the joints' rotors, seen at the joints [kg·m²]
     gravity: float  # acceleration of free fall [m/s²]
-    stall_torque: float  # of a servo at rest that may be used [N·m]
-    torque_drop: float  # loss of that torque per joint speed [N·m·s/rad]
+    stall_torque: Float[np.ndarray, "legs 3"]  # of the servos at rest that may be used [N·m]
+    torque_drop: Float[np.ndarray, "legs 3"]  # loss of that torque per joint speed [N·m·s/rad]
     friction: float  # coefficient of friction that foot forces may use
     load_transfer: float  # time in which a foot takes on or gives up its load [s]
     update_period: float  # [s]
@@ -97,8 +97,8 @@ def parameters_of(
     robot: Robot, settings: FeedForwardSettings, update_period: float, gravity: float
 ) -> Parameters:
     """Return the parameters of a robot, with the limits of the settings."""
-    arrays, body, servo = robot.arrays, robot.body, robot.servo
-    stall_torque = settings.torque_used * servo.stall_torque
+    arrays, body = robot.arrays, robot.body
+    stall_torque = settings.torque_used * arrays.stall_torque
     return Parameters(
         *geometry(arrays),
         *link_moments(arrays),
@@ -107,10 +107,10 @@ def parameters_of(
         body.mass,
         *moments_about_origin(np.array(body.mass), body.com, body.inertia),
         robot.foot_radius,
-        servo.armature,
+        arrays.armature,
         gravity,
         stall_torque,
-        stall_torque / servo.no_load_speed,
+        stall_torque / arrays.no_load_speed,
         settings.friction * settings.friction_used,
         settings.load_transfer,
         update_period,

@@ -39,8 +39,12 @@ ARRIVED = 1e-7
 
 
 def largest_speed(robot: Robot, *, loaded: bool = False) -> float:
-    """Return the largest joint speed of sequences [rad/s], with the body's load or without."""
-    return (LOADED_SHARE if loaded else SPEED_SHARE) * robot.servo.no_load_speed
+    """Return the largest joint speed of sequences [rad/s], with the body's load or without.
+
+    All joints move together: it is that of the slowest one.
+    """
+    slowest = float(robot.arrays.no_load_speed.min())
+    return (LOADED_SHARE if loaded else SPEED_SHARE) * slowest
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -77,7 +77,7 @@ class JointSensor:
 
     name, needs = "joint", ("joint_position",)
 
-    def __init__(self, table: Sensors, stall_torque: float) -> None:
+    def __init__(self, table: Sensors, stall_torque: Float[np.ndarray, "legs 3"]) -> None:
         self.sampling = Sampling(table.joint_rate, table.joint_delay)
         self._table, self._stall = table, stall_torque
 
@@ -173,7 +173,7 @@ def robot_sensors(experiment: Experiment) -> tuple[Sensor, ...]:
     """Return the sensors of a robot with the settings of a scenario."""
     table, robot = experiment.sensors, experiment.robot
     return (
-        JointSensor(table, robot.servo.full_output_torque),
+        JointSensor(table, robot.arrays.strength * robot.servo.full_output_torque),
         InertialSensor(table, experiment.world.gravity),
         FootSensor(table, len(robot.legs), experiment.scale),
     )

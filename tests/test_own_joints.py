@@ -1,0 +1,159 @@
+"""Every joint of a robot is judged by its own torque, speed, armature and friction."""
+
+from dataclasses import replace
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pytest
+
+import phasmid
+from phasmid.control import LocomotionEngine
+from phasmid.control.safety_filter import SafetyFilter
+from phasmid.errors import InfeasibleWalk, InvalidInput
+from phasmid.forces import Holding, servo_verdict
+from phasmid.formats import load_robot, save_robot
+from phasmid.gait import load_gait
+from phasmid.robot import JOINTS
+from phasmid.simulation import build_model
+
+GRAVITY = 9.81
+
+ARRAYS = {
+    "effort": "stall_torque",
+    "velocity": "no_load_speed",
+    "armature": "armature",
+    "friction": "friction",
+}
+"""Numbers of a URDF's joints, and the arrays of a robot that have them."""
+
+NUMBERS = {
+    "coxa": {"effort": 3.0, "velocity": 6.0, "armature": 0.004, "friction": 0.0},
+    "femur": {"effort": 4.0, "velocity": 5.0, "armature": 0.006, "friction": 0.05},
+    "tibia": {"effort": 6.0, "velocity": 4.0, "armature": 0.012, "friction": 0.08},
+}
+
+
+def table(number, numbers=NUMBERS):
+    """One number of all joints, shape (6, 3)."""
+    return np.tile([numbers[joint][number] for joint in JOINTS], (6, 1))
+
+
+@pytest.fixture(scope="module")
+def robot_with(tmp_path_factory):
+    """Read a robot from a URDF with numbers of its own for each kind of joint."""
+    folder = tmp_path_factory.mktemp("robots")
+    bare = replace(phasmid.load_robot("phantomx-mk4"), appearance=None)
+    save_robot(bare, folder / "bare.urdf")
+
+    def read(numbers=NUMBERS):
+        file = ET.parse(folder / "bare.urdf")
+        for joint in file.iter("joint"):
+            kind = joint.get("name").rpartition("_")[2]
+            for number, value in numbers.get(kind, {}).items():
+                for element in joint:
+                    if number in element.attrib:
+                        element.set(number, repr(value))
+        file.write(folder / "own.urdf")
+        return load_robot(folder / "own.urdf")
+
+    return read
+
+
+def simulated(scenario):
+    return phasmid.simulate(scenario, phasmid.plan(scenario))
+
+
+def walking(robot, **changes):
+    changes = {"duration": 0.3, "drive": "ideal-servo"} | changes
+    return phasmid.Scenario(robot=robot).replace(**changes)
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".xml", ".toml"])
+def test_a_file_s_joints_keep_their_own_numbers(robot_with, suffix, tmp_path):
+    robot = robot_with()
+    save_robot(robot, tmp_path / f"again{suffix}")
+    for one in (robot, load_robot(tmp_path / f"again{suffix}")):
+        for number, name in ARRAYS.items():
+            # A division by the servo's number and a product with it.
+            np.testing.assert_allclose(getattr(one.arrays, name), table(number), rtol=1e-15)
+
+
+def test_a_strong_knee_is_judged_by_its_own_torque(robot_with):
+    # Hips have half the torque of the knees, and need less than that.
+    tripod = load_gait("tripod", 6)
+    needed = servo_verdict(robot_with(), tripod, gravity=GRAVITY)
+    kind = needed.joint.rpartition(".")[2]
+    weak, strong = needed.torque / 1.17, needed.torque / 0.58
+    for efforts, share, holding in (
+        (dict.fromkeys(JOINTS, weak), 1.17, Holding.DOES_NOT_HOLD),
+        (dict.fromkeys(JOINTS, weak) | {kind: strong}, 0.58, Holding.LIMITED),
+    ):
+        numbers = {joint: NUMBERS[joint] | {"effort": efforts[joint]} for joint in JOINTS}
+        verdict = servo_verdict(robot_with(numbers), tripod, gravity=GRAVITY)
+        assert (verdict.joint, verdict.holding) == (needed.joint, holding)
+        assert verdict.torque / verdict.stall_torque == pytest.approx(share, rel=1e-12)
+
+
+def test_the_joint_that_is_refused_is_the_one_beyond_its_own_speed(robot_with):
+    # Samples of a cycle miss less than 5 % of a peak.
+    fastest = np.abs(phasmid.plan(walking(robot_with(), duration=2.0)).qd).max(axis=(0, 1))
+    slow, quick = int(np.argmin(fastest)), float(fastest.max())
+
+    def scenario(share):
+        speeds = {joint: {"velocity": 1.5 * quick} for joint in JOINTS}
+        speeds[JOINTS[slow]] = {"velocity": share * float(fastest[slow])}
+        return walking(robot_with(speeds)), table("velocity", speeds)
+
+    (enough, limits), (less, _) = scenario(1.05), scenario(0.95)
+    walk = phasmid.plan(enough)
+    speed = phasmid.summarise(phasmid.simulate(enough, walk))["speed"]
+    assert speed["largest_over_no_load"] == pytest.approx((speed["peak"] / limits).max(), rel=1e-12)
+    words = rf"\.{JOINTS[slow]} would turn .* allows {0.95 * fastest[slow]:.3g} rad/s"
+    with pytest.raises(InfeasibleWalk, match=words):
+        phasmid.plan(less)
+
+
+def test_the_simulation_gives_each_joint_its_own_rotor_friction_and_torque(robot_with):
+    robot = robot_with()
+    for drive in ("ideal-servo", "torque"):
+        model = build_model(robot, walking(robot, drive=drive))
+        for name, number in (("dof_armature", "armature"), ("dof_frictionloss", "friction")):
+            np.testing.assert_allclose(
+                getattr(model, name)[6:].reshape(6, 3), table(number), rtol=1e-15
+            )
+        most = model.actuator_forcerange[:, 1].reshape(6, 3)
+        np.testing.assert_allclose(most, table("effort"), rtol=1e-15)
+        run = simulated(walking(robot, drive=drive))
+        friction = np.abs(run["servo_friction_torque"].values).max(axis=0)
+        # Coxae have no friction, and so no row of the engine; others slide at their own.
+        assert (friction[:, 0] == 0).all()
+        np.testing.assert_allclose(friction[:, 1:], table("friction")[:, 1:], rtol=1e-3)
+        motor = np.abs(run["servo_motor_torque"].values).max(axis=0)
+        assert (motor <= table("effort") - table("friction") + 1e-12).all()
+
+
+def test_a_servo_s_own_law_needs_joints_that_are_alike(robot_with):
+    alike = robot_with({})
+    servo = phasmid.load_robot("phantomx-mk4").servo
+    assert walking(replace(alike, servo=servo), drive=None).driven().simulation.drive == "servo"
+    for number in ARRAYS:
+        numbers = {"tibia": {number: 2.5 * float(getattr(alike.arrays, ARRAYS[number])[0, 2])}}
+        differs = replace(robot_with(numbers), servo=servo)
+        assert walking(differs, drive=None).driven().simulation.drive == "ideal-servo"
+        with pytest.raises(InvalidInput, match="joints of different servos have no servo of one"):
+            simulated(walking(differs, drive="servo"))
+
+
+@pytest.mark.usefixtures("compiled_engine")
+def test_the_controller_keeps_each_joint_within_its_own_limits(robot_with):
+    robot = robot_with()
+    engine = LocomotionEngine(robot)
+    stage, used = engine.feed_forward.parameters, engine.settings.feed_forward.torque_used
+    for value, number in (
+        (engine.model.joint_speed / 0.95, "velocity"),
+        (SafetyFilter(engine, robot).speed / 1.02, "velocity"),
+        (stage.stall_torque / used, "effort"),
+        (stage.stall_torque / stage.torque_drop, "velocity"),
+        (stage.armature, "armature"),
+    ):
+        np.testing.assert_allclose(value, table(number), rtol=1e-14)
