@@ -70,15 +70,18 @@ def _print(advice: Advice) -> None:
     rows = [["joint", "peak N·m", "of stall", "rms N·m", "of continuous"]]
     if warmth:
         rows[0].append(f"°C, {'/'.join(f'{minutes:g}' for minutes in MINUTES)} min")
+    arrays, servo = advice.robot.arrays, advice.servo
+    stall = arrays.stall_torque.ravel()
+    continuous = arrays.strength.ravel() * min(servo.continuous_torque, servo.stall_torque)
     for i, name in enumerate(advice.joint_names):
         peak, rms = float(load.peak_torque.ravel()[i]), float(load.rms_torque.ravel()[i])
         row = [
             plain(name),
             f"{peak:.2f}",
-            f"{100 * peak / verdict.stall_torque:.0f} %",
+            f"{100 * peak / stall[i]:.0f} %",
             f"{rms:.2f}",
         ]
-        row.append(f"{100 * rms / verdict.continuous_torque:.0f} %")
+        row.append(f"{100 * rms / continuous[i]:.0f} %")
         if warmth:
             row.append(", ".join(f"{estimates[1].ravel()[i]:.0f}" for estimates in warmth))
         rows.append(row)

@@ -299,7 +299,9 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         )
         if not has_robot:
             _print_servos(verdict, walk.robot.servo)
-        speed = float(np.abs(walk.qd).max())
+        speeds, limits = np.abs(walk.qd).max(axis=0), walk.robot.arrays.no_load_speed
+        fastest = np.unravel_index(np.argmax(speeds / limits), limits.shape)
+        speed, allowed = float(speeds[fastest]), float(limits[fastest])
         servo = walk.robot.servo
         way = 1000 * (walk.trunk.position[-1] - walk.trunk.position[0])
         say(
@@ -308,7 +310,7 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         )
         say(
             f"  fastest joint: {speed:.2f} rad/s; the "
-            f"{plain(servo_words(servo.name))} allows {servo.no_load_speed:.2f} "
+            f"{plain(servo_words(servo.name))} allows {allowed:.2f} "
             f"rad/s{servo.supply_words}"
         )
         say(f"  smallest support margin: {1000 * float(walk.support_margin.min()):.1f} mm")

@@ -45,15 +45,15 @@ class Scene:
         source, robot = live.source, live.source.robot
         self._terrain = live.run.ground
         pieces = mesh_pieces(robot)
-        # The servo's limit at its present supply.
-        self._limit = source.robot.servo.stall_torque
+        # The servos' limits at their present supply.
+        self._limits = source.robot.arrays.stall_torque
         self.table: dict[str, Any] = looks(robot, pieces) | {
             "weight": source.weight,
             "trail": 2 * source.experiment.course.stride.period,
             "names": [name.replace("_", " ") for name in robot.leg_names],
             "hips": robot.arrays.p_body_hip[:, :2].tolist(),
             "friction": source.experiment.world.terrain.coefficient,
-            "torque_limit": [[self._limit] * 3] * len(robot.legs),
+            "torque_limit": self._limits.tolist(),
             "links": len(pieces.links),
             "number": number,
             "gait": gait_table(source.gait),
@@ -113,7 +113,8 @@ class Scene:
         stance = np.asarray(telemetry.get("stance", touching), dtype=bool)
         held = self._holding_forces(live, position, R, q, feet, stance)
         unknown = np.full((legs, 3), np.nan)
-        worst = int(np.argmax(live.peak))
+        load = live.peak / self._limits.ravel()
+        worst = int(np.argmax(load))
         command = admitted = np.full(3, np.nan)
         if not live.plays:
             command = np.array(live.command.velocity)
@@ -146,7 +147,7 @@ class Scene:
             "velocity": metrics.velocity,
             "power": metrics.power,
             "cost_of_transport": metrics.cost_of_transport,
-            "worst_servo": (worst, live.peak[worst] / self._limit),
+            "worst_servo": (worst, load[worst]),
             "phase": telemetry.get("gait_phase", phase),
         }
 
