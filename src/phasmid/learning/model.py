@@ -59,7 +59,8 @@ def robot_motor(robot: Robot) -> Motor:
     """Return the motor of a robot's servos.
 
     It has the numbers of the servo's own law where its stall current is known, without margin,
-    punch, backlash and gear spring; else those of the ideal servo.
+    punch, backlash and gear spring; else those of the ideal servo. Ratios of joints that differ
+    are left out: the servo of an imported robot has the least torque and speed of all joints.
     """
     servo = robot.servo
     if servo.stall_current is None:
