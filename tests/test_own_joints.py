@@ -116,7 +116,7 @@ def test_the_joint_that_is_refused_is_the_one_beyond_its_own_speed(robot_with):
 def test_the_simulation_gives_each_joint_its_own_rotor_friction_and_torque(robot_with):
     robot = robot_with()
     for drive in ("ideal-servo", "torque"):
-        model = build_model(robot, walking(robot, drive=drive))
+        model = build_model(walking(robot, drive=drive))
         for name, number in (("dof_armature", "armature"), ("dof_frictionloss", "friction")):
             np.testing.assert_allclose(
                 getattr(model, name)[6:].reshape(6, 3), table(number), rtol=1e-15

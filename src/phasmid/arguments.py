@@ -63,6 +63,7 @@ NOUNS: dict[Any, tuple[str, str]] = {
 
 SOURCES = {
     "Scenario": 'phasmid.load_scenario("paper")',
+    "ScenarioLike": 'phasmid.load_scenario("paper")',
     "Robot": 'phasmid.load_robot("phantomx-ax")',
     "Walk": "phasmid.plan(scenario)",
     "Dataset": "phasmid.simulate(scenario, walk), or phasmid.load_recording(path)",

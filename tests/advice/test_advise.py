@@ -44,7 +44,7 @@ def test_the_load_is_that_of_the_recorded_walk(advice):
 
 def test_the_extrapolated_temperature_is_that_of_a_longer_walk(advice):
     # Heat varies from cycle to cycle by 3 % of the warmest servo's, since feet creep.
-    scenario, walk, _ = plan_cycles(advice.scenario, cycles=60)
+    scenario, walk, _ = plan_cycles(advice.experiment, cycles=60)
     simulated = simulate_load(scenario, walk).temperature - 25.0
     rise = advice.temperature(1.0)[1] - 25.0
     assert np.abs(rise - simulated).max() < 0.05 * simulated.max()
@@ -59,11 +59,11 @@ def test_the_battery_lasts_in_proportion_to_its_capacity(advice):
 
 
 def test_a_speed_sets_the_period():
-    scenario, walk, speed = plan_cycles(ROBOT, 0.05)
-    assert scenario.period == pytest.approx(0.04 / 0.5 / 0.05)
+    experiment, walk, speed = plan_cycles(ROBOT, 0.05)
+    assert experiment.course.stride.period == pytest.approx(0.04 / 0.5 / 0.05)
     way = np.ptp(walk.trunk.position[:, 0])
     assert speed == pytest.approx(0.05)
-    assert way / scenario.duration == pytest.approx(0.05, rel=1e-6)
+    assert way / experiment.duration == pytest.approx(0.05, rel=1e-6)
 
 
 def test_a_payload_increases_torque_and_heat(advice):

@@ -150,14 +150,14 @@ def test_the_header_computes_as_the_package_does(name, tmp_path):
     assert np.abs(got.foot - feet)[reached].max() < 1e-9
 
     # q of time 0 is that of every whole cycle. Middles are means of two samples.
-    table = walk.sample(np.arange(samples) * scenario.period / samples)
+    table = walk.sample(np.arange(samples) * scenario.build().course.stride.period / samples)
     both = np.stack([table.q, (table.q + np.roll(table.q, -1, axis=0)) / 2], axis=1)
     cycle = got.gait.reshape(3, samples, 2, -1, 3)
     assert np.abs(cycle - both).max() < ANGLE
     assert (got.stance == table.stance).all()
     assert np.abs(got.offsets - walk.gait.offsets).max() < 1e-15
     assert np.abs(got.neutral - robot.arrays.neutral_foot).max() < 1e-15
-    assert got.period == scenario.period
+    assert got.period == scenario.build().course.stride.period
     assert got.duty_factor == pytest.approx(walk.gait.duty_factor, abs=1e-15)
 
 

@@ -117,7 +117,7 @@ def test_quintic_walks_are_continuous_to_the_acceleration(terrain, timing):
     arc = {"step_length_mm": 60, "step_turn_deg": 6, "period": 3.0, "duration": 6.0}
     changes = TERRAINS[terrain] | arc if terrain else {}
     scenario = PAPER.replace(stance_timing=timing, **changes)
-    walk, events = plan(scenario), np.arange(1, 8) * scenario.period / 4
+    walk, events = plan(scenario), np.arange(1, 8) * scenario.build().course.stride.period / 4
     before, after = walk.sample(events - 1e-9), walk.sample(events + 1e-9)
     assert np.abs(after.q - before.q).max() < 1e-7
     assert np.abs(after.qd - before.qd).max() < 1e-6

@@ -48,7 +48,7 @@ def gaits(bench):
         stands = gait.stance(phases)
         missing = max(missing, float(3 - stands.sum(axis=1).min()))
         off = max(off, float(np.abs(stands.sum(axis=0) - gait.duty_factor * PHASES).max()))
-        period = bench.scenario.period
+        period = bench.scenario.build().course.stride.period
         walk = plan(bench.scenario.replace(gait=name)).sample(phases * period)
         margin = _margin(walk.foot_position[..., :2], walk.stance, mass_centre(walk)[:, :2])
         without += int(np.count_nonzero(~(margin > 0)))

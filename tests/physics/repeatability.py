@@ -23,7 +23,9 @@ def symmetry(bench):
     """Compare a walk with its mirror image, another order of legs, and another heading."""
     # Table 2's links are turned, not mirrored, from right to left; at mid-length they are both.
     base = bench.scenario.replace(
-        mass_model="mid-length", duration=CYCLES * bench.scenario.period, step_turn=0.1
+        mass_model="mid-length",
+        duration=CYCLES * bench.scenario.build().course.stride.period,
+        step_turn=0.1,
     )
     plain = _positions(bench, base)
     robot = base.base_robot()

@@ -23,7 +23,7 @@ def mean_load(bench):
         "Height and speed of the body repeat after each cycle, so that the mean force is the "
         "weight; touchdowns change them by 0.1 mm and some mm/s."
     )
-    case = f"over {scenario.duration / scenario.period:g} cycles"
+    case = f"over {scenario.duration / scenario.build().course.stride.period:g} cycles"
     yield row(case, float(total.mean()) / weight, 0.002, why, expected=1.0)
 
 
@@ -98,5 +98,5 @@ def amid_stance(recording, legs):
 
 def _way(scenario):
     """Return the planned displacement in the compared cycles [m]."""
-    end = min(scenario.duration, REFINED_CYCLES * scenario.period)
+    end = min(scenario.duration, REFINED_CYCLES * scenario.build().course.stride.period)
     return plan(scenario).sample(np.array([end])).trunk.position[0] * [1, 1, 0]

@@ -48,8 +48,7 @@ def test_ten_steps_of_forty_millimetres_are_four_hundred(paper_walk):
 def test_a_commanded_turn_adds_up_step_by_step(short_walk):
     source = read_run(short_walk)
     stride = {"step_turn": math.pi / 8, "step_length": 0.1, "step_sideways": 0.02}
-    scenario = source.scenario.replace(**stride)
-    turning = Source(source.robot, scenario, source.gait)
+    turning = Source(source.experiment.replace(**stride), source.robot)
     # Four steps of 1 s, each from where the last one left the body, in its axes.
     place = sum((0.1 + 0.02j) * np.exp(1j * math.pi / 8 * step) for step in range(4))
     way = commanded_way(turning, 4.0)

@@ -110,14 +110,14 @@ def planned_torque(scenario, velocity):
     """
     robot = scenario.load_robot()
     gait = scenario.load_gait(len(robot.legs))
-    step = velocity * gait.duty_factor * scenario.period
+    step = velocity * gait.duty_factor * scenario.build().course.stride.period
     planned = scenario.replace(
         step_length=float(step[0]),
         step_sideways=float(step[1]),
         step_turn=float(step[2]),
         stance_timing="constant-speed",
         drive="prescribed",
-        duration=scenario.period,
+        duration=scenario.build().course.stride.period,
     )
     model = phasmid.analyse(planned, phasmid.plan(planned))
     largest = [float(np.abs(model["joint_torque_model"].values).max())]

@@ -37,15 +37,15 @@ JOINTS = ["prescribed", "ideal-servo", pytest.param("torque", marks=pytest.mark.
 @pytest.mark.parametrize("robot", [name for name in preset_names() if name != "phantomx-paper"])
 def test_a_planned_walk_goes_straight(robot, joints):
     scenario = scenario_of(robot, drive=joints)
-    scenario = scenario.replace(duration=2 * scenario.period)
+    scenario = scenario.replace(duration=2 * scenario.build().course.stride.period)
     recording = simulate(scenario, plan(scenario))
-    assert abs(drift(recording, scenario.period)) < DRIFT
+    assert abs(drift(recording, scenario.build().course.stride.period)) < DRIFT
 
 
 @pytest.mark.parametrize("joints", JOINTS)
 @pytest.mark.parametrize("robot", ["phantomx-ax", "quadruped", "octopod"])
 def test_a_driven_robot_goes_straight(robot, joints):
     scenario = scenario_of(robot, drive=joints)
-    scenario = scenario.replace(duration=3 * scenario.period)
+    scenario = scenario.replace(duration=3 * scenario.build().course.stride.period)
     recording = drive(scenario, commands=Command(velocity=(0.03, 0.0, 0.0)))
-    assert abs(drift(recording, scenario.period)) < DRIFT
+    assert abs(drift(recording, scenario.build().course.stride.period)) < DRIFT

@@ -30,7 +30,7 @@ def test_the_reference_is_the_preset_whose_numbers_are_the_round_ones():
     scenario = Scenario(robot="phantomx-ax")
     assert numbers(scenario.build().world.contact) == (1e4, 30.0, 500.0, 0.004, 0.0005)
     assert scenario.replace(contact_law="simscape").build().world.contact.damping == 100.0
-    assert scenario.period == 2.0
+    assert scenario.build().course.stride.period == 2.0
     scale = scenario.build().scale
     assert (scenario.sensors.touching_force(scale), scenario.sensors.force_noise(scale)) == (
         0.5,
@@ -46,7 +46,7 @@ def test_numbers_follow_weight_and_length(factor):
     scenario = Scenario(robot=robot)
     shares = np.divide(numbers(scenario.build().world.contact), (1e4, 30.0, 500.0, 0.004, 0.0005))
     assert shares == pytest.approx([factor**2, factor**2.5, factor**2.5, factor, factor], rel=2e-3)
-    assert scenario.period == pytest.approx(2 * math.sqrt(factor), abs=0.005)
+    assert scenario.build().course.stride.period == pytest.approx(2 * math.sqrt(factor), abs=0.005)
     assert scenario.sensors.touching_force(scenario.build().scale) == pytest.approx(
         0.5 * factor**3, rel=1e-3
     )
@@ -66,10 +66,10 @@ def test_given_numbers_are_used_as_they_are_and_the_paper_has_those_of_phantomx_
     assert numbers(law)[:4] == (2e4, 40.0, 700.0, 0.01)
     paper = load_scenario("paper")
     assert numbers(paper.build().world.contact) == (1e4, 30.0, 500.0, 0.004, 0.0005)
-    assert paper.period == 2.0
+    assert paper.build().course.stride.period == 2.0
     other = paper.for_robot(robot)
-    assert other.build().world.contact == Scenario(robot=robot).build().world.contact
-    assert other.period == Scenario(robot=robot).period
+    other, own = other.build(), Scenario(robot=robot).build()
+    assert (other.world, other.course.stride.period) == (own.world, own.course.stride.period)
     assert paper.for_robot("phantomx-paper") == paper
     assert scale_of(robot) == Scale(27.0, 3.0)
 
@@ -80,8 +80,10 @@ def walked(factor):
     robot = scaled_robot(AX, factor)
     scenario = Scenario(robot=robot).replace(step_length=0.04 * factor, step_height=0.03 * factor)
     # Two cycles of 2000 steps each.
-    dt = scenario.period / 2000
-    scenario = scenario.replace(dt=dt, duration=2 * scenario.period, record_interval=dt)
+    dt = scenario.build().course.stride.period / 2000
+    scenario = scenario.replace(
+        dt=dt, duration=2 * scenario.build().course.stride.period, record_interval=dt
+    )
     assert dt < longest_time_step(scenario.build())
     recording = simulate(scenario, plan(scenario))
     summary = summarise(recording)

@@ -61,7 +61,7 @@ def test_a_robot_that_begins_on_its_feet_stands_or_slides_upright(slope, frictio
     run = start(slope=slope, friction=friction, **fields)
     assert run.attrs["ending"] == "COMPLETED"
     assert 0 not in run["sequence"].values
-    ground = read_run(run).scenario.load_terrain()
+    ground = read_run(run).experiment.world.terrain
     normal = ground.normal(*run["body_position"].values[:, :2].T)
     up = quaternion_rotation(run["body_orientation"].values)[:, :, 2]
     assert np.sum(up * normal, axis=1).min() > math.cos(math.radians(15))

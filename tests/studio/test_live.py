@@ -113,7 +113,7 @@ def test_a_learned_policy_walks_by_the_stick():
 def test_a_share_of_the_stick_is_that_share_of_what_is_possible():
     live = LiveRobot(PAPER)
     engine = live._engine
-    gait, period = PAPER.gait, PAPER.scenario.period
+    gait, period = PAPER.gait, PAPER.experiment.course.stride.period
     for axis in range(3):
         unit = [0.0, 0.0, 0.0]
         unit[axis] = -1.0

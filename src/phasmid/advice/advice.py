@@ -14,7 +14,7 @@ from jaxtyping import Float
 from phasmid.advice.load import ServoLoad, simulate_load
 from phasmid.arguments import checked
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.forces.servo_verdict import Holding, ServoVerdict, duration_words, servo_verdict
 from phasmid.motion import Walk, plan
 from phasmid.robot import JOINTS, Robot, with_payload, with_servo
@@ -130,7 +130,7 @@ class Advice:
 
 @checked
 def advise(
-    scenario: Source | Experiment, *, speed: float | None = None, capacity: float = CAPACITY
+    scenario: ScenarioLike | Experiment, *, speed: float | None = None, capacity: float = CAPACITY
 ) -> Advice:
     """Return advice on the servos of a walking robot.
 
@@ -171,7 +171,7 @@ def advise(
 
 
 def plan_cycles(
-    scenario: Source | Experiment,
+    scenario: ScenarioLike | Experiment,
     speed: float | None = None,
     cycles: float = WARM_UP + MEASURED,
 ) -> tuple[Experiment, Walk, float]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.experiment import Experiment, Source
+from phasmid.experiment import Experiment, ScenarioLike
 from phasmid.motion import Walk
 from phasmid.servo.motor import Motor
 from phasmid.simulation import new_run
@@ -44,7 +44,9 @@ class ServoLoad:
     failure: str = ""
 
 
-def simulate_load(scenario: Source | Experiment, walk: Walk, *, skip: float = 0.0) -> ServoLoad:
+def simulate_load(
+    scenario: ScenarioLike | Experiment, walk: Walk, *, skip: float = 0.0
+) -> ServoLoad:
     """Simulate a walk, and return the load on its servos, in memory that does not grow with it.
 
     Args:

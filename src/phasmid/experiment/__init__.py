@@ -5,7 +5,7 @@ from phasmid.experiment.contact_law import ContactLaw
 from phasmid.experiment.controller import Controller
 from phasmid.experiment.course import Course, Footing, Stride
 from phasmid.experiment.ending import Ending, Failure
-from phasmid.experiment.experiment import Experiment, Source, World, built, usual_drive
+from phasmid.experiment.experiment import Experiment, ScenarioLike, World, built, usual_drive
 from phasmid.experiment.observation import Observation
 from phasmid.experiment.sensors import Sensors
 from phasmid.experiment.solver import Solver
@@ -26,7 +26,7 @@ __all__ = [
     "Posture",
     "Sensors",
     "Solver",
-    "Source",
+    "ScenarioLike",
     "Stride",
     "World",
     "built",

@@ -16,10 +16,10 @@ from phasmid.robot.similarity import Scale
 from phasmid.terrain import Ground
 
 
-class Source(Protocol):
+class ScenarioLike(Protocol):
     """What experiments are built from: `phasmid.scenario.Scenario`."""
 
-    def replace(self, **changes: Any) -> Source:
+    def replace(self, **changes: Any) -> ScenarioLike:
         """Return it with other values, by the keys of scenario files."""
 
     def build(self) -> Experiment:
@@ -29,7 +29,7 @@ class Source(Protocol):
         """Return it as a scenario file, whose robot is ``robot.toml``."""
 
 
-NOUNS[Source] = "a Scenario", "Scenario objects"
+NOUNS[ScenarioLike] = "a Scenario", "Scenario objects"
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Experiment:
     solver: Solver
     sensors: Sensors
     analysis: Analysis
-    source: Source
+    source: ScenarioLike
 
     def replace(self, **changes: Any) -> Experiment:
         """Return this experiment with other values, by the keys of scenario files.
@@ -114,6 +114,6 @@ def usual_drive(robot: Robot) -> str:
     return "servo" if known else "ideal-servo"
 
 
-def built(scenario: Source | Experiment) -> Experiment:
+def built(scenario: ScenarioLike | Experiment) -> Experiment:
     """Return an experiment as it is, or that of a scenario."""
     return scenario if isinstance(scenario, Experiment) else scenario.build()

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 from phasmid.arguments import checked
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.models import ForceModel, Limited, WeightedMinimumNorm, force_model
 from phasmid.forces.servo_verdict import verdict_text
@@ -39,7 +39,7 @@ class ModelLoad(NamedTuple):
 
 
 @checked
-def analyse(scenario: Source | Experiment, walk: Walk) -> Recording:
+def analyse(scenario: ScenarioLike | Experiment, walk: Walk) -> Recording:
     """Return the model torques and foot forces of a walk, without simulation.
 
     Inverse dynamics of the whole robot gives the wrench of the ground. The experiment's force model

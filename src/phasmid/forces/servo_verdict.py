@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.sharing import share_load
 from phasmid.gait import Gait, support_margin, sway
@@ -180,7 +180,7 @@ class ServoVerdict:
         return {name: _plain(value) for name, value in found.items()}
 
 
-def scenario_verdict(scenario: Source | Experiment) -> ServoVerdict:
+def scenario_verdict(scenario: ScenarioLike | Experiment) -> ServoVerdict:
     """Return the verdict on a scenario's robot, gait, servo settings, gravity and air.
 
     Args:

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from phasmid.arguments import numbers
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.experiment import Experiment, Source, Stride, built
+from phasmid.experiment import Experiment, ScenarioLike, Stride, built
 from phasmid.gait import shortfall, support_margin
 from phasmid.kinematics import (
     FootExplanation,
@@ -185,7 +185,7 @@ class WalkExplanation:
         return f"the walk is possible; {_margin_words(self.feet[0])}."
 
 
-def explain_walk(scenario: Source | Experiment) -> WalkExplanation:
+def explain_walk(scenario: ScenarioLike | Experiment) -> WalkExplanation:
     """Explain whether the walk of a scenario can be planned.
 
     Raises:

@@ -12,7 +12,7 @@ import numpy as np
 
 from phasmid.arguments import checked
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.gait import gaits_of
 from phasmid.motion import walk
 from phasmid.motion.walk import Walk, checked_course, is_plain
@@ -44,7 +44,7 @@ NEARER = np.linspace(0.6, 1.4, 9)
 
 
 @checked
-def plan(scenario: Source | Experiment) -> Walk:
+def plan(scenario: ScenarioLike | Experiment) -> Walk:
     """Plan the walk of a scenario.
 
     Args:

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from phasmid.arguments import check_fields, numbers
 from phasmid.csv_table import MOST_ROWS
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.kinematics import body_from_hip, foot_position, rotated
 from phasmid.motion.trunk import TrunkMotion
 from phasmid.motion.walk import Walk
@@ -131,7 +131,7 @@ class JointTrajectory:
         """Return False: a trajectory has no known cycle."""
         return False
 
-    def for_experiment(self, experiment: Source | Experiment) -> JointTrajectory:
+    def for_experiment(self, experiment: ScenarioLike | Experiment) -> JointTrajectory:
         """Return this trajectory of the robot as an experiment supplies it.
 
         Raises:
@@ -145,7 +145,7 @@ class JointTrajectory:
         if not is_same_servo or robot_to_toml(robot) != robot_to_toml(own):
             raise InvalidInput(
                 "the trajectory is of another robot than the scenario has.",
-                hint="load_trajectory(path, scenario.build().robot)",
+                hint="load_trajectory(path, scenario.load_robot())",
             )
         return replace(self, robot=robot)
 

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from phasmid.arguments import explained
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.gait import Gait, support_margin
 from phasmid.kinematics import (
     body_from_hip,
@@ -92,7 +92,7 @@ class Walk:
         p = body_from_hip(self.robot, foot_position(self.robot.arrays, self.q))
         return rotated(self.trunk.rotation[:, None], p) + self.trunk.position[:, None]
 
-    def for_experiment(self, experiment: Source | Experiment) -> Walk:
+    def for_experiment(self, experiment: ScenarioLike | Experiment) -> Walk:
         """Return this walk of the robot as another experiment supplies it.
 
         Robot, gait and stride must be equal, on planned uneven ground terrain and footing, too.

@@ -22,7 +22,7 @@ from phasmid.control import (
 from phasmid.control.estimation import EstimatorSettings
 from phasmid.control.sequences import packing
 from phasmid.errors import InvalidInput, plain
-from phasmid.experiment import Command, Controller, Experiment, Source, built
+from phasmid.experiment import Command, Controller, Experiment, ScenarioLike, built
 from phasmid.experiment.sensors import SENSORS
 from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
@@ -43,7 +43,7 @@ OWN, ENGINE, PLAYER = "scenario's own", "locomotion engine", "player"
 
 @checked
 def drive(
-    scenario: Source | Experiment,
+    scenario: ScenarioLike | Experiment,
     controller: Controller | None = None,
     commands: Commanded = Command(),  # noqa: B008, a frozen value
     *,
@@ -90,7 +90,7 @@ def drive(
 
 
 def check_drive(
-    scenario: Source | Experiment, *, rate: float, faults: Sequence[str] = ()
+    scenario: ScenarioLike | Experiment, *, rate: float, faults: Sequence[str] = ()
 ) -> Faults:
     """Refuse what no controller could change, and return the faults of its robot.
 
@@ -108,7 +108,7 @@ def check_drive(
 
 
 def new_drive(
-    scenario: Source | Experiment,
+    scenario: ScenarioLike | Experiment,
     controller: Controller | None,
     commands: Commanded,
     *,
@@ -166,7 +166,7 @@ def _begin(experiment: Experiment, controller: Controller) -> Motion:
 
 
 def scenario_controller(
-    scenario: Source | Experiment, rate: float, **settings: Any
+    scenario: ScenarioLike | Experiment, rate: float, **settings: Any
 ) -> SafetyFilter:
     """Return the controller of a scenario that is driven without another one.
 
@@ -268,7 +268,7 @@ def _check_engine(experiment: Experiment, controller: Controller) -> None:
         raise InvalidInput(
             f"the engine has a gravity of {inner.settings.gravity:g} m/s²; the scenario has "
             f"{gravity:g}.",
-            hint="LocomotionEngine(experiment.robot, gravity=experiment.world.gravity)",
+            hint="LocomotionEngine(scenario.load_robot(), gravity=scenario.model.gravity)",
         )
     limits = [(one.stall_torque, one.no_load_speed) for one in (inner.robot.servo, servo)]
     if limits[0] != limits[1]:
@@ -277,7 +277,7 @@ def _check_engine(experiment: Experiment, controller: Controller) -> None:
             f"the engine's servos give {torque:.3g} N·m and {speed:.3g} rad/s; those of the "
             f"scenario, at {servo.voltage:g} V, give {own_torque:.3g} N·m and {own_speed:.3g} "
             "rad/s.",
-            hint="LocomotionEngine(scenario.build().robot)",
+            hint="LocomotionEngine(scenario.load_robot())",
         )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.dynamics import BodyMotion, mass_matrix
-from phasmid.experiment import ContactLaw, Experiment, Source, built
+from phasmid.experiment import ContactLaw, Experiment, ScenarioLike, built
 from phasmid.kinematics import body_height, jacobian, joint_angles, rpy_quaternion
 from phasmid.robot import JOINTS, Body, Leg, Link, Robot
 from phasmid.simulation.contact import (
@@ -37,7 +37,7 @@ X_AXIS_UP = (math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0)
 """Quaternion of a quarter turn about x: from the coxa's frame to the femur's."""
 
 
-def build_model(scenario: Source | Experiment) -> mujoco.MjModel:
+def build_model(scenario: ScenarioLike | Experiment) -> mujoco.MjModel:
     """Build the MuJoCo model of a robot that stands on the ground of a scenario.
 
     The trunk floats; the frames of the bodies are those of the paper's Table 1; every foot has

@@ -16,7 +16,7 @@ from jaxtyping import Float, Shaped
 
 from phasmid.arguments import numbers
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Command, Experiment, Source, built
+from phasmid.experiment import Command, Experiment, ScenarioLike, built
 from phasmid.experiment.ending import Ending, Failure
 from phasmid.experiment.solver import SETTLING_TIME
 from phasmid.forces.analysis import recording_attributes
@@ -104,7 +104,7 @@ class Run:
 
     def __init__(
         self,
-        scenario: Source | Experiment,
+        scenario: ScenarioLike | Experiment,
         walk: Motion,
         *,
         start: Float[np.ndarray, " state"] | None = None,

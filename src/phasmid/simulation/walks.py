@@ -12,7 +12,7 @@ from jaxtyping import Float
 from phasmid.arguments import check_kind, checked
 from phasmid.cores import cores
 from phasmid.errors import FailedRuns, InvalidInput
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.motion import JointTrajectory, Motion, Walk, plan
 from phasmid.recording import Recording
 from phasmid.simulation.drives import check_feed_forward
@@ -22,7 +22,7 @@ from phasmid.simulation.start import check_start, with_time_step
 
 @checked
 def simulate(
-    scenario: Source | Experiment,
+    scenario: ScenarioLike | Experiment,
     walk: Motion,
     *,
     progress: Progress | None = None,
@@ -63,7 +63,10 @@ def simulate(
 
 
 def new_run(
-    scenario: Source | Experiment, walk: Motion, *, start: Float[np.ndarray, " state"] | None = None
+    scenario: ScenarioLike | Experiment,
+    walk: Motion,
+    *,
+    start: Float[np.ndarray, " state"] | None = None,
 ) -> Run:
     """Return the run of a walk, before its first step, in the simulator of its contact law.
 
@@ -87,7 +90,7 @@ def new_run(
 
 @checked
 def simulate_many(
-    scenarios: Iterable[Source | Experiment | tuple[Source | Experiment, Walk]],
+    scenarios: Iterable[ScenarioLike | Experiment | tuple[ScenarioLike | Experiment, Walk]],
     *,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
@@ -108,9 +111,10 @@ def simulate_many(
             others.
         KeyboardInterrupt: The runs were stopped by Ctrl-C.
     """
+    pair = tuple[ScenarioLike | Experiment, Walk]
     pairs: list[tuple[Experiment, Walk | None]] = []
     for i, one in enumerate(scenarios):
-        check_kind(one, Source | Experiment | tuple[Source | Experiment, Walk], f"scenarios[{i}]")
+        check_kind(one, ScenarioLike | Experiment | pair, f"scenarios[{i}]")
         scenario, walk = one if isinstance(one, tuple) else (one, None)
         pairs.append((built(scenario), walk))
     if workers is not None and workers < 1:

@@ -11,13 +11,13 @@ from jaxtyping import Float
 
 from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Experiment, Source, built
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.recording import Recording, new_recording
 from phasmid.simulation.sensors.models import Sensor, robot_sensors
 
 
 @checked
-def sense(scenario: Source | Experiment, recording: Recording) -> Recording:
+def sense(scenario: ScenarioLike | Experiment, recording: Recording) -> Recording:
     """Add the channels that the robot's sensors would have measured to a recording.
 
     Every sensor reads at its own rate, with delay, resolution and noise; its last reading holds
