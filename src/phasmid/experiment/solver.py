@@ -50,7 +50,6 @@ class Solver(Table):
     start_height: Annotated[Length, Gt(0), Le(10)] | None = None
     start_posture: Literal["standing", "packed"] = "standing"
     belly_contact: bool = False
-    trial: Annotated[Number, Ge(0)] = 0.0
 
     @property
     def planned_drive(self) -> str:
