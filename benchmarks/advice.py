@@ -35,16 +35,16 @@ def main() -> None:
         begin = time.perf_counter()
         advice = advise(scenario)
         took = time.perf_counter() - begin
-        period = advice.scenario.period
+        period = advice.experiment.course.stride.period
         begin = time.perf_counter()
         full = simulate_load(
-            *plan_cycles(advice.scenario.replace(max_steps=10**8), cycles=60 * minutes / period)[
+            *plan_cycles(advice.experiment.replace(max_steps=10**8), cycles=60 * minutes / period)[
                 :2
             ],
             skip=period,
         )
         simulated = time.perf_counter() - begin
-        air = advice.scenario.servo.ambient_temperature
+        air = advice.servo.ambient_temperature
         warmth = advice.temperature(minutes)
         pairs = [
             (advice.load.peak_torque, full.peak_torque),
