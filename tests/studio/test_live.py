@@ -1,7 +1,6 @@
 """The robot in physics without an end, driven by a setting."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -206,7 +205,7 @@ def test_a_payload_costs_a_robot_on_its_servos_more_power_and_more_per_weight_an
     # Servos that hold a load draw current without any mechanical work. Three cycles of 2 s.
     costs = []
     for payload in (0.0, 4.0):
-        setting = replace(field_of("drive").changed(PAPER, "servo"), payload=payload)
+        setting = field_of("payload").changed(field_of("drive").changed(PAPER, "servo"), payload)
         live = LiveRobot(setting)
         live.follow(setting, (0.5, 0.0, 0.0), frozenset())
         live.advance(round(6.0 / live.period))

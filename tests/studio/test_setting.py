@@ -51,7 +51,7 @@ def test_values_are_in_the_units_of_people_and_kept_in_si():
         ("friction", True, "friction is True; it must be a number."),
         ("gait", "tripode", 'gait is "tripode"; it must be one of tripod, wave'),
         ("ground_sensing", 1, "senses the ground is 1; it must be true or false."),
-        ("payload", -1, "payload is -1 kg; it must be a finite number, 0 or more."),
+        ("payload", -1, "model.payload is -1 kg; it must be 0 or more and 100 or less."),
         ("payload", 50, "payload is 50 kg; it must be at most 5.3 kg, 2 times the robot."),
         ("step_height", -1, "stride.step_height is -0.001 m; it must be 0 or more."),
         ("colour", 1, 'the setting has no field "colour".'),
@@ -109,13 +109,21 @@ def test_a_scenario_file_loads_to_the_same_experiment(tmp_path):
     setting = with_values(PAPER, CHANGED)
     file = scenario_file(setting)
     (tmp_path / file["name"]).write_text(file["text"])
-    # The robot has other servos and a load, so that its file comes with the scenario's.
+    # The robot has other servos, so that its file comes with the scenario's.
     (tmp_path / file["robot"]["name"]).write_text(file["robot"]["text"])
     loaded = load_scenario(tmp_path / file["name"])
     assert loaded.replace(robot="phantomx-ax") == setting.scenario
     robot = loaded.load_robot()
     assert robot.mass == pytest.approx(setting.robot.mass, rel=1e-12)
     assert robot.servo == setting.robot.servo
+
+
+def test_a_payload_is_the_scenario_s_and_leaves_the_ground_as_it_is():
+    """The contact law follows the robot's weight without what it carries."""
+    loaded = field_of("payload").changed(PAPER, 1.0)
+    assert loaded.scenario.model.payload == 1.0
+    assert loaded.robot.mass == pytest.approx(PAPER.robot.mass + 1.0, rel=1e-12)
+    assert loaded.experiment.world.contact == PAPER.experiment.world.contact
 
 
 def test_a_robot_file_of_the_start_can_be_gone_back_to(tmp_path):
@@ -152,7 +160,7 @@ def test_scenarios_and_height_maps_are_taken_from_files(tmp_path):
 
 
 def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
-    text = scenario_file(field_of("payload").changed(PAPER, 0.2))["text"]
+    text = scenario_file(field_of("servo").changed(PAPER, "MX-28"))["text"]
     with pytest.raises(InvalidInput) as refusal:
         with_file(PAPER, Load(what="scenario", name="x.toml", content=text.encode()), tmp_path)
     assert refusal.value.what == (

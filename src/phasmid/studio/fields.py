@@ -354,11 +354,11 @@ GROUPS = {
             write=_with_voltage,
             span=(6, 16, 0.1),
         ),
-        _own(
-            "payload",
+        _scenario(
+            "model.payload",
             "Payload",
-            "A load in the middle of the trunk's upper side, counted by the robot too.",
             unit="kg",
+            help="A load in the middle of the trunk's upper side, counted by the robot too.",
             span=_payloads,
         ),
     ),

@@ -13,7 +13,7 @@ from phasmid.forces import scenario_verdict
 from phasmid.formats import ImportOptions, load_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import body_height
-from phasmid.robot import Robot, preset_names, with_payload, with_servo
+from phasmid.robot import Robot, preset_names, with_servo
 from phasmid.scenario import Scenario, with_robot
 from phasmid.servo import load_servo
 from phasmid.units import rounded_down
@@ -46,7 +46,6 @@ class Setting:
         walks: Source of the commands.
         controller: The locomotion controller, or the name of a learned policy.
         servo: Servo of all joints.
-        payload: Mass on the trunk [kg].
         pose: Displacement of the body: forward, left, up [m], roll, pitch, yaw [rad].
         ground_sensing: True if the robot senses the ground.
         robots: Robots from files, by the files' names.
@@ -60,7 +59,6 @@ class Setting:
     walks: Walks = "by itself"
     controller: str = LOCOMOTION
     servo: str = OWN_SERVO
-    payload: float = 0.0
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6
     ground_sensing: bool = True
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -83,9 +81,9 @@ class Setting:
                 hint=f"duration = {rounded_down(MOST_PLANNED * stride.period / stride.samples)}",
             )
         most = MOST_PAYLOAD * self.base.mass
-        if self.payload > most:
+        if scenario.model.payload > most:
             raise InvalidInput(
-                f"payload is {self.payload:g} kg; it must be at most {most:.3g} kg, "
+                f"payload is {scenario.model.payload:g} kg; it must be at most {most:.3g} kg, "
                 f"{MOST_PAYLOAD:g} times the robot.",
                 hint=f"{most / 4:.2g} kg",
             )
@@ -98,11 +96,10 @@ class Setting:
 
     @cached_property
     def machine(self) -> Scenario:
-        """Scenario with the simulated robot: chosen servo, and payload."""
-        robot = self.base
-        if self.servo != OWN_SERVO:
-            robot = with_servo(robot, load_servo(self.servo))
-        return self.scenario.replace(robot=with_payload(robot, self.payload))
+        """Scenario with the chosen servo."""
+        if self.servo == OWN_SERVO:
+            return self.scenario
+        return self.scenario.replace(robot=with_servo(self.base, load_servo(self.servo)))
 
     @cached_property
     def experiment(self) -> Experiment:
@@ -152,7 +149,7 @@ class Setting:
     def built_of(self) -> tuple[Any, ...]:
         """Return all that a run is built of; settings that share it share the run."""
         scenario, plans = self.scenario, self.walks == "the plan"
-        built: list[Any] = [scenario.robot, self.servo, self.payload, self.ground_sensing, plans]
+        built: list[Any] = [scenario.robot, self.servo, self.ground_sensing, plans]
         built += [self.controller]
         built += [scenario.simulation, scenario.contact, scenario.terrain, scenario.servo]
         built += [scenario.stride.stance_radius, scenario.stride.body_height]
@@ -171,6 +168,7 @@ class Setting:
         """
         base = _preset(robot) if isinstance(robot, str) else robot
         changes: dict[str, Any] = {"stance_radius": None, "body_height": None}
+        changes["payload"] = min(self.scenario.model.payload, MOST_PAYLOAD * base.mass)
         if self.scenario.simulation.drive == "servo" and base.servo.stall_current is None:
             # The servo's own law needs its stall current.
             changes["drive"] = "ideal-servo"
@@ -180,7 +178,6 @@ class Setting:
         return replace(
             self,
             scenario=self.scenario.for_robot(robot).replace(**changes),
-            payload=min(self.payload, MOST_PAYLOAD * base.mass),
             pose=(0.0,) * 6,
         )
 

@@ -31,9 +31,9 @@ def scenario_file(setting: Setting) -> dict[str, Any]:
     """
     scenario = setting.scenario
     name = f"{scenario.name}.toml"
-    robot = setting.machine.base_robot()
-    if robot is setting.base and isinstance(scenario.robot, str):
+    if setting.machine is scenario and isinstance(scenario.robot, str):
         return {"name": name, "text": scenario_to_toml(scenario, scenario.robot)}
+    robot = setting.machine.base_robot()
     robot_file = _kept_name(f"{robot.name}-of-{scenario.name}.toml")
     file = {"name": robot_file, "text": robot_to_toml(robot)}
     return {"name": name, "text": scenario_to_toml(scenario, robot_file), "robot": file}
