@@ -60,7 +60,8 @@ class World:
 class Experiment:
     """All that a plan, an analysis, a simulation or a drive needs, composed and checked.
 
-    `phasmid.build` makes it of a scenario, and nothing else does: a change goes through `replace`.
+    `phasmid.Scenario.build` makes it, and nothing else does: a change goes through `replace`, so that
+    all that depends on a value follows it.
 
     Attributes:
         name: Short name, also of its result folder.
