@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.motion import Course, LevelCourse, plan
+from phasmid.motion import LevelCourse, UnevenCourse, plan
 from phasmid.motion.swing import CLEARANCE
 from phasmid.scenario import load_scenario
 from support.terrains import TERRAINS
@@ -111,7 +111,7 @@ def test_level_ground_that_is_told_is_walked_as_level_ground_that_is_not():
     for changes in (STRAIGHT, ARC, {"gait": "wave", "period": 4.0, "curve": "cubic-spline"}):
         told = plan(PAPER.replace(**changes, terrain="slope", slope=0.0))
         level = plan(PAPER.replace(**changes))
-        assert isinstance(told.course, Course)
+        assert isinstance(told.course, UnevenCourse)
         assert isinstance(level.course, LevelCourse)
         for name in ("q", "qd", "qdd"):
             # Accelerations up to 100 rad/s^2 from sums of about ten terms.

@@ -60,7 +60,7 @@ class World:
 class Experiment:
     """All that a plan, an analysis, a simulation or a drive needs, composed and checked.
 
-    `phasmid.Scenario.build` makes it, and nothing else does: a change goes through `replace`, so that
+    `phasmid.Scenario.build` makes it, and nothing else does: a change goes through `replace`, and
     all that depends on a value follows it.
 
     Attributes:

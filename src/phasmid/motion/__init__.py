@@ -1,6 +1,6 @@
 """Motion of feet, body and joints: the plan of a walk, and trajectories from files."""
 
-from phasmid.motion.course import Course, LevelCourse
+from phasmid.motion.course import LevelCourse, UnevenCourse
 from phasmid.motion.curves import Path, blend, join, lift
 from phasmid.motion.explanation import (
     PostureExplanation,
@@ -23,7 +23,7 @@ from phasmid.motion.walk import Walk
 
 __all__ = [
     "USUAL_STRIDE",
-    "Course",
+    "UnevenCourse",
     "JointTrajectory",
     "Motion",
     "LevelCourse",

@@ -79,7 +79,7 @@ class LevelCourse:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class UnevenCourse:
     """Footholds, swings and postures of a walk from its start to a time.
 
     Attributes:
@@ -143,7 +143,7 @@ def _level_trunk(
     return trunk
 
 
-def plan_course(experiment: Experiment, end: float) -> Course:
+def plan_course(experiment: Experiment, end: float) -> UnevenCourse:
     """Plan footholds, swings and postures of a walk on uneven ground.
 
     The feet are the centres of balls on the ground where they are no points.
@@ -193,7 +193,7 @@ def plan_course(experiment: Experiment, end: float) -> Course:
             "in its swing, or wait for too much of it."
         )
     postures = _postures(experiment, robot, gait, footholds, last)
-    return Course(experiment, robot, gait, end, footholds, swings, postures)
+    return UnevenCourse(experiment, robot, gait, end, footholds, swings, postures)
 
 
 def _check_grip(

@@ -27,7 +27,7 @@ from phasmid.kinematics import (
 )
 from phasmid.kinematics.leg import angles_and_margin
 from phasmid.kinematics.workspace import usable_limits, within_reach
-from phasmid.motion.course import Course, LevelCourse
+from phasmid.motion.course import LevelCourse, UnevenCourse
 from phasmid.motion.feasibility import checked_times, largest_possible
 from phasmid.motion.remedies import plan
 from phasmid.motion.walk import Walk, course_of
@@ -210,7 +210,9 @@ def explain_walk(scenario: ScenarioLike | Experiment) -> WalkExplanation:
     return WalkExplanation(experiment, None, refusal, feet, *_longest(experiment))
 
 
-def _feet(experiment: Experiment, course: LevelCourse | Course) -> tuple[FootExplanation, ...]:
+def _feet(
+    experiment: Experiment, course: LevelCourse | UnevenCourse
+) -> tuple[FootExplanation, ...]:
     """Return for each leg that leaves its reach the foot position farthest out of it."""
     robot = course.robot
     low, high = np.moveaxis(robot.arrays.joint_limits, -1, 0)

@@ -19,7 +19,7 @@ from phasmid.kinematics import (
     joint_angles,
     within_reach,
 )
-from phasmid.motion.course import Course, LevelCourse, place
+from phasmid.motion.course import LevelCourse, UnevenCourse, place
 from phasmid.robot import JOINTS, Robot
 from phasmid.servo.servo import LEAST
 from phasmid.servo.words import servo_words
@@ -39,7 +39,7 @@ STRIDES, BISECTIONS = 17, 21
 
 
 def checked_times(
-    experiment: Experiment, course: LevelCourse | Course
+    experiment: Experiment, course: LevelCourse | UnevenCourse
 ) -> Iterator[Float[np.ndarray, " time"]]:
     """Yield the instants at which a plan is checked: one cycle of a periodic walk, else all.
 
@@ -69,7 +69,7 @@ def checked_phases(gait: Gait) -> Float[np.ndarray, " time"]:
     return (edges[:-1, None] + np.diff(edges)[:, None] * shares).ravel()
 
 
-def is_in_reach(course: LevelCourse | Course, times: Float[np.ndarray, " time"]) -> bool:
+def is_in_reach(course: LevelCourse | UnevenCourse, times: Float[np.ndarray, " time"]) -> bool:
     """Return whether all feet are within reach, and all joints within their limits."""
     feet = hip_from_body(course.robot, course.motion(times)[1].position)
     return bool(within_reach(course.robot, feet).all())
@@ -159,7 +159,7 @@ def largest_possible(
 
 
 def check_reach(
-    experiment: Experiment, course: LevelCourse | Course, times: Float[np.ndarray, " time"]
+    experiment: Experiment, course: LevelCourse | UnevenCourse, times: Float[np.ndarray, " time"]
 ) -> None:
     """Refuse feet out of reach.
 
@@ -175,7 +175,7 @@ def check_reach(
     t, leg = _first_largest(far, axis=1)
     which = course.robot.legs[leg]
     what = f"is too much for {which.name}: {foot_violations(which, feet[t, leg])[0].reason}"
-    if isinstance(course, Course):
+    if isinstance(course, UnevenCourse):
         step = f"step of {stride_words(experiment.course.stride.step)}"
         raise InfeasibleWalk(f"{place(experiment, times[t])} the {step} {what}.")
     raise InfeasibleWalk(f"{_too_far(course, times)} {what}.")
@@ -225,7 +225,7 @@ def stride_words(step: np.ndarray, *, down: bool = False) -> str:
 
 def check_speed(
     experiment: Experiment,
-    course: LevelCourse | Course,
+    course: LevelCourse | UnevenCourse,
     times: Float[np.ndarray, " time"],
     qd: Float[np.ndarray, "time legs 3"],
 ) -> None:
@@ -239,7 +239,7 @@ def check_speed(
         return
     t, leg, joint = _first_largest(speed / limits, axis=1)
     peak, limit = float(speed[..., leg, joint].max()), float(limits[leg, joint])
-    when = f"{place(experiment, times[t])} " if isinstance(course, Course) else ""
+    when = f"{place(experiment, times[t])} " if isinstance(course, UnevenCourse) else ""
     needed, allowed = beyond(peak, limit if limit > LEAST else 0.0, 3)
     raise InfeasibleWalk(
         f"{when}joint {course.robot.legs[leg].name}.{JOINTS[joint]} would turn at {needed} "
@@ -249,7 +249,7 @@ def check_speed(
 
 def check_support(
     experiment: Experiment,
-    course: LevelCourse | Course,
+    course: LevelCourse | UnevenCourse,
     times: Float[np.ndarray, " time"],
     margin: Float[np.ndarray, " time"],
 ) -> None:
@@ -262,6 +262,6 @@ def check_support(
     if margin[worst] > 0:
         return
     when = f"at phase {times[worst] / experiment.course.stride.period:.2f}"
-    if isinstance(course, Course):
+    if isinstance(course, UnevenCourse):
         when = place(experiment, times[worst])
     raise InfeasibleWalk(f"{when} {shortfall(margin[worst])}.")

@@ -22,7 +22,7 @@ from phasmid.kinematics import (
     rotated,
     rotation_rpy,
 )
-from phasmid.motion.course import Course, LevelCourse, plan_course
+from phasmid.motion.course import LevelCourse, UnevenCourse, plan_course
 from phasmid.motion.feasibility import (
     check_reach,
     check_speed,
@@ -48,7 +48,7 @@ class Walk:
         qdd: Joint accelerations [rad/s²], shape (N, L, 3).
         stance: Feet that stand, shape (N, L).
         trunk: Planned motion of the body.
-        course: Motion of trunk and feet at any time; a `Course` on planned uneven ground.
+        course: Motion of trunk and feet at any time; a `UnevenCourse` on planned uneven ground.
     """
 
     experiment: Experiment
@@ -60,7 +60,7 @@ class Walk:
     qdd: Float[np.ndarray, "time legs 3"]
     stance: Bool[np.ndarray, "time legs"]
     trunk: TrunkMotion
-    course: LevelCourse | Course
+    course: LevelCourse | UnevenCourse
 
     @explained
     def sample(self, time: Float[np.ndarray, " times"]) -> Walk:
@@ -72,7 +72,10 @@ class Walk:
         time, course = np.asarray(time, dtype=float), self.course
         latest = float(time.max(initial=0.0))
         # A whole number of time steps may exceed the walk by half a step.
-        if isinstance(course, Course) and latest > course.end + self.experiment.solver.time_step:
+        if (
+            isinstance(course, UnevenCourse)
+            and latest > course.end + self.experiment.solver.time_step
+        ):
             course = replace(plan_course(self.experiment, latest), robot=self.robot)
         return _evaluate(self.experiment, course, time)
 
@@ -148,7 +151,7 @@ def plan(experiment: Experiment) -> Walk:
     return _evaluate(experiment, course, np.arange(count) * interval)
 
 
-def checked_course(experiment: Experiment) -> LevelCourse | Course:
+def checked_course(experiment: Experiment) -> LevelCourse | UnevenCourse:
     """Return the motion of trunk and feet of an experiment.
 
     Raises:
@@ -163,7 +166,7 @@ def checked_course(experiment: Experiment) -> LevelCourse | Course:
     return course
 
 
-def course_of(experiment: Experiment) -> LevelCourse | Course:
+def course_of(experiment: Experiment) -> LevelCourse | UnevenCourse:
     """Return the motion of trunk and feet of an experiment, which may be out of the legs' reach.
 
     Raises:
@@ -185,7 +188,7 @@ def is_plain(terrain: Ground) -> bool:
 
 
 def _evaluate(
-    experiment: Experiment, course: LevelCourse | Course, time: Float[np.ndarray, " time"]
+    experiment: Experiment, course: LevelCourse | UnevenCourse, time: Float[np.ndarray, " time"]
 ) -> Walk:
     trunk, feet = course.motion(time)
     robot, gait = course.robot, course.gait
