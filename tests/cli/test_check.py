@@ -188,14 +188,15 @@ def test_every_command_and_the_studio_give_one_verdict(here, capsys, name, servo
 
 def test_the_studios_verdict_follows_payload_servo_and_gait():
     setting = setting_of(load_scenario("paper").replace(drive="servo"))
+    loaded = replace(setting, scenario=setting.scenario.replace(payload=4.0))
     said = {
         setting.servo_verdict["lines"][0],
-        replace(setting, payload=4.0).servo_verdict["lines"][0],
+        loaded.servo_verdict["lines"][0],
         replace(setting, servo="MX-28").servo_verdict["lines"][0],
         replace(setting, scenario=setting.scenario.replace(gait="wave")).servo_verdict["lines"][0],
     }
     assert len(said) == 4
-    assert replace(setting, payload=4.0).servo_verdict["holding"] == "DOES NOT HOLD"
+    assert loaded.servo_verdict["holding"] == "DOES NOT HOLD"
 
 
 def test_a_scenario_whose_servos_do_not_hold_is_impossible(here, capsys):
