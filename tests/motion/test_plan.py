@@ -234,6 +234,7 @@ def test_a_centre_of_mass_beyond_the_feet_is_told_with_its_phase():
     ("changes", "name"),
     [
         ({"robot": "phantomx-mk4"}, "robot"),
+        ({"robot": "quadruped", "gait": "crawl"}, "robot"),
         ({"gait": "wave"}, "gait"),
         ({"step_length_mm": 30}, "stride"),
         ({"mounts": "perpendicular"}, "mounts"),

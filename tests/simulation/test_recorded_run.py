@@ -179,6 +179,10 @@ def test_a_run_that_is_refused_is_named_and_the_others_are_kept():
     first, refused, last = caught.value.recordings
     assert refused is None
     assert first.identical(last)
+    absent = PAPER.replace(name="absent", robot="absent.toml")
+    with pytest.raises(FailedRuns, match=r"run 1 of 2 \(absent\): ") as caught:
+        simulate_many([absent, PAPER])
+    assert caught.value.recordings[1].identical(first)
     with pytest.raises(InvalidInput, match="workers is 0"):
         simulate_many([PAPER], workers=0)
     assert simulate_many([]) == []

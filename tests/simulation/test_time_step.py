@@ -96,6 +96,6 @@ def test_a_rate_that_shares_no_step_with_the_recording_is_refused_by_both():
 def test_joints_of_different_servos_have_no_servo_of_one_law():
     legs = tuple(replace(leg, strength=np.array([1.0, 1.0, 2.0])) for leg in AX.legs)
     scenario = own_law(replace(AX, legs=legs))
-    with pytest.raises(InvalidInput, match="joints of different servos have no servo"):
+    with pytest.raises(InvalidInput, match='drive "servo" has one law for all of them'):
         with_time_step(scenario.build(), plan(scenario))
     assert Scenario(robot=replace(AX, legs=legs)).driven().simulation.drive == "ideal-servo"

@@ -187,6 +187,21 @@ def test_a_frame_tells_what_the_robot_does(standing):
     assert np.abs(frame["velocity"][:2]).max() < 2e-3
 
 
+def test_a_force_model_that_is_changed_counts_at_once(standing):
+    """It does not build the run anew; the model's arrows follow the setting."""
+    before = standing.setting
+    changed = field_of("force_model").changed(before, "minimum-torque")
+    assert changed.built_of() == before.built_of()
+    frames = []
+    for setting in (before, changed):
+        standing.follow(setting, (0.0, 0.0, 0.0), frozenset())
+        scene = Scene(standing, 1)
+        frames.append(named(scene, scene.frame(standing, 1.0)))
+    standing.follow(before, (0.0, 0.0, 0.0), frozenset())
+    models = [frame["foot_force_model"] for frame in frames]
+    assert np.abs(models[1] - models[0]).max() > 0.01 * standing.source.weight
+
+
 def test_links_are_where_the_reports_have_them(standing):
     from phasmid.reporting.robot_mesh import link_poses, mesh_pieces, quaternions
 

@@ -169,7 +169,7 @@ def _plain_walk(scenario: Scenario, options: argparse.Namespace) -> list[Finding
     from phasmid.simulation import with_time_step
 
     try:
-        with_time_step(scenario.build(), plan(scenario))
+        with_time_step(scenario, plan(scenario))
     except PhasmidError as error:
         walk = ["walk", *field_arguments(options)]
         hint = typed(error.hint, walk)
@@ -288,9 +288,8 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         draw_walk(found, options)
         assert found.refusal is not None
         raise found.refusal
-    experiment = scenario.build()
-    with_time_step(experiment, walk)
-    check_load(experiment, walk)
+    with_time_step(scenario, walk)
+    check_load(scenario, walk)
     verdict = None if has_robot else scenario_verdict(scenario)
     if not options.quiet:
         say(

@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     from phasmid.simulation import new_run, with_time_step
 
     walk: Motion = _trajectory(options, scenario) if options.trajectory else plan(scenario)
-    with_time_step(scenario.build(), walk)
+    with_time_step(scenario, walk)
     words = [f"trajectory-{Path(options.trajectory).stem}"] if options.trajectory else []
     print_idle(scenario, options, "a simulated walk")
     return make_run(lambda: new_run(scenario, walk), scenario, options, words)

@@ -19,6 +19,10 @@ from phasmid.terrain import Ground
 class ScenarioLike(Protocol):
     """What experiments are built from: `phasmid.scenario.Scenario`."""
 
+    @property
+    def name(self) -> str:
+        """Its short name."""
+
     def replace(self, **changes: Any) -> ScenarioLike:
         """Return it with other values, by the keys of scenario files."""
 
@@ -106,7 +110,7 @@ class Experiment:
         Where no drive is named, the robot's own servos move the joints: ``servo``, or
         ``ideal-servo`` where the servo's stall current is unknown, or joints differ.
         """
-        return self.replace(drive=self.solver.drive or usual_drive(self.robot))
+        return self if self.solver.drive else self.replace(drive=usual_drive(self.robot))
 
 
 def usual_drive(robot: Robot) -> str:

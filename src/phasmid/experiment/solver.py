@@ -24,7 +24,8 @@ class Solver(Table):
             ``servo``: the robot's servo with its own law, motor, gears and heat; ``torque``: the
             torque of the planned motion by inverse dynamics plus a correction of errors, within the
             torque and speed limits of the robot's servo. Absent: ``prescribed`` for a planned walk;
-            for a driven robot ``servo``, or ``ideal-servo`` where no stall current is known.
+            for a driven robot ``servo``, or ``ideal-servo`` where no stall current is known
+            or joints differ.
         position_gain: Drive ``torque``: angular acceleration per error of a joint's angle [1/s²];
             the joint's inertia is that of the robot on half of its legs.
         speed_gain: Drive ``torque``: angular acceleration per error of a joint's speed [1/s];

@@ -39,7 +39,7 @@ class DriveLog:
 
     Args:
         path: The file; None: there is none.
-        experiment: Scenario of the robot.
+        experiment: Experiment of the robot.
         period: Time between samples [s].
         duration: Time for which the robot will walk [s].
         force: Whether an older file is replaced.

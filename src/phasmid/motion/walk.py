@@ -48,7 +48,7 @@ class Walk:
         qdd: Joint accelerations [rad/s²], shape (N, L, 3).
         stance: Feet that stand, shape (N, L).
         trunk: Planned motion of the body.
-        course: Motion of trunk and feet at any time; a `UnevenCourse` on planned uneven ground.
+        course: Motion of trunk and feet at any time; an `UnevenCourse` on planned uneven ground.
     """
 
     experiment: Experiment
@@ -99,8 +99,8 @@ class Walk:
         """Return this walk of the robot as another experiment supplies it.
 
         Robot, gait and stride must be equal, on planned uneven ground terrain and footing, too.
-        Payload, drive, settings and supply of the servos may differ where the servos are fast
-        enough.
+        Payload, mass model, drive, settings and supply of the servos may differ where the servos
+        are fast enough.
 
         Raises:
             InvalidInput: They differ; the message names the first difference.
@@ -111,7 +111,9 @@ class Walk:
             "robot": not _are_one(ours.file_robot, theirs.file_robot),
             "gait": self.gait != theirs.course.gait,
             "stride": ours.course.stride != theirs.course.stride,
-            "mounts": bool((self.robot.arrays.R_body_hip != theirs.robot.arrays.R_body_hip).any()),
+            "mounts": not np.array_equal(
+                self.robot.arrays.R_body_hip, theirs.robot.arrays.R_body_hip
+            ),
         }
         if not (self.is_periodic and is_plain(theirs.world.planned_terrain)):
             differs |= {

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from jaxtyping import Float, Int
 
-from phasmid.experiment import Experiment
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.forces.analysis import model_channels
 from phasmid.motion import Walk
 
@@ -73,11 +73,12 @@ class ModelReference:
         return {name: channels[name] for name in CHANNELS}
 
 
-def check_load(experiment: Experiment, walk: Walk) -> None:
+def check_load(scenario: ScenarioLike | Experiment, walk: Walk) -> None:
     """Refuse a walk whose load the scenario's force model cannot share.
 
     Raises:
         InvalidInput: The load transfer takes longer than the gait allows.
         InfeasibleLoad: The feet cannot give what the motion needs within the model's limits.
     """
+    experiment = built(scenario)
     ModelReference(experiment, walk, experiment.duration)

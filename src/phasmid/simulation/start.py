@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.errors import InvalidInput
-from phasmid.experiment import Experiment
+from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.experiment.solver import USUAL_STEP
 from phasmid.kinematics import (
     body_from_hip,
@@ -38,24 +38,27 @@ SHORTEST_PRACTICAL = 2e-5
 """Time steps below this are not advised [s]: a walk takes fifty times as long as usual."""
 
 
-def with_time_step(experiment: Experiment, walk: Motion, period: float = USUAL_STEP) -> Experiment:
+def with_time_step(
+    scenario: ScenarioLike | Experiment, walk: Motion, period: float = USUAL_STEP
+) -> Experiment:
     """Choose the time step where the scenario gives none, else check the one that it gives.
 
     The chosen one is the longest, up to `USUAL_STEP`, that resolves the contact and the gears of
     the robot's own servos, and that divides the period and the interval of the recording.
 
     Args:
-        experiment: The experiment.
+        scenario: The scenario, or its experiment.
         walk: A motion; its robot and first angles are used.
         period: Time between two updates of a controller [s]; of a planned walk, the usual step.
 
     Returns:
-        The scenario with a time step.
+        The experiment with a time step.
 
     Raises:
         InvalidInput: The given step is too long, with the longest that would do; or the servos
             cannot be run.
     """
+    experiment = built(scenario)
     longest, what = step_limit(experiment, walk.sample(np.zeros(1)).q[0])
     given = experiment.solver.dt
     if given is not None and given <= longest:
@@ -96,7 +99,7 @@ def step_limit(experiment: Experiment, q: Float[np.ndarray, "legs 3"]) -> tuple[
     if experiment.solver.drive == "servo":
         if not robot.has_equal_servos:
             raise InvalidInput(
-                'joints of different servos have no servo of one law; drive is "servo".',
+                'the servos of the joints differ; drive "servo" has one law for all of them.',
                 hint='drive = "ideal-servo"',
             )
         gears = longest_servo_step(robot.servo, joint_mobility(experiment, q))

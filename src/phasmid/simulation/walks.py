@@ -112,18 +112,18 @@ def simulate_many(
         KeyboardInterrupt: The runs were stopped by Ctrl-C.
     """
     pair = tuple[ScenarioLike | Experiment, Walk]
-    pairs: list[tuple[Experiment, Walk | None]] = []
+    pairs: list[tuple[ScenarioLike | Experiment, Walk | None]] = []
     for i, one in enumerate(scenarios):
         check_kind(one, ScenarioLike | Experiment | pair, f"scenarios[{i}]")
-        scenario, walk = one if isinstance(one, tuple) else (one, None)
-        pairs.append((built(scenario), walk))
+        pairs.append(one if isinstance(one, tuple) else (one, None))
     if workers is not None and workers < 1:
         raise InvalidInput(f"workers is {workers}; it must be 1 or more.")
     stopped: list[int] = []
     recordings: list[Recording | None] = [None] * len(pairs)
     errors: dict[int, Exception] = {}
 
-    def run(experiment: Experiment, walk: Walk | None) -> Recording:
+    def run(scenario: ScenarioLike | Experiment, walk: Walk | None) -> Recording:
+        experiment = built(scenario)
         return new_run(experiment, walk or plan(experiment)).simulate(interrupted=stopped)
 
     # Threads are enough: MuJoCo releases Python's lock during each step.
@@ -145,5 +145,5 @@ def simulate_many(
             pool.shutdown(cancel_futures=True)
             raise
     if errors:
-        raise FailedRuns([experiment.name for experiment, _ in pairs], recordings, errors)
+        raise FailedRuns([scenario.name for scenario, _ in pairs], recordings, errors)
     return [recording for recording in recordings if recording is not None]

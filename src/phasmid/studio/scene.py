@@ -119,7 +119,7 @@ class Scene:
         if not live.plays:
             command = np.array(live.command.velocity)
             admitted = np.array(telemetry.get("velocity_reference", admitted))
-        phase = live.time / live.run.experiment.course.stride.period % 1.0
+        phase = live.time / live.setting.experiment.course.stride.period % 1.0
         return {
             "scene": self.number,
             "time": live.time,
@@ -177,7 +177,7 @@ class Scene:
         begin = time.thread_time()
         try:
             self._held = holding_forces(
-                live.run.experiment, position, rotation, q, feet, stance, self._terrain
+                live.setting.experiment, position, rotation, q, feet, stance, self._terrain
             )
         except PhasmidError:
             # Too few stance feet to hold the robot at rest.
