@@ -7,14 +7,20 @@ import numpy as np
 import pytest
 
 import phasmid
+from phasmid.cli import main
 from phasmid.control import LocomotionEngine
 from phasmid.control.safety_filter import SafetyFilter
 from phasmid.errors import InfeasibleWalk, InvalidInput
 from phasmid.forces import Holding, servo_verdict
 from phasmid.formats import load_robot, save_robot
+from phasmid.formats.judge import judge_robot
 from phasmid.gait import load_gait
+from phasmid.reporting import read_run
+from phasmid.reporting.path_figures import beyond, servo_limits
 from phasmid.robot import JOINTS
 from phasmid.simulation import build_model
+from phasmid.studio.bench import bench
+from phasmid.studio.messages import Bench
 
 GRAVITY = 9.81
 
@@ -140,7 +146,7 @@ def test_a_servo_s_own_law_needs_joints_that_are_alike(robot_with):
         numbers = {"tibia": {number: 2.5 * float(getattr(alike.arrays, ARRAYS[number])[0, 2])}}
         differs = replace(robot_with(numbers), servo=servo)
         assert walking(differs, drive=None).driven().simulation.drive == "ideal-servo"
-        with pytest.raises(InvalidInput, match="joints of different servos have no servo of one"):
+        with pytest.raises(InvalidInput, match='drive "servo" has one law for all of them'):
             simulated(walking(differs, drive="servo"))
 
 
@@ -157,3 +163,42 @@ def test_the_controller_keeps_each_joint_within_its_own_limits(robot_with):
         (stage.armature, "armature"),
     ):
         np.testing.assert_allclose(value, table(number), rtol=1e-14)
+
+
+def test_the_report_takes_each_joint_s_own_limits(robot_with):
+    """Without load a joint reaches its own no-load speed, at rest its own stall torque."""
+    robot = robot_with()
+    run = read_run(simulated(walking(robot)))
+    fastest, stall = table("velocity"), table("effort")
+    lowest, highest = servo_limits(run)[0](fastest)
+    np.testing.assert_allclose(highest, 0.0, atol=1e-12)
+    np.testing.assert_allclose(lowest, -stall, rtol=1e-12)
+    for joint in range(3):
+        at_rest = servo_limits(run, joint)[0](np.zeros((1, 1)))[1]
+        np.testing.assert_allclose(at_rest, stall[None, :, joint], rtol=1e-12)
+    shares = run.joint_continuous_torque / run.continuous_torque
+    np.testing.assert_allclose(shares, stall / stall.min(), rtol=1e-12)
+    assert not beyond(run, 0.99 * stall[None], np.zeros((1, 6, 3))).any()
+
+
+def test_the_leg_bench_takes_each_joint_s_own_torque(robot_with):
+    told = bench(robot_with(), Bench(leg=1, force=(0.0, 0.0, 20.0)), GRAVITY)
+    torques = np.abs(told["torque"]["sum"])
+    np.testing.assert_allclose(told["share"], torques / table("effort")[0], rtol=1e-12)
+
+
+def test_one_placeholder_among_the_joints_is_found(robot_with):
+    numbers = NUMBERS | {"tibia": NUMBERS["tibia"] | {"velocity": 1000.0}}
+    (found,) = (f for f in judge_robot(robot_with(numbers)) if "rad/s" in f.what)
+    assert "speed is 1000 rad/s" in found.what
+
+
+def test_the_advice_says_why_it_simulates_ideal_servos(robot_with, capsys, tmp_path):
+    """The stall current is known here; it is the joints that differ."""
+    robot = robot_with()
+    robot = replace(robot, servo=replace(robot.servo, stall_current=10.0, rated_voltage=12.0))
+    save_robot(robot, tmp_path / "own.toml")
+    main(["advise", "--robot", str(tmp_path / "own.toml")])
+    out = capsys.readouterr().out
+    assert "ideal servos: the servos of the joints differ" in out
+    assert "stall current" not in out

@@ -196,7 +196,7 @@ def test_the_envelope_meets_the_data_sheet_and_mirrors_itself():
     assert third[0] < servo.stall_torque / 3
     assert third[2] == pytest.approx(push * (1 + motor.load_loss) + motor.coulomb, rel=1e-12)
     np.testing.assert_allclose(low[[2, 3, 4]], -high[[2, 4, 3]], rtol=1e-15)
-    low, high = ideal_limits(servo, speed)
+    low, high = ideal_limits(servo.stall_torque, servo.no_load_speed, speed)
     np.testing.assert_allclose(high[[0, 1, 3]], [servo.stall_torque, 0.0, servo.stall_torque])
 
 

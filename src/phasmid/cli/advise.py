@@ -64,7 +64,7 @@ def _print(advice: Advice) -> None:
         f"{plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s, payload "
         f"{1000 * experiment.payload:g} g, air {air:g} °C"
     )
-    law = "their own law" if load.heat is not None else "ideal servos: the stall current is unknown"
+    law = "their own law" if load.heat is not None else f"ideal servos: {_unknown(advice)}"
     say(f"{MEASURED} cycles after {WARM_UP}, simulated with {law}\n")
     warmth = [rows for rows in map(advice.temperature, MINUTES) if rows is not None]
     rows = [["joint", "peak N·m", "of stall", "rms N·m", "of continuous"]]
@@ -95,11 +95,20 @@ def _print(advice: Advice) -> None:
     _print_catalogue(advice)
 
 
+def _unknown(advice: Advice) -> str:
+    """Return why the servos' own law is not simulated."""
+    if advice.servo.stall_current is None:
+        return "the servo has no stall current"
+    if not advice.robot.has_equal_servos:
+        return "the servos of the joints differ"
+    return f'the drive is "{advice.experiment.solver.drive}"'
+
+
 def _print_supply(advice: Advice) -> None:
     """Print the warmest servo, current and battery time."""
     hour, load = advice.temperature(60.0), advice.load
     if hour is None or load.supply_current is None or load.peak_supply_current is None:
-        say("\nheat, current and battery time are unknown: the servo has no stall current.")
+        say(f"\nheat, current and battery time are unknown: {_unknown(advice)}.")
         return
     # The one that may become the warmest.
     warmest = int(hour[2].argmax())

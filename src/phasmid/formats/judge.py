@@ -126,18 +126,19 @@ def judge_robot(robot: Robot, *, read: bool = False) -> tuple[Finding, ...]:
 
 def _judge_servo(robot: Robot, found: Findings) -> None:
     """Find torques and speeds that are placeholders."""
-    servo, length = robot.servo, float(robot.arrays.lengths.sum(axis=1).max())
-    times = servo.stall_torque / (robot.mass * STANDARD_GRAVITY * length)
+    arrays, length = robot.arrays, float(robot.arrays.lengths.sum(axis=1).max())
+    effort, speed = float(arrays.stall_torque.max()), float(arrays.no_load_speed.max())
+    times = effort / (robot.mass * STANDARD_GRAVITY * length)
     if times > STRONGEST:
         what = (
-            f"effort {servo.stall_torque:.4g} N·m would lift {times:.0f} such robots at a leg's "
+            f"effort {effort:.4g} N·m would lift {times:.0f} such robots at a leg's "
             f"length; the limit is {STRONGEST:g}."
         )
         found.suspect("servos", what, hint=DATA_SHEET)
-    if servo.no_load_speed > FASTEST:
-        what = f"speed is {servo.no_load_speed:.4g} rad/s; the limit is {FASTEST:g} rad/s."
+    if speed > FASTEST:
+        what = f"speed is {speed:.4g} rad/s; the limit is {FASTEST:g} rad/s."
         found.suspect("servos", what, hint=DATA_SHEET)
-    for sentence in contradictions(servo):
+    for sentence in contradictions(robot.servo):
         found.note("servos", sentence)
 
 

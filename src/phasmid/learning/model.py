@@ -8,6 +8,7 @@ from typing import NamedTuple
 import mujoco
 import numpy as np
 
+from phasmid.errors import InvalidInput
 from phasmid.experiment import Experiment
 from phasmid.kinematics import joint_angles
 from phasmid.learning.terrain import Terrain
@@ -90,6 +91,11 @@ def robot_motor(robot: Robot) -> Motor:
 
 def longest_full_step(experiment: Experiment) -> float:
     """Return the longest time step at full fidelity [s], at most `FULL_STEP`."""
+    if not experiment.robot.has_equal_servos:
+        raise InvalidInput(
+            "the servos of the joints differ; full fidelity has one law for all of them.",
+            hint='fidelity = "fast"',
+        )
     legs = experiment.robot.arrays
     neutral = joint_angles(legs, legs.neutral_foot)
     return min(FULL_STEP, step_limit(experiment.replace(drive="servo"), neutral)[0])

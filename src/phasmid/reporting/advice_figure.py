@@ -48,8 +48,12 @@ def advice_figure(advice: Advice) -> Figure:
         if known:
             _draw_warmth(drawing.axes[1], at, [rows[:, :, k] for rows in warmth], colour)  # type: ignore[index]
     limit: dict[str, Any] = {"color": LIMIT_COLOUR, "linewidth": 1.0}
-    torque.axhline(verdict.stall_torque, **limit)
-    torque.axhline(verdict.continuous_torque, linestyle=(0, (4, 2)), **limit)
+    # One line where all joints are alike.
+    for ratio in np.unique(advice.robot.arrays.strength):
+        servo = advice.servo
+        continuous = min(servo.continuous_torque, servo.stall_torque)
+        torque.axhline(ratio * servo.stall_torque, **limit)
+        torque.axhline(ratio * continuous, linestyle=(0, (4, 2)), **limit)
     torque.set_ylabel("torque [N·m]")
     entries += [
         ("rms", {"color": INK, "linewidth": 1.4}),

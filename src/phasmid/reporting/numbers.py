@@ -409,7 +409,7 @@ def torque(run: Run, name: str) -> dict[str, Any]:
     if tau is None:
         return {}
     size, arrays = np.abs(tau), run.robot.arrays
-    stall, continuous = arrays.stall_torque, arrays.strength * run.continuous_torque
+    stall, continuous = arrays.stall_torque, run.joint_continuous_torque
     peak = size.max(axis=0)
     return {
         "peak": peak.tolist(),
@@ -599,7 +599,7 @@ def servos(run: Run) -> dict[str, Any]:
     loss = most_loss = motor.resistance * mean(current**2)
     torque = run.channel("joint_torque")
     if torque is not None:
-        above = np.abs(torque) > run.continuous_torque
+        above = np.abs(torque) > run.joint_continuous_torque
         found["above_continuous"] = mean(above).tolist()
         unaided = motor.lifting_current(np.abs(torque))
         most_loss = motor.resistance * mean(np.maximum(np.abs(current), unaided) ** 2)

@@ -14,7 +14,6 @@ from phasmid.reporting.panels import Axes, Entry, Panels, listed_legs
 from phasmid.reporting.run import Run, Source
 from phasmid.reporting.style import FAINT, LIMIT_COLOUR, Figure, Layout, leg_colour
 from phasmid.reporting.time_figures import Legs, leg_entries
-from phasmid.servo import Servo
 from phasmid.servo.motor import Motor
 
 MOST_MARKS = 20_000
@@ -24,7 +23,7 @@ ADVICE_LINE: dict[str, Any] = {"color": FAINT, "linestyle": (0, (2.2, 1.6))}
 BODY_LINE: dict[str, Any] = {"color": FAINT, "linewidth": 1.1, "linestyle": (0, (4, 1.6))}
 
 Limits: TypeAlias = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
-"""From speed [rad/s] to the lowest and the highest torque at it [N·m]."""
+"""From speeds [rad/s] to the lowest and highest torques at them [N·m]; the last axes are joints."""
 
 
 def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
@@ -37,7 +36,7 @@ def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     drawing = Panels(layout, [2.9], columns=3)
     tau, qd, name = torque_and_speed(run)
     for joint, axis in enumerate(drawing.axes):
-        _draw_joint(axis, run, tau[..., joint], qd[..., joint], legs)
+        _draw_joint(axis, run, joint, tau[..., joint], qd[..., joint], legs)
         axis.set_title(JOINTS[joint])
         axis.set_xlabel("speed [rad/s]")
     model = " by the model" if name.endswith("_model") else ""
@@ -53,15 +52,22 @@ def envelope_figure(runs: Sequence[Run], legs: Legs, layout: Layout) -> Figure:
     return drawing.complete("Torque and speed of the servos", notes, entries, columns=3)
 
 
-def servo_limits(source: Source) -> tuple[Limits, str]:
+def servo_limits(source: Source, joint: Any = slice(None)) -> tuple[Limits, str]:
     """Return the torque limits of an experiment's servos at steady speed, and their conditions.
 
-    The ideal servo, and one whose stall current is not known, follows the straight line that its
-    drive follows.
+    The ideal servo, one whose stall current is not known, and those of joints that differ follow
+    the straight line of their drive.
+
+    Args:
+        source: Its robot and drive are used.
+        joint: The limits are those of all legs at this joint, 0 to 2, else of all joints, (L, 3).
     """
     servo, drive = source.robot.servo, source.experiment.solver.drive
-    if servo.stall_current is None or drive in {"ideal-servo", "torque"}:
-        return lambda speed: ideal_limits(servo, speed), "line from stall to no-load speed"
+    has_law = servo.stall_current is not None and source.robot.has_equal_servos
+    if not has_law or drive in {"ideal-servo", "torque"}:
+        arrays = source.robot.arrays
+        own = arrays.stall_torque[:, joint], arrays.no_load_speed[:, joint]
+        return lambda speed: ideal_limits(*own, speed), "line from stall to no-load speed"
     motor, share, voltage, stall = (
         servo.motor,
         servo.torque_limit,
@@ -102,60 +108,69 @@ def _highest(motor: Motor, voltage: float, speed: np.ndarray) -> np.ndarray:
     return torque
 
 
-def ideal_limits(servo: Servo, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and highest torque of the ideal servo [N·m].
+def ideal_limits(
+    stall: np.ndarray, fastest: np.ndarray, speed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and highest torque of ideal servos [N·m].
 
     They lie on a line from stall to no-load speed while it drives, at stall torque while it brakes.
 
     Args:
-        servo: The servo.
-        speed: At the output [rad/s], any shape.
+        stall: Stall torques [N·m].
+        fastest: No-load speeds [rad/s].
+        speed: At the output [rad/s], of a shape that broadcasts with theirs.
     """
 
     def highest(w: np.ndarray) -> np.ndarray:
-        share = 1 - np.maximum(w, 0.0) / servo.no_load_speed
-        torque: np.ndarray = servo.stall_torque * np.maximum(share, 0.0)
+        share = 1 - np.maximum(w, 0.0) / fastest
+        torque: np.ndarray = stall * np.maximum(share, 0.0)
         return torque
 
     return -highest(-speed), highest(speed)
 
 
-def beyond(source: Source, tau: np.ndarray, qd: np.ndarray) -> np.ndarray:
+def beyond(source: Source, tau: np.ndarray, qd: np.ndarray, joint: Any = slice(None)) -> np.ndarray:
     """Return which samples exceed the servos' steady limits, of the torques' shape."""
-    lowest, highest = servo_limits(source)[0](qd)
+    lowest, highest = servo_limits(source, joint)[0](qd)
     # A servo at its limit is on it up to round-off.
-    slack = 1e-6 * source.robot.servo.stall_torque
+    slack = 1e-6 * source.robot.arrays.stall_torque[:, joint]
     return np.asarray((tau < lowest - slack) | (tau > highest + slack))
 
 
 def _shares(run: Run, tau: np.ndarray, qd: np.ndarray) -> str:
     words = servo_limits(run)[1]
     outside = 100 * float(beyond(run, tau, qd).mean())
-    above = 100 * float((np.abs(tau) > run.continuous_torque).mean())
+    above = 100 * float((np.abs(tau) > run.joint_continuous_torque).mean())
     return f"{words} · {outside:.2g} % of samples beyond it, {above:.2g} % above continuous"
 
 
-def _draw_joint(axis: Axes, run: Run, tau: np.ndarray, qd: np.ndarray, legs: Legs) -> None:
+def _draw_joint(
+    axis: Axes, run: Run, joint: int, tau: np.ndarray, qd: np.ndarray, legs: Legs
+) -> None:
     """Draw torques [N·m] over speeds [rad/s] of one joint of each leg, shape (N, L)."""
-    kept = beyond(run, tau, qd)
+    kept = beyond(run, tau, qd, joint)
     kept[:: -(-len(tau) // MOST_MARKS)] = True
     # A hundred thousand marks are an image in vector files too.
     marks: dict[str, Any] = {"linestyle": "", "marker": ".", "markersize": 2.2, "rasterized": True}
     for leg in (leg - 1 for leg in legs):
         marks |= {"markeredgewidth": 0, "color": leg_colour(leg), "alpha": 0.5}
         axis.plot(qd[kept[:, leg], leg], tau[kept[:, leg], leg], **marks)
-    reach = 1.05 * max(run.robot.servo.no_load_speed, float(np.abs(qd).max(initial=0.0)))
+    reach = 1.05 * max(
+        float(run.robot.arrays.no_load_speed[:, joint].max()), float(np.abs(qd).max(initial=0.0))
+    )
     tiny = np.nextafter(0.0, 1.0)
     speed = np.concatenate([np.linspace(-reach, 0.0, 60), [tiny], np.linspace(0.0, reach, 60)[1:]])
-    limits = servo_limits(run)[0]
-    axis.plot(speed, limits(speed)[1], color=LIMIT_COLOUR, linewidth=1.2)
-    speed = -speed[::-1]
-    axis.plot(speed, limits(speed)[0], color=LIMIT_COLOUR, linewidth=1.2)
-    for level in (-run.continuous_torque, run.continuous_torque):
-        axis.axhline(level, linewidth=1.0, **ADVICE_LINE)
+    limits = servo_limits(run, joint)[0]
+    # One line for all legs that are alike.
+    for way, side in ((speed, 1), (-speed[::-1], 0)):
+        lines = np.unique(limits(way[:, None])[side], axis=1)
+        axis.plot(way, lines, color=LIMIT_COLOUR, linewidth=1.2)
+    for level in np.unique(run.joint_continuous_torque[:, joint]):
+        for sign in (-1, 1):
+            axis.axhline(sign * level, linewidth=1.0, **ADVICE_LINE)
     axis.set_xlim(-reach, reach)
     # The limits of braking are far above those of driving, and would hide the marks.
-    largest = max(1.25 * float(limits(np.array([tiny]))[1][0]), 1.1 * float(np.abs(tau).max()))
+    largest = max(1.25 * float(limits(np.array([[tiny]]))[1].max()), 1.1 * float(np.abs(tau).max()))
     low, high = axis.get_ylim() if axis.get_autoscaley_on() is False else (0.0, 0.0)
     axis.set_ylim(min(low, -largest), max(high, largest))
 

@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from phasmid.errors import InvalidInput, plain
 from phasmid.experiment import Experiment
@@ -98,6 +99,11 @@ class Source:
     def continuous_torque(self) -> float:
         """Torque that the servos hold continuously [N·m]."""
         return min(self.robot.servo.continuous_torque, self.robot.servo.stall_torque)
+
+    @property
+    def joint_continuous_torque(self) -> Float[np.ndarray, "legs 3"]:
+        """Torque that each joint holds continuously [N·m], shape (L, 3)."""
+        return self.robot.arrays.strength * self.continuous_torque
 
     @property
     def title(self) -> str:

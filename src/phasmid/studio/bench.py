@@ -55,16 +55,17 @@ def bench(robot: Robot, request: Bench, gravity: float) -> Answer:
     U, axes, _ = np.linalg.svd(J)
     nearness = float(axes[2] / axes[0]) if axes[0] > 0 else 0.0
     weight, load = leg_matrices(leg, q, gravity=gravity).G, -J.T @ force
-    torque, limit = weight + load, servo.stall_torque
+    own = robot.legs.index(leg)
+    torque, limit = weight + load, robot.arrays.stall_torque[own]
     if request.angles is not None:
         remarks += _beyond_limits(leg, q, room)
     if nearness < NEARLY_SINGULAR:
         remarks.append(_singularity(leg, q))
     remarks += [
         f"{leg.name}.{joint} takes {abs(t):.2f} N·m to hold; the {servo_words(servo.name)} gives "
-        f"{limit:.4g} N·m at most."
-        for joint, t in zip(JOINTS, torque, strict=True)
-        if abs(t) > limit
+        f"{most:.4g} N·m at most."
+        for joint, t, most in zip(JOINTS, torque, limit, strict=True)
+        if abs(t) > most
     ]
     coxa, femur, tibia = leg.lengths.tolist()
     side, above = workspace(leg)
@@ -89,12 +90,17 @@ def bench(robot: Robot, request: Bench, gravity: float) -> Answer:
         "manipulability": abs(float(np.linalg.det(J))),
         "nearness": nearness,
         "force_axes": np.divide(1.0, axes, out=np.full(3, np.inf), where=axes > 1e-12),
-        "fastest": axes * servo.no_load_speed,
+        # The slowest joint's, so that no direction is promised more.
+        "fastest": axes * robot.arrays.no_load_speed[own].min(),
         "force": force,
         "torque": {"load": load, "gravity": weight, "sum": torque},
         "share": np.abs(torque) / limit,
         "most": _most(weight, load, limit) * float(np.linalg.norm(force)),
-        "servo": {"name": servo_label(servo.name), "torque": limit, "speed": servo.no_load_speed},
+        "servo": {
+            "name": servo_label(servo.name),
+            "torque": limit.min(),
+            "speed": servo.no_load_speed,
+        },
         "printed": _printed(leg, q, foot, force, _mid_length(robot).leg(request.leg), gravity),
         "workspace": {"side": [np.round(curve, 5) for curve in side], "above": np.round(above, 5)},
         "remarks": remarks,
@@ -172,12 +178,14 @@ def _dh(leg: Leg, q: np.ndarray) -> np.ndarray:
     )
 
 
-def _most(gravity: np.ndarray, load: np.ndarray, limit: float) -> float:
+def _most(gravity: np.ndarray, load: np.ndarray, limit: np.ndarray) -> float:
     """Return the largest feasible multiple of a load beside gravity; NaN if unbounded."""
     if np.any(np.abs(gravity) > limit):
         return 0.0
-    pulls = [pull for pull in zip(gravity.tolist(), load.tolist(), strict=True) if pull[1]]
-    return min(((limit - g if t > 0 else limit + g) / abs(t) for g, t in pulls), default=math.nan)
+    pulls = zip(gravity.tolist(), load.tolist(), limit.tolist(), strict=True)
+    return min(
+        ((most - g if t > 0 else most + g) / abs(t) for g, t, most in pulls if t), default=math.nan
+    )
 
 
 def _printed(

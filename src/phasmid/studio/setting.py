@@ -8,7 +8,7 @@ from functools import cache, cached_property
 from typing import Any, Literal
 
 from phasmid.errors import InvalidInput, PhasmidError
-from phasmid.experiment import Experiment
+from phasmid.experiment import Experiment, usual_drive
 from phasmid.forces import scenario_verdict
 from phasmid.formats import ImportOptions, load_robot
 from phasmid.gait import Gait, gaits_of
@@ -169,9 +169,9 @@ class Setting:
         base = _preset(robot) if isinstance(robot, str) else robot
         changes: dict[str, Any] = {"stance_radius": None, "body_height": None}
         changes["payload"] = min(self.scenario.model.payload, MOST_PAYLOAD * base.mass)
-        if self.scenario.simulation.drive == "servo" and base.servo.stall_current is None:
-            # The servo's own law needs its stall current.
-            changes["drive"] = "ideal-servo"
+        if self.scenario.simulation.drive == "servo":
+            # Not every robot has servos of one known law.
+            changes["drive"] = usual_drive(base)
         others = len(base.legs) != len(self.base.legs)
         if others and self.gait.name not in gaits_of(len(base.legs)):
             changes["gait"] = None
