@@ -155,9 +155,9 @@ def _draw_joint(
     for leg in (leg - 1 for leg in legs):
         marks |= {"markeredgewidth": 0, "color": leg_colour(leg), "alpha": 0.5}
         axis.plot(qd[kept[:, leg], leg], tau[kept[:, leg], leg], **marks)
-    reach = 1.05 * max(
-        float(run.robot.arrays.no_load_speed[:, joint].max()), float(np.abs(qd).max(initial=0.0))
-    )
+    # The joints share an axis.
+    fastest = float(run.robot.arrays.no_load_speed.max())
+    reach = 1.05 * max(fastest, float(np.abs(qd).max(initial=0.0)))
     tiny = np.nextafter(0.0, 1.0)
     speed = np.concatenate([np.linspace(-reach, 0.0, 60), [tiny], np.linspace(0.0, reach, 60)[1:]])
     limits = servo_limits(run, joint)[0]
