@@ -6,6 +6,7 @@ import pytest
 import phasmid
 from phasmid.errors import InvalidInput
 from phasmid.scenario import Scenario
+from phasmid.servo import load_servo
 
 
 def parts(experiment):
@@ -37,6 +38,7 @@ def test_a_change_composes_the_experiment_anew():
     assert weak.robot.mass == pytest.approx(one.robot.mass + 0.5, rel=1e-12)
     assert weak.scale == one.scale
     assert weak.duration == 4
+    assert weak.replace(servo="MX-28").robot.servo == load_servo("MX-28").at(9.0)
     assert one.replace() is one
     with pytest.raises(InvalidInput, match="no field"):
         one.replace(volts=9.0)

@@ -33,11 +33,9 @@ def tibia(scenario, millimetres):
 
 
 def servo(scenario, name):
-    """Set the servo of all joints."""
-    robot, chosen = scenario.base_robot(), load_servo(name)
-    more = 3 * len(robot.legs) * max(chosen.mass - SERVO, 0.0)
-    scenario = scenario.replace(robot=replace(robot, servo=chosen))
-    return scenario.replace(payload=scenario.model.payload + more)
+    """Set the servo of all joints, and what it weighs more."""
+    more = 3 * len(scenario.base_robot().legs) * max(load_servo(name).mass - SERVO, 0.0)
+    return scenario.replace(servo=name, payload=scenario.model.payload + more)
 
 
 def share(recording):

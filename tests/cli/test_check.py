@@ -189,10 +189,11 @@ def test_every_command_and_the_studio_give_one_verdict(here, capsys, name, servo
 def test_the_studios_verdict_follows_payload_servo_and_gait():
     setting = setting_of(load_scenario("paper").replace(drive="servo"))
     loaded = replace(setting, scenario=setting.scenario.replace(payload=4.0))
+    strong = replace(setting, scenario=setting.scenario.replace(servo="MX-28"))
     said = {
         setting.servo_verdict["lines"][0],
         loaded.servo_verdict["lines"][0],
-        replace(setting, servo="MX-28").servo_verdict["lines"][0],
+        strong.servo_verdict["lines"][0],
         replace(setting, scenario=setting.scenario.replace(gait="wave")).servo_verdict["lines"][0],
     }
     assert len(said) == 4

@@ -19,6 +19,7 @@ from phasmid.motion import plan
 from phasmid.recording import DamagedRecording, RecordingLog, load_recording, save_recording
 from phasmid.robot import load_robot, robot_to_toml
 from phasmid.scenario import load_scenario
+from phasmid.servo import load_servo
 from phasmid.simulation import new_run
 from support.hostile import UNSEEN, hostile_files
 
@@ -33,6 +34,18 @@ def answered(capsys, *arguments):
 def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+def test_the_servo_of_an_option_is_a_field_of_the_scenario_that_is_written(here):
+    assert main(["walk", "--duration", "0.2", "--servo", "MX-28", "--no-figures"]) == 0
+    folder = here / "results/paper_duration-0.2_servo-MX-28"
+    scenario = load_scenario(folder / "scenario.toml")
+    assert scenario.servo.servo == "MX-28"
+    assert scenario.load_robot().servo == load_servo("MX-28")
+    assert load_recording(folder / "recording.nc").attrs["servo"] == "MX-28"
+    (here / "s.toml").write_text('servo = "MX-28"\nduration = 0.2\n', encoding="utf-8")
+    assert main(["walk", "s.toml", "--servo", "AX-18A", "--no-figures", "--out", "other"]) == 0
+    assert load_recording(here / "other/recording.nc").attrs["servo"] == "AX-18A"
 
 
 def test_walk_writes_its_folder_whole(here, capsys):

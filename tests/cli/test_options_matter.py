@@ -51,6 +51,7 @@ OTHER = {
     "tip_width_mm": {"tip_width_mm": 2},
     "patches": {"patches": [[-1, 1, -1, 1, 0.01]]},
     "terrain_start_mm": {"terrain_start_mm": -300},
+    "servo": {"servo": "MX-28"},
     "voltage": {"voltage": 10},
     "torque_limit": {"torque_limit": 0.5},
     "compliance_margin": {"compliance_margin": [2, 2]},
@@ -71,9 +72,11 @@ TEXTS = {"name", "description"}
 """Fields that are words in the files written."""
 
 SELDOM = {
-    "a simulated walk": {"belly_contact", "voltage", "ambient_temperature", "torque_limit"},
+    "a simulated walk": {
+        *("belly_contact", "servo", "voltage", "ambient_temperature", "torque_limit"),
+    },
     "a driven robot": {"belly_contact", "drive", "torque_limit"},
-    "a C header": {"drive", "payload_g", "torque_limit", "voltage"},
+    "a C header": {"drive", "payload_g", "servo", "torque_limit", "voltage"},
 }
 """Fields that count in the servo verdict, when the trunk touches the ground or a servo reaches its
 limit, or for which a plan is refused; the drive of a driven robot is the servo's already."""
@@ -195,4 +198,4 @@ def test_every_option_of_a_command_is_read(command):
 @pytest.mark.parametrize("command", scenario_options.COMMANDS)
 def test_commands_of_a_scenario_have_the_same_options(command):
     names = {f"--{key.replace('_', '-')}" for key in option_keys()}
-    assert names | {"--servo", "--strict"} <= set(flags(build_parser(command)))
+    assert names | {"--strict"} <= set(flags(build_parser(command)))

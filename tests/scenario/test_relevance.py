@@ -17,6 +17,12 @@ from phasmid.servo import load_servo
         ({"punch": 9.0, "drive": "servo"}, []),
         # The verdict on the servos counts them with every drive.
         ({"voltage": 9.0, "torque_limit": 0.5, "ambient_temperature": 45.0}, []),
+        ({"servo": "MX-28"}, []),
+        ({"servo": "MX-28", "p_gain": 100.0, "drive": "servo"}, []),
+        (
+            {"servo": "MX-28", "compliance_slope": 64, "drive": "servo"},
+            ["compliance_slope has no effect with the MX-28, whose law"],
+        ),
         ({"terrain_start_mm": 9.0}, ['terrain_start_mm has no effect with terrain "flat".']),
         ({"rise_mm": 30.0}, ['rise_mm has no effect with terrain "flat".']),
         ({"rise_mm": 30.0, "terrain": "stairs"}, []),

@@ -21,6 +21,7 @@ from phasmid.cli import main
 from phasmid.errors import InvalidInput, OutputError
 from phasmid.recording import load_recording
 from phasmid.scenario import load_scenario
+from phasmid.servo import load_servo
 from phasmid.studies import load_study, load_study_file, repeat_run, study
 from phasmid.studies.results import MOST_BYTES, PARTS, DamagedPart, read_rows, write_rows
 from phasmid.studies.runs import Run, Runner
@@ -115,6 +116,21 @@ def test_values_reach_scenario_robot_and_seeds(tmp_path):
     assert (scenario.terrain.terrain_seed, scenario.sensors.sensor_seed) == (7, 7)
     assert scenario.duration == 0.5
     assert settings == {}
+
+
+def test_a_study_varies_the_servo(tmp_path):
+    table = study(
+        PLAN | {"axes": {"servo": ["AX-12A", "MX-28"]}, "metrics": ["robot.stall_torque"]},
+        out=tmp_path / "out",
+        workers=1,
+    ).table
+    assert list(table["servo"]) == ["AX-12A", "MX-28"]
+    assert list(table["robot.stall_torque"]) == [
+        load_servo(name).stall_torque for name in table["servo"]
+    ]
+    runner = runner_of(tmp_path, axes={"servo": ["MX-82"]})
+    (point,) = runner.study.points()
+    assert 'no servo called "MX-82".' in runner.row(Run(0, "id", point))["error"]
 
 
 def test_values_reach_the_engine(tmp_path):

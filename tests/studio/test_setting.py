@@ -10,6 +10,7 @@ import pytest
 
 from phasmid import Scenario, load_robot, load_scenario, save_robot
 from phasmid.errors import InvalidInput
+from phasmid.servo import load_servo
 from phasmid.studio.fields import catalogue, field_of, values
 from phasmid.studio.messages import Load
 from phasmid.studio.setting import setting_of
@@ -108,14 +109,37 @@ CHANGED = {
 def test_a_scenario_file_loads_to_the_same_experiment(tmp_path):
     setting = with_values(PAPER, CHANGED)
     file = scenario_file(setting)
+    assert file.keys() == {"name", "text"}
     (tmp_path / file["name"]).write_text(file["text"])
-    # The robot has other servos, so that its file comes with the scenario's.
-    (tmp_path / file["robot"]["name"]).write_text(file["robot"]["text"])
     loaded = load_scenario(tmp_path / file["name"])
-    assert loaded.replace(robot="phantomx-ax") == setting.scenario
-    robot = loaded.load_robot()
-    assert robot.mass == pytest.approx(setting.robot.mass, rel=1e-12)
-    assert robot.servo == setting.robot.servo
+    assert loaded == setting.scenario
+    assert loaded.load_robot().servo == setting.robot.servo
+
+
+def test_the_servo_is_the_scenarios_and_leaves_and_comes_with_its_file(tmp_path):
+    setting = field_of("servo").changed(PAPER, "MX-28")
+    assert setting.scenario == PAPER.scenario.replace(servo="MX-28")
+    assert setting.robot.servo == load_servo("MX-28")
+    assert values(setting_of(setting.scenario))["servo"] == "MX-28"
+    file = scenario_file(setting)
+    load = Load(what="scenario", name=file["name"], content=file["text"].encode())
+    loaded = with_file(PAPER, load, tmp_path)
+    assert values(loaded)["servo"] == "MX-28"
+    back = field_of("servo").changed(loaded, choices(loaded, "servo")[0])
+    assert back.scenario == PAPER.scenario
+
+
+def test_a_robot_from_a_file_keeps_its_own_servo_beside_the_chosen_one(tmp_path):
+    save_robot(replace(load_robot("octopod"), name="mine"), tmp_path / "mine.toml")
+    robot = str(tmp_path / "mine.toml")
+    setting = setting_of(Scenario().replace(robot=robot, gait="wave", servo="MX-28"))
+    file = scenario_file(setting)
+    (tmp_path / file["robot"]["name"]).write_text(file["robot"]["text"])
+    (tmp_path / file["name"]).write_text(file["text"])
+    saved = load_scenario(tmp_path / file["name"])
+    for one in (setting.scenario, saved):
+        assert one.load_robot().servo == load_servo("MX-28")
+        assert one.replace(servo=None).load_robot().servo == load_robot("octopod").servo
 
 
 def test_a_payload_is_the_scenario_s_and_leaves_the_ground_as_it_is():
@@ -160,11 +184,11 @@ def test_scenarios_and_height_maps_are_taken_from_files(tmp_path):
 
 
 def test_a_file_that_cannot_be_used_is_refused_by_its_own_name(tmp_path):
-    text = scenario_file(field_of("servo").changed(PAPER, "MX-28"))["text"]
+    text = scenario_file(setting_of(Scenario(robot=load_robot("phantomx-paper"))))["text"]
     with pytest.raises(InvalidInput) as refusal:
         with_file(PAPER, Load(what="scenario", name="x.toml", content=text.encode()), tmp_path)
     assert refusal.value.what == (
-        'robot is "phantomx-paper-of-paper.toml"; a scenario that is loaded in the page must have '
+        'robot is "phantomx-paper-of-walk.toml"; a scenario that is loaded in the page must have '
         "the robot of a preset."
     )
     assert (refusal.value.where, refusal.value.hint) == ("x.toml", "phasmid studio FILE")

@@ -23,7 +23,6 @@ from phasmid.cli.scenario_options import (
     scenario_as_named,
     scenario_of,
     scenario_options,
-    with_own_servo,
 )
 from phasmid.errors import InvalidInput, PhasmidError, Unreachable, plain
 from phasmid.experiment.course import StrideTable
@@ -99,7 +98,7 @@ def _check_robot(options: argparse.Namespace) -> int:
     findings, verdict, gait = [*imported.findings], None, None
     is_walk = bool(options.scenario or options.out or _fields_of_walk(options))
     if imported.robot is not None:
-        scenario = with_own_servo(scenario.replace(robot=imported.robot), options)
+        scenario = scenario.replace(robot=imported.robot)
         robot = scenario.load_robot()
         if gaits_of(len(robot.legs)):
             gait = scenario.load_gait(len(robot.legs), robot.leg_names)

@@ -12,7 +12,6 @@ from phasmid.cli.figures import run_name, write_figure
 from phasmid.cli.output import print_table, say
 from phasmid.cli.progress import progress_bar
 from phasmid.cli.report import print_damage
-from phasmid.cli.scenario_options import with_own_servo
 from phasmid.errors import InvalidInput, plain
 from phasmid.formats import load_robot
 from phasmid.identification import Comparison, Quantity, compare
@@ -76,7 +75,7 @@ def _scenario(options: argparse.Namespace, path: Path) -> Scenario | None:
         else:
             scenario = recorded_scenario(load_recording(path).attrs)
         scenario = scenario if robot is None else scenario.replace(robot=robot)
-    return with_own_servo(scenario, options)
+    return scenario if options.servo is None else scenario.replace(servo=options.servo)
 
 
 def _write_numbers(found: Comparison, path: Path) -> None:

@@ -20,7 +20,6 @@ from phasmid.cli.scenario_options import (
     scenario_as_named,
     scenario_of,
     scenario_options,
-    with_named_servo,
 )
 from phasmid.errors import InvalidInput, plain
 from phasmid.formats import firmware_header, import_robot, is_foreign, possible, save_robot
@@ -116,16 +115,14 @@ def _recording(options: argparse.Namespace) -> int:
 
 def _robot(options: argparse.Namespace) -> int:
     """Write a robot in a format of robots, or its solids and meshes into a folder."""
-    _refuse_fields(options, "a robot", {"robot"})
+    _refuse_fields(options, "a robot", {"robot", "servo"})
     path, scenario = Path(options.out), scenario_as_named(options)
     imported = None
     if isinstance(scenario.robot, str):
         source = scenario.robot
         imported = import_robot(source, scenario.robot_import, strict=options.strict)
-        robot = possible(imported, source)
-    else:
-        robot = scenario.robot
-    robot = with_named_servo(robot, options)
+        scenario = scenario.replace(robot=possible(imported, source))
+    robot = scenario.base_robot()
     findings = [] if imported is None else [*imported.findings]
     if _ending(options.out):
         findings += save_robot(robot, path, force=options.force)
@@ -183,7 +180,7 @@ def _refuse_fields(options: argparse.Namespace, what: str, used: Collection[str]
     idle = [key for key in given_fields(options) if key not in {*used, *reads}]
     reason = f"changes nothing of the file of {what}"
     if not used:
-        refuse_given(options, ("servo", "strict"), reason)
+        refuse_given(options, ("strict",), reason)
     for key in idle:
         flag = f"--{key.replace('_', '-')}"
         raise InvalidInput(f"{flag} {reason}.", hint=f"without {flag}")

@@ -13,7 +13,6 @@ from phasmid.cli.compare import compare_log
 from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number, declare, refuse_given
 from phasmid.cli.output import print_table, say
-from phasmid.cli.scenario_options import add_servo_option, with_named_servo
 from phasmid.errors import InvalidInput, nearest, plain
 from phasmid.formats import load_robot
 from phasmid.identification import (
@@ -31,7 +30,7 @@ from phasmid.identification.parameters import PARAMETERS, table_slope
 from phasmid.identification.robot_log import log_of_recording, read_csv_log
 from phasmid.recording import load_recording
 from phasmid.recording.file import check_new_file, write_whole
-from phasmid.robot import Robot
+from phasmid.robot import Robot, with_servo
 from phasmid.servo import load_servo
 from phasmid.servo.catalogue import servo_table
 
@@ -59,6 +58,8 @@ FIT = {
 OPTIONS: dict[str, str | tuple[str, str] | Number] = {
     "--robot ROBOT": "the logs are of this robot, its legs in the air, and not of a pendulum; with "
     "--compare default: the robot of the recording",
+    "--servo NAME": "servo of the catalogue at all joints, such as MG996R; default: the robot's, "
+    "of a pendulum AX-12A",
     "--compare": "compare a log of the robot with the replay of its joint targets in simulation",
     "--scenario SCENARIO": "preset or file for --compare; default: that of the recording, or paper "
     "with --robot",
@@ -81,7 +82,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     declare(parser.add_argument_group("fit"), FIT)
     declare(parser.add_argument_group("pendulum bench"), BENCH)
-    add_servo_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -140,7 +140,10 @@ def _refuse(options: argparse.Namespace) -> None:
 
 def _robot(options: argparse.Namespace) -> Robot | None:
     """Return the robot of the options, with their servo; None: the logs are of a bench."""
-    return options.robot and with_named_servo(load_robot(options.robot), options)
+    if options.robot is None:
+        return None
+    robot = load_robot(options.robot)
+    return robot if options.servo is None else with_servo(robot, load_servo(options.servo))
 
 
 def _leg_logs(options: argparse.Namespace, robot: Robot, voltage: float) -> list[LegLog]:

@@ -47,7 +47,7 @@ def log_of(folder: Path) -> Path:
 
 def _fields(options: argparse.Namespace) -> list[str]:
     """Return the changed fields with their values, and files by their names."""
-    words = [] if options.servo is None else [f"servo-{options.servo}"]
+    words = []
     for field, value in given_fields(options).items():
         file = field in PLACES or value.endswith(".toml")
         words.append(f"{field.replace('_', '-')}-{Path(value).stem if file else value}")

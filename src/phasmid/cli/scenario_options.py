@@ -1,4 +1,4 @@
-"""Options of commands with a scenario: the scenario, its robot and servo, and each field."""
+"""Options of commands with a scenario: the scenario, its robot, and each field."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from phasmid.cli.output import say
 from phasmid.errors import InvalidInput, plain
 
 if TYPE_CHECKING:
-    from phasmid.robot import Robot
     from phasmid.scenario import Scenario
 
 PLACES = {"robot", "height_map"}
@@ -39,14 +38,24 @@ OUT = {
     "options, and a number where a run of that name exists"
 }
 
-TEXTS = {"name", "description", "gait", "terrain", "foot", "masses", "servo_model", "package"}
+TEXTS = {
+    "name",
+    "description",
+    "gait",
+    "terrain",
+    "servo",
+    "foot",
+    "masses",
+    "servo_model",
+    "package",
+}
 """Fields whose value is text, also where it looks like a number."""
 
 
 def scenario_options(
     parser: argparse.ArgumentParser, words: str = SCENARIO.format("paper"), name: str = "SCENARIO"
 ) -> None:
-    """Add the scenario, its robot's servo, and each of its fields.
+    """Add the scenario and each of its fields.
 
     Args:
         parser: Parser of the command.
@@ -73,27 +82,9 @@ def scenario_options(
         groups[table].add_argument(
             _flag(key), dest=f"field:{key}", metavar=_metavar(path), help=words
         )
-    add_servo_option(groups[""])
     groups["robot_import"].add_argument(
         "--strict", action="store_true", help="refuse a file of which something is ignored"
     )
-
-
-def add_servo_option(parser: argparse._ActionsContainer) -> None:
-    """Add the option of another servo."""
-    parser.add_argument(
-        "--servo",
-        metavar="NAME",
-        help="servo of the catalogue at all joints, such as MG996R; default: the robot's",
-    )
-
-
-def with_named_servo(robot: Robot, options: argparse.Namespace) -> Robot:
-    """Return a robot with the servo of the options."""
-    from phasmid.robot import with_servo
-    from phasmid.servo import load_servo
-
-    return robot if options.servo is None else with_servo(robot, load_servo(options.servo))
 
 
 def _flag(key: str) -> str:
@@ -151,7 +142,7 @@ def scenario_of(options: argparse.Namespace, default: str | None = "paper") -> S
         if notes and not options.quiet:
             command = f"phasmid check --robot {plain(str(source))}"
             say(f"phasmid: {len(notes)} notes on the robot; {command} lists them.", file=sys.stderr)
-    return with_own_servo(scenario, options)
+    return scenario
 
 
 def scenario_as_named(options: argparse.Namespace, default: str | None = "paper") -> Scenario:
@@ -166,13 +157,6 @@ def scenario_as_named(options: argparse.Namespace, default: str | None = "paper"
     if source is None and robot is not None:
         scenario = scenario.for_robot(robot)
     return with_fields(scenario, options, source or "")
-
-
-def with_own_servo(scenario: Scenario, options: argparse.Namespace) -> Scenario:
-    """Return a scenario whose robot has the servo of the options."""
-    if options.servo is None:
-        return scenario
-    return scenario.replace(robot=with_named_servo(scenario.base_robot(), options))
 
 
 def print_idle(scenario: Scenario, options: argparse.Namespace, use: str) -> None:
@@ -246,9 +230,8 @@ def given_fields(options: argparse.Namespace) -> dict[str, str]:
 
 def field_arguments(options: argparse.Namespace) -> list[str]:
     """Return the fields that are given as options, as arguments of a command."""
-    servo = [] if options.servo is None else ["--servo", options.servo]
     fields = given_fields(options).items()
-    return [*servo, *(word for key, value in fields for word in (_flag(key), value))]
+    return [word for key, value in fields for word in (_flag(key), value)]
 
 
 def _value(key: str, text: str) -> Any:

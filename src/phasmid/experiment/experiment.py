@@ -72,7 +72,7 @@ class Experiment:
         duration: Length of the walk [s].
         robot: The robot as supplied: with variants and payload, and its servos with their
             settings, supply and air.
-        file_robot: The robot as in its file.
+        file_robot: The robot as in its file, with the servo that a scenario names.
         payload: Mass that the robot carries, part of `robot` [kg].
         scale: The robot relative to ``phantomx-ax``, without payload.
         world: Ground, contact law and gravity.

@@ -79,7 +79,7 @@ class Replayer:
         """
         robot = replace(self._robot, servo=servo)
         motion = JointTrajectory(robot, self._knots, self._targets)
-        run = simulate(self._scenario.replace(robot=robot), motion)
+        run = simulate(self._scenario.replace(robot=robot, servo=None), motion)
         self._done += 1
         if self._progress is not None:
             self._progress(self._done)

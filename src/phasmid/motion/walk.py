@@ -30,7 +30,7 @@ from phasmid.motion.feasibility import (
     checked_times,
 )
 from phasmid.motion.trunk import TrunkMotion
-from phasmid.robot import Robot, robot_to_toml
+from phasmid.robot import Robot, robot_to_toml, with_servo
 from phasmid.terrain import Ground
 
 
@@ -99,8 +99,8 @@ class Walk:
         """Return this walk of the robot as another experiment supplies it.
 
         Robot, gait and stride must be equal, on planned uneven ground terrain and footing, too.
-        Payload, mass model, drive, settings and supply of the servos may differ where the servos
-        are fast enough.
+        Payload, mass model, drive, the servos, their settings and supply may differ where the
+        servos are fast enough.
 
         Raises:
             InvalidInput: They differ; the message names the first difference.
@@ -180,8 +180,10 @@ def course_of(experiment: Experiment) -> LevelCourse | UnevenCourse:
 
 
 def _are_one(ours: Robot, theirs: Robot) -> bool:
-    """Return whether two robots are equal."""
-    return ours is theirs or robot_to_toml(ours) == robot_to_toml(theirs)
+    """Return whether two robots are equal, apart from their servos."""
+    if ours is theirs:
+        return True
+    return len({robot_to_toml(with_servo(robot, ours.servo)) for robot in (ours, theirs)}) == 1
 
 
 def is_plain(terrain: Ground) -> bool:

@@ -114,7 +114,7 @@ def recorded_scenario(attributes: Mapping[Any, Any], folder: Path | None = None)
         folder: Where the robot's meshes may lie, which no text carries.
 
     Returns:
-        The scenario with the robot as its file gives it.
+        The scenario with the robot as its file gives it, with the servo that the run had.
 
     Raises:
         InvalidInput: There are none, or they are not well formed.
@@ -123,7 +123,10 @@ def recorded_scenario(attributes: Mapping[Any, Any], folder: Path | None = None)
     scenario_raw, scenario_text = _table(attributes, "scenario")
     robot = robot_from_table(robot_raw, Path("robot.toml"), robot_text, folder)
     locate = in_file(Path("scenario.toml"), scenario_text)
-    return validate(Scenario, scenario_raw, locate).model_copy(update={"robot": robot})
+    scenario = validate(Scenario, scenario_raw, locate)
+    # The recorded robot has the numbers of the servo, which a later catalogue may not repeat.
+    servo = scenario.servo.model_copy(update={"servo": None})
+    return scenario.model_copy(update={"robot": robot, "servo": servo})
 
 
 def _table(attributes: Mapping[Any, Any], name: str) -> tuple[dict[str, Any], str]:

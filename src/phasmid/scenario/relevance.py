@@ -12,7 +12,7 @@ from phasmid.tables import Of, Table
 GAINS = {"compliance": {"p_gain", "d_gain"}, "pid": {"compliance_margin", "compliance_slope"}}
 """Fields of the servo that a law does not use."""
 
-JUDGED = {"voltage", "ambient_temperature", "torque_limit"}
+JUDGED = {"servo", "voltage", "ambient_temperature", "torque_limit"}
 """Fields of the servo that count with every drive, in limits of the plan or in its verdict."""
 
 
@@ -36,7 +36,7 @@ PLAN = {
 }
 """Fields of the stride that only a plan uses."""
 
-REFUSABLE = {"drive", "voltage", "torque_limit", "kind", "patches", "planned_on"}
+REFUSABLE = {"drive", "servo", "voltage", "torque_limit", "kind", "patches", "planned_on"}
 """Fields for which a plan may be refused, whatever else they do."""
 
 _NO_RUN = dict.fromkeys(("footing", "simulation", "contact", "servo", "sensors"), ("*",))

@@ -42,11 +42,13 @@ from phasmid.robot import (
     with_mounts,
     with_neutral_foot,
     with_payload,
+    with_servo,
     with_values,
 )
 from phasmid.robot.similarity import scale_of
 from phasmid.scenario.tables import ContactTable, GaitTable, ModelTable, ServoTable
 from phasmid.scenario.terrain import TerrainTable
+from phasmid.servo import load_servo
 from phasmid.tables import (
     Count,
     Hint,
@@ -84,7 +86,7 @@ class Scenario(Table):
         simulation: How the engine runs.
         contact: Feet on the ground.
         terrain: The ground.
-        servo: Settings and supply of the servos.
+        servo: The servos, their settings and supply.
         sensors: Sensors of the robot and their quality.
         robot_import: How a robot is read from URDF, MJCF or STEP.
     """
@@ -212,7 +214,10 @@ class Scenario(Table):
             if name in given:
                 raise InvalidInput(f'"{given[name]}" and "{key}" are one field; one must go.')
             given[name] = key
-            if name in Scenario.model_fields:
+            if key == "servo" and (value is None or isinstance(value, str)):
+                # The servo, given by its name alone; its settings stay.
+                table = raw[key]
+            elif name in Scenario.model_fields:
                 table = raw
                 if key == "gait" and (value is None or isinstance(value, str)):
                     value = {"name": value}
@@ -227,7 +232,9 @@ class Scenario(Table):
             table[key] = value
         scenario = validate(Scenario, raw, locate)
         if of_robot:
-            return scenario.replace(robot=with_values(scenario.base_robot(), of_robot))
+            # The values count, also those of the servo.
+            robot = with_values(scenario.base_robot(), of_robot)
+            return scenario.replace(robot=robot, servo=None)
         return scenario
 
     def text(self) -> str:
@@ -264,7 +271,8 @@ class Scenario(Table):
             InvalidRobot: No machine could have the robot's numbers.
             InvalidGait: The gait does not fit the robot.
         """
-        robot, terrain, scale = self.load_robot(), self.load_terrain(), scale_of(self.base_robot())
+        base, robot, terrain = self.base_robot(), self.load_robot(), self.load_terrain()
+        scale = scale_of(base)
         stride = self.stride.planned(scale)
         self._check_samples(stride.period)
         world = World(
@@ -281,7 +289,7 @@ class Scenario(Table):
             name=self.name,
             duration=self.duration,
             robot=robot,
-            file_robot=self.base_robot(),
+            file_robot=base,
             payload=self.model.payload,
             scale=scale,
             world=world,
@@ -293,17 +301,21 @@ class Scenario(Table):
         )
 
     def base_robot(self) -> Robot:
-        """Return the robot as in its file, without this scenario's variants.
+        """Return the robot as in its file, with the servo that this scenario names.
+
+        It has no other variant of this scenario.
 
         Raises:
             InvalidInput: The robot file is absent or not well formed.
             InvalidRobot: No machine could have these numbers.
         """
-        if isinstance(self.robot, Robot):
-            return self.robot
-        path = Path(self.robot)
-        stamp = (path.absolute(), path.stat().st_mtime_ns) if is_file(path) else None
-        return _robot(self.robot, stamp)
+        robot = self.robot
+        if isinstance(robot, str):
+            path = Path(robot)
+            stamp = (path.absolute(), path.stat().st_mtime_ns) if is_file(path) else None
+            robot = _robot(robot, stamp)
+        name = self.servo.servo
+        return robot if name is None else with_servo(robot, load_servo(name))
 
     def for_robot(self, robot: str | Robot) -> Scenario:
         """Return this scenario for another robot, whose gait, contact and period follow it.

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from phasmid.experiment.analysis import Analysis
 from phasmid.experiment.contact_law import ContactKind, ContactLaw
@@ -16,6 +16,7 @@ from phasmid.gait import Gait, is_gait_file, read_gait
 from phasmid.robot.similarity import Scale
 from phasmid.robot.table import MOST_LEGS
 from phasmid.servo import Servo
+from phasmid.servo.catalogue import known_name
 from phasmid.servo.servo import AMBIENT, both_directions
 from phasmid.tables import (
     Hint,
@@ -194,12 +195,13 @@ Pair = Annotated[
 
 
 class ServoTable(Table):
-    """``[servo]``: settings of the robot's servos; those that are absent are the servo's own.
+    """``servo = "MX-28"``, or ``[servo]`` with settings; absent ones are the servo's own.
 
-    Supply and torque limit count with every drive, the air for heat and its verdict. The others
-    concern ``drive = "servo"``.
+    Servo, supply and torque limit count with every drive, the air for heat and its verdict. The
+    others concern ``drive = "servo"``.
 
     Attributes:
+        servo: Servo of the catalogue at all joints, such as ``MX-28``; absent: the robot's own.
         voltage: Supply of the servos [V]; absent: the servo's rated voltage.
         ambient_temperature: Temperature of the air, and of the servos at the start [°C].
         torque_limit: Largest output, as a fraction of the full output.
@@ -212,6 +214,7 @@ class ServoTable(Table):
         d_gain: Output per rate of that error, in its maker's units.
     """
 
+    servo: Annotated[str, AfterValidator(known_name)] | None = None
     voltage: Annotated[Voltage, Gt(0), Le(100)] | None = None
     ambient_temperature: Annotated[Temperature, Ge(-50), Le(100)] = AMBIENT
     torque_limit: Annotated[Number, Gt(0), Le(1)] | None = None
@@ -221,9 +224,14 @@ class ServoTable(Table):
     p_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
     d_gain: Annotated[Number, Ge(0), Le(16383)] | None = None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _from_name(cls, raw: Any) -> Any:
+        return {"servo": raw} if isinstance(raw, str) else raw
+
     def set_up(self, servo: Servo) -> Servo:
         """Return a servo with these settings in place of its own, at this supply, in this air."""
-        settings = self.model_dump(exclude={"voltage"}, exclude_none=True)
+        settings = self.model_dump(exclude={"servo", "voltage"}, exclude_none=True)
         sources = dict(servo.sources) | dict.fromkeys(settings.keys() & servo.sources, "scenario")
         supply = servo.supply if self.voltage is None else self.voltage
         return replace(servo, **settings, sources=sources, supply=supply)

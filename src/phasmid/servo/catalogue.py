@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -32,14 +33,7 @@ class ServoTable(KnownNumbers):
     def _from_name(cls, raw: Any) -> Any:
         if not isinstance(raw, str):
             return raw
-        known = known_servos()
-        if raw not in known:
-            guess = nearest(raw, known)
-            raise InvalidInput(
-                f'no servo called "{raw}".',
-                hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
-            )
-        return {"name": raw} | _catalogue_entry(known[raw])
+        return {"name": raw} | _catalogue_entry(known_servos()[known_name(raw)])
 
     def servo(self) -> Servo:
         """Build the servo; rules give the numbers that are absent.
@@ -65,9 +59,26 @@ def _catalogue_entry(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     return numbers | {"sources": sources}
 
 
+@cache
 def known_servos() -> dict[str, Any]:
     """Return the tables of ``catalogue.toml``: by servo and by the kind of source."""
     return read_toml(Path(str(resources.files("phasmid.servo") / "catalogue.toml")))[0]
+
+
+def known_name(name: str) -> str:
+    """Return the name of a servo of the catalogue.
+
+    Raises:
+        InvalidInput: There is no such servo.
+    """
+    known = servo_names()
+    if name not in known:
+        guess = nearest(name, known)
+        raise InvalidInput(
+            f'no servo called "{name}".',
+            hint=f'"{guess}"' if guess else f"one of {', '.join(known)}",
+        )
+    return name
 
 
 def servo_names() -> tuple[str, ...]:

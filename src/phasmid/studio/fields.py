@@ -18,7 +18,6 @@ from phasmid.servo import servo_names
 from phasmid.studio.setting import (
     LOCOMOTION,
     MOST_PAYLOAD,
-    OWN_SERVO,
     Setting,
     Walks,
     policies,
@@ -31,6 +30,9 @@ Value: TypeAlias = float | str | bool
 
 Span: TypeAlias = tuple[float, float, float]
 """Least and largest value, and step of the slider, in the field's unit."""
+
+OWN_SERVO = "the robot's own"
+"""Choice of the servo that the robot's file names."""
 
 DIGITS = 9
 """Digits after the point of a number on the page."""
@@ -340,10 +342,12 @@ GROUPS = {
             "Drive",
             help="Prescribed joints take whatever torque it needs; all others have limits.",
         ),
-        _own(
-            "servo",
+        _scenario(
+            "servo.servo",
             "Servo",
-            "The motor of every joint.",
+            help="The motor of every joint.",
+            read=lambda setting: setting.scenario.servo.servo or OWN_SERVO,
+            write=lambda setting, name: _with(setting, servo=None if name == OWN_SERVO else name),
             choices=[OWN_SERVO, *servo_names()],
         ),
         _scenario(

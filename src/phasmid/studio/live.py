@@ -90,7 +90,7 @@ class LiveRobot:
     """
 
     def __init__(self, setting: Setting) -> None:
-        scenario = setting.machine
+        scenario = setting.scenario
         dt = scenario.simulation.time_step
         rate = 1 / (max(1, round(UPDATE / dt)) * dt)
         self._controller = self._controller_of(setting, rate)
@@ -112,7 +112,7 @@ class LiveRobot:
         self, setting: Setting, rate: float
     ) -> Player | SafetyFilter | PolicyController:
         """Return the controller of a setting."""
-        scenario = setting.machine
+        scenario = setting.scenario
         self.ends_at = math.inf
         self._engine: LocomotionEngine | None = None
         self._policy: PolicyController | None = None

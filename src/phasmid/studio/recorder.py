@@ -163,7 +163,7 @@ class Recorder:
         if not self._samples:
             return self.failure or "the recording has no sample; it was not kept."
         folder = self._free_folder(run_name(live.setting))
-        scenario = live.setting.machine.replace(duration=self.seconds, name=folder.name)
+        scenario = live.setting.scenario.replace(duration=self.seconds, name=folder.name)
         attributes: dict[str, Any] = {
             **(CUT_OFF if cut else ending_attributes(failure)),
             "events": json.dumps(self._events, ensure_ascii=False),

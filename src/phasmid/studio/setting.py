@@ -13,9 +13,8 @@ from phasmid.forces import scenario_verdict
 from phasmid.formats import ImportOptions, load_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import body_height
-from phasmid.robot import Robot, preset_names, with_servo
+from phasmid.robot import Robot, preset_names
 from phasmid.scenario import Scenario, with_robot
-from phasmid.servo import load_servo
 from phasmid.units import rounded_down
 
 Walks = Literal["by itself", "by hand", "the plan"]
@@ -23,9 +22,6 @@ Walks = Literal["by itself", "by hand", "the plan"]
 
 LOCOMOTION = "locomotion controller"
 """Choice of the controller that is no learned policy."""
-
-OWN_SERVO = "the robot's own"
-"""Choice of the servo that the robot's file names."""
 
 MOST_PAYLOAD = 2.0
 """Largest payload, in masses of the robot."""
@@ -45,7 +41,6 @@ class Setting:
         scenario: Experiment; its robot is the name of a preset, or a `Robot` from a file.
         walks: Source of the commands.
         controller: The locomotion controller, or the name of a learned policy.
-        servo: Servo of all joints.
         pose: Displacement of the body: forward, left, up [m], roll, pitch, yaw [rad].
         ground_sensing: True if the robot senses the ground.
         robots: Robots from files, by the files' names.
@@ -58,7 +53,6 @@ class Setting:
     scenario: Scenario
     walks: Walks = "by itself"
     controller: str = LOCOMOTION
-    servo: str = OWN_SERVO
     pose: tuple[float, float, float, float, float, float] = (0.0,) * 6
     ground_sensing: bool = True
     robots: Mapping[str, Robot] = field(default_factory=dict)
@@ -95,16 +89,9 @@ class Setting:
         return _preset(robot) if isinstance(robot, str) else robot
 
     @cached_property
-    def machine(self) -> Scenario:
-        """Scenario with the chosen servo."""
-        if self.servo == OWN_SERVO:
-            return self.scenario
-        return self.scenario.replace(robot=with_servo(self.base, load_servo(self.servo)))
-
-    @cached_property
     def experiment(self) -> Experiment:
         """The experiment with the simulated robot."""
-        return self.machine.build()
+        return self.scenario.build()
 
     @property
     def robot(self) -> Robot:
@@ -149,7 +136,7 @@ class Setting:
     def built_of(self) -> tuple[Any, ...]:
         """Return all that a run is built of; settings that share it share the run."""
         scenario, plans = self.scenario, self.walks == "the plan"
-        built: list[Any] = [scenario.robot, self.servo, self.ground_sensing, plans]
+        built: list[Any] = [scenario.robot, self.ground_sensing, plans]
         built += [self.controller]
         built += [scenario.simulation, scenario.contact, scenario.terrain, scenario.servo]
         built += [scenario.stride.stance_radius, scenario.stride.body_height]
@@ -167,19 +154,16 @@ class Setting:
             robot: Name of a preset, or the robot.
         """
         base = _preset(robot) if isinstance(robot, str) else robot
+        scenario = self.scenario.for_robot(robot)
         changes: dict[str, Any] = {"stance_radius": None, "body_height": None}
         changes["payload"] = min(self.scenario.model.payload, MOST_PAYLOAD * base.mass)
         if self.scenario.simulation.drive == "servo":
             # Not every robot has servos of one known law.
-            changes["drive"] = usual_drive(base)
+            changes["drive"] = usual_drive(scenario.base_robot())
         others = len(base.legs) != len(self.base.legs)
         if others and self.gait.name not in gaits_of(len(base.legs)):
             changes["gait"] = None
-        return replace(
-            self,
-            scenario=self.scenario.for_robot(robot).replace(**changes),
-            pose=(0.0,) * 6,
-        )
+        return replace(self, scenario=scenario.replace(**changes), pose=(0.0,) * 6)
 
 
 @cache
@@ -211,7 +195,7 @@ def setting_of(scenario: Scenario) -> Setting:
     robots: dict[str, Robot] = {}
     if isinstance(scenario.robot, str) and scenario.robot not in preset_names():
         name = scenario.robot.replace("\\", "/").rpartition("/")[2]
-        robots[name] = with_robot(scenario).base_robot()
+        robots[name] = with_robot(scenario).replace(servo=None).base_robot()
         # Its import is done: a saved scenario must not name files that were needed for it.
         changes = {"robot": robots[name], "robot_import": ImportOptions()}
         scenario = scenario.model_copy(update=changes)

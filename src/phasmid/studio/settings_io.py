@@ -27,13 +27,13 @@ def scenario_file(setting: Setting) -> dict[str, Any]:
 
     Returns:
         ``name`` and ``text`` of the file, and by ``robot`` those of the robot's file, unless the
-        robot is an unchanged preset.
+        robot is a preset.
     """
     scenario = setting.scenario
     name = f"{scenario.name}.toml"
-    if setting.machine is scenario and isinstance(scenario.robot, str):
-        return {"name": name, "text": scenario_to_toml(scenario, scenario.robot)}
-    robot = setting.machine.base_robot()
+    robot = scenario.robot
+    if isinstance(robot, str):
+        return {"name": name, "text": scenario_to_toml(scenario, robot)}
     robot_file = _kept_name(f"{robot.name}-of-{scenario.name}.toml")
     file = {"name": robot_file, "text": robot_to_toml(robot)}
     return {"name": name, "text": scenario_to_toml(scenario, robot_file), "robot": file}
