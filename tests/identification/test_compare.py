@@ -12,8 +12,8 @@ from phasmid.control.player import Player
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Command
 from phasmid.identification.bootstrap import BlockBootstrap
-from phasmid.identification.replays import command_knots
-from phasmid.identification.robot_log import RobotLog
+from phasmid.identification.replays import Replayer, command_knots
+from phasmid.identification.robot_log import RobotLog, log_of_recording
 
 SCENARIO = phasmid.load_scenario("paper").replace(
     robot="phantomx-ax", drive="servo", period=1, duration=2, record_interval=0.01
@@ -138,6 +138,16 @@ def test_intervals_of_correlated_errors_hold_in_most_repetitions():
         mean, half = BlockBootstrap(time).estimate(terms, lambda s: s[..., :1] / s[..., 1:])
         hits += abs(mean[0]) <= half[0]
     assert 180 <= hits <= 199
+
+
+def test_a_replay_has_the_servo_of_the_fit_also_where_the_scenario_names_one(unchanged):
+    log = log_of_recording(unchanged, "walk", ROBOT)
+    soft = replace(ROBOT.servo, gain_scale=0.5)
+    given, named = (
+        Replayer(log, scenario, ROBOT).replay(soft).at(0.0).position
+        for scenario in (SCENARIO, SCENARIO.replace(servo="AX-12A"))
+    )
+    np.testing.assert_array_equal(named, given)
 
 
 def test_the_command_prints_a_table_and_writes_its_figures(here, unchanged, capsys):
