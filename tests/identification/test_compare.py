@@ -144,10 +144,20 @@ def test_a_replay_has_the_servo_of_the_fit_also_where_the_scenario_names_one(unc
     log = log_of_recording(unchanged, "walk", ROBOT)
     soft = replace(ROBOT.servo, gain_scale=0.5)
     given, named = (
-        Replayer(log, scenario, ROBOT).replay(soft).at(0.0).position
+        Replayer(log, scenario).replay(soft).at(0.0).position
         for scenario in (SCENARIO, SCENARIO.replace(servo="AX-12A"))
     )
     np.testing.assert_array_equal(named, given)
+
+
+def test_a_replay_carries_the_payload_of_the_scenario_once():
+    scenario = SCENARIO.replace(payload=0.5)
+    run = phasmid.simulate(scenario, phasmid.plan(scenario))
+    log = log_of_recording(run, "walk", scenario.load_robot())
+    replayed = Replayer(log, scenario).replay(ROBOT.servo).at(0.0)
+    # Targets between samples are interpolated, hence the tick.
+    error = np.abs(replayed.position - log.position)[log.time > 0.5]
+    assert error.max() < TICK
 
 
 def test_the_command_prints_a_table_and_writes_its_figures(here, unchanged, capsys):

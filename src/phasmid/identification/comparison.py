@@ -218,7 +218,7 @@ def _compare(
     servo = robot.servo
     used = log.time >= SKIPPED
     bootstrap = BlockBootstrap(log.time)
-    replayer = Replayer(log, scenario, robot, progress)
+    replayer = Replayer(log, scenario, progress)
     fit = fit_servo(log, replayer, servo, bootstrap)
     begun, fitted = fit.begun.at(0.0), fit.fitted.at(fit.shift)
     # The body is compared at the same phase of the walk.

@@ -13,7 +13,6 @@ from phasmid.experiment import Ending
 from phasmid.identification.robot_log import RobotLog, body_measurements
 from phasmid.motion import JointTrajectory
 from phasmid.recording import Recording
-from phasmid.robot import Robot
 from phasmid.scenario import Scenario
 from phasmid.servo import Servo
 from phasmid.simulation import simulate
@@ -45,7 +44,6 @@ class Replayer:
     Args:
         log: The log.
         scenario: Robot, ground and payload.
-        robot: The scenario's robot.
         progress: Receives how many replays are done.
 
     Attributes:
@@ -59,10 +57,9 @@ class Replayer:
         self,
         log: RobotLog,
         scenario: Scenario,
-        robot: Robot,
         progress: Callable[[float], None] | None = None,
     ) -> None:
-        self._log, self._robot, self._progress = log, robot, progress
+        self._log, self._progress = log, progress
         self._done = 0
         self._knots, self._targets = command_knots(log)
         dt = scenario.simulation.time_step
@@ -77,9 +74,10 @@ class Replayer:
         Raises:
             InvalidInput: The robot falls.
         """
-        robot = replace(self._robot, servo=servo)
-        motion = JointTrajectory(robot, self._knots, self._targets)
-        run = simulate(self._scenario.replace(robot=robot, servo=None), motion)
+        robot = replace(self._scenario.base_robot(), servo=servo)
+        scenario = self._scenario.replace(robot=robot, servo=None)
+        motion = JointTrajectory(scenario.load_robot(), self._knots, self._targets)
+        run = simulate(scenario, motion)
         self._done += 1
         if self._progress is not None:
             self._progress(self._done)
