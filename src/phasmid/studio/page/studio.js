@@ -103,7 +103,8 @@
     const text = (verdict?.lines || []).join("\n");
     if (text === verdictLines) return;
     verdictLines = text;
-    byId("verdict").dataset.holding = verdict?.holding || "";
+    byId("verdict").dataset.grade = verdict?.grade || "";
+    byId("verdict-answer").textContent = verdict?.answer || "";
     byId("verdict-lines").replaceChildren(...(verdict?.lines || []).map((line) => made("p", { textContent: line })));
   }
 
