@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import phasmid
+from phasmid.advice import servo_verdict
 from phasmid.control import LocomotionEngine
 from phasmid.control.safety_filter import SafetyFilter
 from phasmid.experiment import Command, Observation
-from phasmid.forces import scenario_verdict
 from phasmid.kinematics import joint_angles
 from phasmid.servo import load_servo
 from phasmid.simulation.drive import scenario_controller
@@ -60,7 +60,7 @@ def test_all_limits_are_those_of_the_servo_at_its_supply(voltage, limit, drive, 
     }
     torques = {
         "feed-forward": feed_forward.stall_torque / used,
-        "verdict": scenario_verdict(scenario).stall_torque,
+        "verdict": servo_verdict(scenario).stall_torque,
         "report": report["stall_torque"],
         "export": float(file.find("actuator/position").get("forcerange").split()[1]),
         "studio": studio["torque"],
@@ -115,8 +115,8 @@ def test_all_weights_are_those_of_the_scenarios_gravity():
     assert run.mean() == pytest.approx(weight, rel=0.02)
     earth = scenario.replace(gravity=9.81)
     # Statics is proportional to gravity, to the solver's round-off.
-    assert scenario_verdict(scenario).torque == pytest.approx(
-        scenario_verdict(earth).torque * MARS / 9.81, rel=1e-6
+    assert servo_verdict(scenario).torque == pytest.approx(
+        servo_verdict(earth).torque * MARS / 9.81, rel=1e-6
     )
     standing = Observation(
         time=0.0, joint_position=joint_angles(robot.arrays, robot.arrays.neutral_foot)

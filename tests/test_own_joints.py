@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 import phasmid
-from phasmid.cli import main
+from phasmid.advice import Holding, servo_verdict
 from phasmid.control import LocomotionEngine
 from phasmid.control.safety_filter import SafetyFilter
 from phasmid.errors import InfeasibleWalk, InvalidInput
-from phasmid.forces import Holding, servo_verdict
 from phasmid.formats import load_robot, save_robot
 from phasmid.formats.judge import judge_robot
-from phasmid.gait import load_gait
 from phasmid.reporting import read_run
 from phasmid.reporting.path_figures import beyond, servo_limits
 from phasmid.robot import JOINTS
@@ -85,9 +83,11 @@ def test_a_file_s_joints_keep_their_own_numbers(robot_with, suffix, tmp_path):
 
 
 def test_a_strong_knee_is_judged_by_its_own_torque(robot_with):
-    # Hips have half the torque of the knees, and need less than that.
-    tripod = load_gait("tripod", 6)
-    needed = servo_verdict(robot_with(), tripod, gravity=GRAVITY)
+    # Hips have half the torque of the knees, and need less than that. The floor gives no help.
+    def judged(robot):
+        return servo_verdict(walking(robot, gait="tripod", friction=0.0))
+
+    needed = judged(robot_with())
     kind = needed.joint.rpartition(".")[2]
     weak, strong = needed.torque / 1.17, needed.torque / 0.58
     for efforts, share, holding in (
@@ -95,7 +95,7 @@ def test_a_strong_knee_is_judged_by_its_own_torque(robot_with):
         (dict.fromkeys(JOINTS, weak) | {kind: strong}, 0.58, Holding.LIMITED),
     ):
         numbers = {joint: NUMBERS[joint] | {"effort": efforts[joint]} for joint in JOINTS}
-        verdict = servo_verdict(robot_with(numbers), tripod, gravity=GRAVITY)
+        verdict = judged(robot_with(numbers))
         assert (verdict.joint, verdict.holding) == (needed.joint, holding)
         assert verdict.torque / verdict.stall_torque == pytest.approx(share, rel=1e-12)
 
@@ -191,14 +191,3 @@ def test_one_placeholder_among_the_joints_is_found(robot_with):
     numbers = NUMBERS | {"tibia": NUMBERS["tibia"] | {"velocity": 1000.0}}
     (found,) = (f for f in judge_robot(robot_with(numbers)) if "rad/s" in f.what)
     assert "speed is 1000 rad/s" in found.what
-
-
-def test_the_advice_says_why_it_simulates_ideal_servos(robot_with, capsys, tmp_path):
-    """The stall current is known here; it is the joints that differ."""
-    robot = robot_with()
-    robot = replace(robot, servo=replace(robot.servo, stall_current=10.0, rated_voltage=12.0))
-    save_robot(robot, tmp_path / "own.toml")
-    main(["advise", "--robot", str(tmp_path / "own.toml")])
-    out = capsys.readouterr().out
-    assert "ideal servos: the servos of the joints differ" in out
-    assert "stall current" not in out

@@ -69,7 +69,6 @@ bus emulate x
 bus emulate --ids 1-x
 bus emulate --model AX-12
 bus emulate --robot lynxmotion-ch3r
-advise --robot phantomx-ax --speed-mm-s 400
 advise --robot phantomx-ax --step-length-mm 400
 check --robot phantomx-papre
 check --robot swapped.toml
@@ -139,7 +138,6 @@ def here(tmp_path, files, monkeypatch):
         "phasmid.hardware.driver.Driver.drive",
         "phasmid.hardware.Emulator.__enter__",
         "phasmid.studio.server.Server.__init__",
-        "phasmid.advice.advice.simulate_load",
         "phasmid.control.engine.LocomotionEngine.largest_velocity",
     ):
         monkeypatch.setattr(begin, accept)

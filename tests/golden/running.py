@@ -371,7 +371,11 @@ class Run:
     def advise(self, part: str, options: Table) -> None:
         """Advise on the servos of a walk, and on those of the catalogue in their place."""
         advice = self.names.function("advise")(self.scenario(options))
-        self.answers.add_structure(f"{part}advice", advice)
+        # The loads in each posture are many, and behind these.
+        names = "speed", "verdict", "currents", "supply"
+        found = {name: getattr(advice, name) for name in names if hasattr(advice, name)}
+        choices = {choice.servo.name: choice for choice in advice.choices}
+        self.answers.add_structure(f"{part}advice", found | {"choices": choices})
 
     def learn(self, part: str, options: Table) -> None:
         """Step a batch of robots that are pushed, with actions that are functions of time."""

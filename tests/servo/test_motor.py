@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from phasmid.errors import InvalidInput, InvalidRobot
@@ -42,6 +43,39 @@ def test_the_makers_points_at_other_voltages_are_met_within_3_percent(name, volt
     motor = load_servo(name).motor
     assert motor.stall_torque(voltage) == pytest.approx(torque, rel=0.03)
     assert motor.no_load_speed(voltage) == pytest.approx(rpm * RPM, rel=0.03)
+
+
+def test_currents_that_lift_and_hold_obey_the_law_of_the_friction():
+    """With c0 and c1 alone: k i (1 - c1) = T + c0 to lift, and k i (1 + c1) + c0 = T to hold.
+
+    The holding current is an iteration that stops at 1e-12 N·m.
+    """
+    motor = load_servo("AX-12A").motor
+    k, c0, c1 = motor.constant, motor.coulomb, motor.load_loss
+    assert (motor.friction.stribeck, motor.friction.external_loss) == (0, 0)
+    torque = np.array([0.0, 0.5 * c0, c0, 0.3, 1.5])
+    lifts, holds = motor.lifting_current(torque), motor.holding_current(torque)
+    np.testing.assert_allclose(k * lifts * (1 - c1), torque + c0, rtol=1e-12)
+    np.testing.assert_array_equal(holds[:3], 0)
+    np.testing.assert_allclose(k * holds[3:] * (1 + c1) + c0, torque[3:], rtol=1e-10)
+    assert motor.lifting_current(1.5) == pytest.approx(1.5, rel=1e-12)
+    rms = np.sqrt((lifts**2 + holds**2) / 2)
+    np.testing.assert_allclose(motor.working_current(torque), rms, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", servo_names())
+def test_a_load_is_lifted_by_more_current_than_holds_it(name):
+    motor = load_servo(name).motor
+    torque = np.linspace(0, load_servo(name).stall_torque, 50)
+    holds, works, lifts = (
+        law(torque) for law in (motor.holding_current, motor.working_current, motor.lifting_current)
+    )
+    assert (holds < works).all()
+    assert (works < lifts).all()
+    # The gears hold, and no more: friction at this current is what is missing.
+    held = motor.constant * holds + motor.friction.limit(motor.constant * holds, torque, 0.0)
+    assert (held >= torque - 1e-9).all()
+    np.testing.assert_allclose(held[holds > 0], torque[holds > 0], atol=1e-9)
 
 
 def test_a_servo_without_a_stall_current_has_no_motor():

@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 import pytest
 
+from phasmid.advice import servo_verdict
 from phasmid.cli import main
 from phasmid.errors import PhasmidError
-from phasmid.forces import scenario_verdict
 from phasmid.formats import load_robot, save_robot
 from phasmid.motion import JointTrajectory, plan
 from phasmid.scenario import load_scenario
@@ -51,10 +51,10 @@ def test_no_sentence_has_the_name_of_a_servo_without_one(unnamed):
     motor = replace(robot.servo, stall_current=0.01)
     jump = np.zeros((2, 18))
     jump[1, 0] = 1.0
-    heavy = scenario_verdict(scenario.replace(payload=30.0, voltage=20.0))
+    heavy = servo_verdict(scenario.replace(payload=30.0, voltage=20.0))
     sentences = [
         *heavy.lines,
-        *scenario_verdict(scenario.replace(ambient_temperature=99.0)).lines,
+        *servo_verdict(scenario.replace(ambient_temperature=99.0)).lines,
         *idle_fields(scenario.replace(drive="servo", p_gain=5.0, compliance_slope=32.0)),
         said(lambda: plan(scenario.replace(period=0.05, step_height=0.08))),
         said(lambda: JointTrajectory(robot, np.array([0.0, 0.01]), jump.reshape(2, 6, 3))),

@@ -43,7 +43,7 @@ def test_it_walks_by_itself_at_once_and_tells_newcomers_all(heard):
     assert heard.newest("setting")["walks"] == "by itself"
     hello = [next(iter(json.loads(text))) for text in heard.stage.hello()]
     assert hello == ["catalogue", "scene", "setting", "state"]
-    assert heard.newest("state")["servos"]["holding"] == "HOLDS FOR A LIMITED TIME"
+    assert heard.newest("state")["servos"]["holding"] == "HOLDS"
     assert heard.newest("state")["playing"] is True
     heard.wait_for(lambda: heard.newest("state")["status"] == "walks")
 

@@ -8,6 +8,7 @@ import pytest
 
 import pages.__main__
 import pages.errata
+import pages.holding
 import pages.servos
 from phasmid.errors import InvalidInput
 
@@ -38,6 +39,33 @@ def test_the_page_on_servos_has_the_numbers_of_the_catalogue():
     page = (DOCS / "servos.md").read_text("utf-8")
     assert pages.servos.numbers() in page
     assert pages.servos.sources() in page
+
+
+def test_the_loss_of_a_daisy_chain_by_hand():
+    # 2 × 0.2 m of 0.5 mm²; the first cable carries the current of three servos, the last of one.
+    each = 2 * 0.2 * 0.0179e-6 / 0.5e-6
+    found = pages.holding.chain_drop(3, 0.8, 0.5e-6, 0.2)
+    assert found == pytest.approx(0.8 * each * (3 + 2 + 1), rel=1e-12)
+
+
+def test_the_page_on_holding_has_the_present_verdicts():
+    page = pages.holding.PAGE.read_text("utf-8")
+    with pages.holding.in_folder_of_robot():
+        assert pages.holding.output("advise", "--robot", pages.holding.ROBOT) in page
+        assert pages.holding.verdicts(pages.holding.cases()) in page
+    assert pages.holding.chains() in page
+
+
+@pytest.mark.slow
+def test_the_page_on_holding_has_the_present_walks():
+    """Simulated shares of the stall torque lie between the bounds of their verdicts."""
+    page = pages.holding.PAGE.read_text("utf-8")
+    with pages.holding.in_folder_of_robot():
+        cases = pages.holding.cases()
+        assert pages.holding.walks(cases) in page
+    for case in cases:
+        high, low = case.advice.verdict.peak_share
+        assert low <= case.simulated.share <= high
 
 
 @pytest.mark.parametrize("name", pages.__main__.pages())

@@ -1,4 +1,4 @@
-"""``phasmid advise``: do these servos hold, how warm do they get, how long, and which others do."""
+"""``phasmid advise``: do these servos hold, which others do, and with which supply."""
 
 from __future__ import annotations
 
@@ -6,21 +6,35 @@ import argparse
 import sys
 from pathlib import Path
 
-from phasmid.advice import Advice, advise
-from phasmid.advice.advice import MEASURED, MINUTES, USABLE, WARM_UP
+from phasmid.advice import Advice, Wiring, advise
+from phasmid.advice.answer import degrees_words, margin_words
+from phasmid.advice.supply import EMPTY_CELL, USABLE
 from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
 from phasmid.cli.scenario_options import SCENARIO, print_idle, scenario_of, scenario_options
-from phasmid.errors import InfeasibleWalk, InvalidInput, plain
+from phasmid.errors import InvalidInput, plain
 from phasmid.servo.words import servo_label
 
 OPTIONS = {
     "--speed-mm-s MM/S": Number("forward speed; default: by the period", 0.1, 10_000),
-    "--battery-mah MAH": Number("capacity of the battery; default: 2200", 1, 1_000_000, 2200),
-    "--out FILE": "draw torque and heat: svg, png or pdf",
+    "--cells N": Number("battery of lithium-polymer cells in series; its sag counts", 1, 14),
+    "--battery-mah MAH": Number("capacity of the battery; default: 2200", 10, 1_000_000, 2200),
+    "--wire-mm2 MM2": Number("wire from the supply to the servos; its drop counts", 0.03, 100),
+    "--wire-length-mm MM": Number("length of that wire, one way; default: 300", 0, 20_000, 300),
+    "--out FILE": "draw load and heat: svg, png or pdf",
     "--force": "replace an older figure",
 }
+
+INTERFACES = {
+    "pwm": "PWM servos: feed them from the supply, not through the controller board. Nothing "
+    "reports or limits their heat; feel the warmest one by hand.",
+    "bus": "Bus servos: a chain for each leg, all fed from the supply. They shut down when hot. "
+    "`phasmid drive --bus` knows Dynamixel alone.",
+    "smart": "Smart servos: a chain for each leg, all fed from the supply. Set their torque and "
+    "temperature limits, and read their temperature. `phasmid drive --bus` knows Dynamixel alone.",
+}
+"""Advice by a servo's interface."""
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -34,108 +48,119 @@ def run(options: argparse.Namespace) -> int:
     figure = None if options.out is None else Path(options.out)
     if figure is not None:
         check_figure_path("--out", figure, force=options.force)
+    if options.cells is not None and options.cells % 1:
+        raise InvalidInput(f"--cells is {options.cells:g}; it must be a whole number.")
+    wiring = Wiring(
+        cells=None if options.cells is None else int(options.cells),
+        capacity=options.battery_mah / 1000,
+        wire_area=None if options.wire_mm2 is None else options.wire_mm2 / 1e6,
+        wire_length=options.wire_length_mm / 1000,
+    )
     speed = None if options.speed_mm_s is None else options.speed_mm_s / 1000
     scenario = scenario_of(options, default=None)
-    print_idle(scenario.driven(), options, "the advice on servos")
-    try:
-        advice = advise(scenario, speed=speed, capacity=options.battery_mah / 1000)
-    except InfeasibleWalk as error:
-        error.hint = error.hint or "another --speed-mm-s, --step-length-mm or --gait"
-        raise
+    print_idle(scenario, options, "the advice on servos")
+    advice = advise(scenario, speed=speed, wiring=wiring)
     _print(advice)
     if figure is not None:
         from phasmid.reporting.advice_figure import advice_figure
 
         write_figure(advice_figure(advice), [figure])
         say(f"Written to {plain(str(figure))}")
-    if not advice.verdict.is_possible:
-        servo = servo_label(advice.servo.name)
-        what = f"the {servo} does not hold it in the {advice.verdict.gait} gait."
+    if not advice.verdict.holding.is_possible:
+        verdict = advice.verdict
+        what = f"{advice.robot.name} with the {servo_label(verdict.servo)}: {verdict.answer}."
         say(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)
         return 2
     return 0
 
 
 def _print(advice: Advice) -> None:
-    experiment, verdict, load = advice.experiment, advice.verdict, advice.load
-    air = advice.servo.ambient_temperature
+    """Print the verdict, the servos of the catalogue, and the supply."""
+    experiment, verdict, wiring = advice.experiment, advice.verdict, advice.wiring
     say(
-        f"{plain(advice.robot.name)}, {plain(servo_label(verdict.servo))} at {advice.voltage:g} V, "
-        f"{plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s, payload "
-        f"{1000 * experiment.payload:g} g, air {air:g} °C"
+        f"{plain(advice.robot.name)}, {plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s, "
+        f"payload {1000 * experiment.payload:g} g"
     )
-    law = "their own law" if load.heat is not None else f"ideal servos: {_unknown(advice)}"
-    say(f"{MEASURED} cycles after {WARM_UP}, simulated with {law}\n")
-    warmth = [rows for rows in map(advice.temperature, MINUTES) if rows is not None]
-    rows = [["joint", "peak N·m", "of stall", "rms N·m", "of continuous"]]
-    if warmth:
-        rows[0].append(f"°C, {'/'.join(f'{minutes:g}' for minutes in MINUTES)} min")
-    arrays, servo = advice.robot.arrays, advice.servo
-    stall = arrays.stall_torque.ravel()
-    continuous = arrays.strength.ravel() * min(servo.continuous_torque, servo.stall_torque)
-    for i, name in enumerate(advice.joint_names):
-        peak, rms = float(load.peak_torque.ravel()[i]), float(load.rms_torque.ravel()[i])
-        row = [
-            plain(name),
-            f"{peak:.2f}",
-            f"{100 * peak / stall[i]:.0f} %",
-            f"{rms:.2f}",
-        ]
-        row.append(f"{100 * rms / continuous[i]:.0f} %")
-        if warmth:
-            row.append(", ".join(f"{estimates[1].ravel()[i]:.0f}" for estimates in warmth))
-        rows.append(row)
-    print_table(rows, right=(1, 2, 3, 4))
-    if load.failure:
-        say(f"\nthe simulated walk ended early: {plain(load.failure)}")
-    _print_supply(advice)
-    say("\nWithout help from friction:")
+    if resistance := wiring.resistance(advice.robot.servo):
+        words = f"through {1000 * resistance:.0f} mΩ of battery and wire"
+        say(f"{verdict.voltage:g} V reach the servos, {words}.")
     for line in verdict.lines:
-        say(f"  {plain(line)}")
+        say(plain(line))
     _print_catalogue(advice)
-
-
-def _unknown(advice: Advice) -> str:
-    """Return why the servos' own law is not simulated."""
-    if advice.servo.stall_current is None:
-        return "the servo has no stall current"
-    if not advice.robot.has_equal_servos:
-        return "the servos of the joints differ"
-    return f'the drive is "{advice.experiment.solver.drive}"'
-
-
-def _print_supply(advice: Advice) -> None:
-    """Print the warmest servo, current and battery time."""
-    hour, load = advice.temperature(60.0), advice.load
-    if hour is None or load.supply_current is None or load.peak_supply_current is None:
-        say(f"\nheat, current and battery time are unknown: {_unknown(advice)}.")
-        return
-    # The one that may become the warmest.
-    warmest = int(hour[2].argmax())
-    low, _, high = (float(rows.ravel()[warmest]) for rows in hour)
-    say(
-        f"\nwarmest after an hour: {plain(advice.joint_names[warmest])}, {low:.0f} to {high:.0f} "
-        f"°C by assumed heat figures; limit {advice.servo.temperature_limit:g} °C"
-    )
-    say(
-        f"current: {load.supply_current:.2f} A, at most {load.peak_supply_current:.2f} A, with "
-        f"{1000 * advice.servo.standby_current:g} mA for each servo's electronics"
-    )
-    say(
-        f"battery of {1000 * advice.capacity:g} mAh: {advice.battery_minutes:.0f} min on "
-        f"{100 * USABLE:.0f} % of it, without the robot's computer"
-    )
+    _print_supply(advice)
 
 
 def _print_catalogue(advice: Advice) -> None:
     count = 3 * len(advice.robot.legs)
-    say(f"\nOther servos, at their rated voltage, with prices of {count} (look them up):")
-    rows = [["servo", "price", "lacks"]]
+    say("")
+    rows = [["servo", "at V", f"{count} cost", "margin", "", "decides", "after 1 h", "holds"]]
     for choice in advice.choices:
-        price = "unknown" if choice.price is None else f"about ${choice.price:.0f}"
-        rows.append([choice.servo.name, price, choice.lacks or "nothing"])
-    print_table(rows, right=(1,))
-    if advice.cheapest is not None:
-        say(f"Cheapest that holds: {advice.cheapest.servo.name}")
+        verdict = choice.verdict
+        hour = verdict.hour_temperature
+        rows.append(
+            [
+                choice.servo.name,
+                f"{choice.servo.rated_voltage:g}",
+                "unknown" if choice.price is None else f"~${choice.price:.0f}",
+                margin_words(verdict.margin),
+                verdict.grade.value,
+                verdict.deciding,
+                "unknown" if hour is None else degrees_words(hour),
+                f"{1000 * choice.payload:.0f} g",
+            ]
+        )
+    print_table(rows, right=(1, 2, 7))
+    if advice.best is None:
+        say("None of them holds.")
+        return
+    cheapest = ", ".join(choice.servo.name for choice in advice.cheapest) or "none"
+    say(
+        f"Best at {1000 * advice.speed:.3g} mm/s: {advice.best.servo.name}. Cheapest that hold "
+        f"without help from the floor: {cheapest}. Rows count the servos' masses; --servo does not."
+    )
+
+
+def _print_supply(advice: Advice) -> None:
+    """Print currents, and what to buy for them."""
+    needed, bought, wiring = advice.currents, advice.supply, advice.wiring
+    servo = advice.robot.servo
+    if needed is None:
+        unknown = servo.known_motor is None
+        reason = "the servo has no stall current" if unknown else "the robot is not stable"
+        say(f"Supply: unknown, since {reason}.")
+        return
+    say(
+        f"Current of all servos: {_pair(needed.mean)} A on average, at most "
+        f"{needed.walking[0]:.2g} A in the walk and {needed.rising[0]:.2g} A standing up, without "
+        f"starts; {needed.to_carry:.2g} A with a caught leg, {needed.stall:.3g} A with all stalled."
+    )
+    if bought is None:
+        say("Supply: no usual fuse and wire carry this current; divide the servos.")
+        return
+    empty = EMPTY_CELL * bought.cells
+    say(
+        f"Supply: LiPo {bought.cells}S, {1000 * wiring.capacity:g} mAh, at least "
+        f"{bought.c_rating} C, to stop at {empty:.3g} V; fuse {bought.fuse:g} A at the battery, "
+        f"{bought.leg_fuse:g} A and {1e6 * bought.leg_area:g} mm² for each leg."
+    )
+    if bought.regulator is None:
+        say("Regulator (BEC): none is needed.")
     else:
-        say("None of them holds for an unlimited time.")
+        say(f"Regulator (BEC): {bought.regulator:g} V, {bought.regulator_current:g} A.")
+    thin = wiring.wire_area is not None and wiring.wire_area < bought.wire_area
+    say(
+        f"Wire before the legs divide: {1e6 * bought.wire_area:g} mm² or more, which loses "
+        f"{bought.wire_drop:.2f} V in {1000 * wiring.wire_length:g} mm."
+        + (f" {1e6 * (wiring.wire_area or 0):g} mm² are too thin." if thin else "")
+    )
+    low, high = bought.minutes
+    say(f"{low:.0f} to {high:.0f} min on {100 * USABLE:.0f} % of it, without the robot's computer.")
+    if wiring.cells is None and bought.regulator is None:
+        say(f"Judged at {servo.voltage:g} V; --cells {bought.cells} judges near its end.")
+    if servo.interface is not None:
+        say(INTERFACES[servo.interface])
+
+
+def _pair(bounds: tuple[float, float]) -> str:
+    high, low = (f"{each:.2g}" for each in bounds)
+    return low if low == high else f"{low} to {high}"

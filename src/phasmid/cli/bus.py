@@ -371,8 +371,8 @@ def bus_servo(robot: Robot, source: str) -> Model:
     """
     if robot.servo.name not in models():
         raise InvalidInput(
-            f"the {servo_words(robot.servo.name)} of {robot.name} has no bus that phasmid knows; "
-            "hobby servos follow pulses of a microcontroller.",
+            f"the {servo_words(robot.servo.name)} of {robot.name} has no bus that phasmid knows, "
+            f"which are those of {', '.join(models())}.",
             hint=f"phasmid export --robot {shlex.quote(plain(source))} --out walk.h",
         )
     return models()[robot.servo.name]

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from phasmid.advice import Holding, ServoVerdict, servo_verdict
 from phasmid.cli.feasibility import draw_walk, explain_foot_position, explain_pose, explain_refusal
 from phasmid.cli.figures import check_figure_path
 from phasmid.cli.options import refuse_given
@@ -26,7 +27,6 @@ from phasmid.cli.scenario_options import (
 )
 from phasmid.errors import InvalidInput, PhasmidError, Unreachable, plain
 from phasmid.experiment.course import StrideTable
-from phasmid.forces import Holding, ServoVerdict, scenario_verdict
 from phasmid.formats import Finding, FoundLeg, Severity, import_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import joint_angles
@@ -144,19 +144,19 @@ def _verdict(scenario: Scenario) -> ServoVerdict | None:
         InvalidGait: The robot has no such gait.
     """
     try:
-        return scenario_verdict(scenario)
+        return servo_verdict(scenario)
     except Unreachable:
         return None
 
 
 def _too_weak(verdict: ServoVerdict | None, scenario: Scenario) -> list[Finding]:
     """Return a finding where the servos do not hold, with a gait in which they do."""
-    if verdict is None or verdict.is_possible:
+    if verdict is None or verdict.holding is not Holding.DOES_NOT_HOLD:
         return []
     hint = "a stronger servo, a lighter robot, or feet nearer to the hips"
     for name in gaits_of(len(scenario.build().robot.legs)):
         other = _verdict(scenario.replace(gait=name))
-        if other is not None and other.holding in (Holding.HOLDS, Holding.LIMITED):
+        if other is not None and other.holding.is_possible:
             hint = f"--gait {name}, {hint}"
             break
     what = f"the {servo_label(verdict.servo)} does not hold this robot in the {verdict.gait} gait."
@@ -289,7 +289,7 @@ def _check_walk(scenario: Scenario, options: argparse.Namespace, *, has_robot: b
         raise found.refusal
     with_time_step(scenario, walk)
     check_load(scenario, walk)
-    verdict = None if has_robot else scenario_verdict(scenario)
+    verdict = None if has_robot else servo_verdict(scenario)
     if not options.quiet:
         say(
             f"scenario {scenario.name}: {plain(walk.robot.name)}, {plain(walk.gait.name)} gait, "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 import textwrap
@@ -32,14 +33,17 @@ def _broken(line: str, indent: int | None) -> str:
     if len(line) < width:
         return line
     margin = len(line) - len(line.lstrip())
-    return textwrap.fill(
-        line.lstrip(),
+    # A number keeps its unit.
+    joined = re.sub(r"(\d) (%|[A-Za-z°][\w·°²/]{0,3}\b)", "\\1\N{NO-BREAK SPACE}\\2", line.lstrip())
+    broken = textwrap.fill(
+        joined,
         width - 1,
         initial_indent=margin * " ",
         subsequent_indent=(margin + 2 if indent is None else indent) * " ",
         break_long_words=False,
         break_on_hyphens=False,
     )
+    return broken.replace("\N{NO-BREAK SPACE}", " ")
 
 
 def print_table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> None:

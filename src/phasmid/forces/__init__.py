@@ -1,4 +1,4 @@
-"""Foot-force distribution, model torques of a walk, and the servo verdict."""
+"""Foot-force distribution and model torques of a walk."""
 
 from phasmid.forces.analysis import ModelLoad, analyse, holding_forces, planned_load
 from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
@@ -13,7 +13,6 @@ from phasmid.forces.models import (
     WeightedMinimumNorm,
     force_model,
 )
-from phasmid.forces.servo_verdict import Holding, ServoVerdict, scenario_verdict, servo_verdict
 from phasmid.forces.sharing import minimum_norm, share_load
 from phasmid.forces.transfer import load_share
 
@@ -23,12 +22,10 @@ __all__ = [
     "ForceModel",
     "FrictionCone",
     "FrictionStatistics",
-    "Holding",
     "JointLoad",
     "MinimumNorm",
     "MinimumTorque",
     "ModelLoad",
-    "ServoVerdict",
     "SmallestLargestLoad",
     "WeightedMinimumNorm",
     "analyse",
@@ -40,7 +37,5 @@ __all__ = [
     "load_share",
     "minimum_norm",
     "planned_load",
-    "scenario_verdict",
-    "servo_verdict",
     "share_load",
 ]

@@ -15,7 +15,6 @@ from phasmid.errors import InvalidInput
 from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.forces.contacts import Contacts, JointLoad, contact_jacobian, contact_points
 from phasmid.forces.models import ForceModel, Limited, WeightedMinimumNorm, force_model
-from phasmid.forces.servo_verdict import verdict_text
 from phasmid.forces.sharing import share_load
 from phasmid.forces.transfer import load_share
 from phasmid.motion import Motion, Walk, progress
@@ -205,16 +204,12 @@ def force_model_words(experiment: Experiment) -> str:
 def recording_attributes(experiment: Experiment, walk: Motion) -> dict[str, str | int | float]:
     """Return the attributes with which a recording's motion can be repeated.
 
-    The robot is that of its file: the scenario's variants apply when it is read. Trajectories have
-    no servo verdict, since their stance is unknown.
+    The robot is that of its file: the scenario's variants apply when it is read.
     """
     planned: dict[str, str | int | float] = {}
     if isinstance(walk, Walk):
         steps = progress(walk.gait, walk.experiment.course.stride, np.array(experiment.duration))
-        planned = {
-            "servo_verdict": verdict_text(experiment),
-            "planned_steps": float(steps.position),
-        }
+        planned = {"planned_steps": float(steps.position)}
     return {
         **planned,
         "scenario": experiment.source.text(),

@@ -19,7 +19,7 @@ from phasmid.motion.trajectory import (
 )
 from phasmid.motion.trajectory_file import load_trajectory
 from phasmid.motion.trunk import TrunkMotion, progress, trunk_motion
-from phasmid.motion.walk import Walk
+from phasmid.motion.walk import Walk, evaluate
 
 __all__ = [
     "USUAL_STRIDE",
@@ -35,6 +35,7 @@ __all__ = [
     "Walk",
     "WalkExplanation",
     "blend",
+    "evaluate",
     "explain_posture",
     "explain_walk",
     "has_room_for",

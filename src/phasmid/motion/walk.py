@@ -77,7 +77,7 @@ class Walk:
             and latest > course.end + self.experiment.solver.time_step
         ):
             course = replace(plan_course(self.experiment, latest), robot=self.robot)
-        return _evaluate(self.experiment, course, time)
+        return evaluate(self.experiment, course, time)
 
     @property
     def is_periodic(self) -> bool:
@@ -150,7 +150,7 @@ def plan(experiment: Experiment) -> Walk:
     course = checked_course(experiment)
     interval = experiment.course.stride.period / (experiment.course.stride.samples - 1)
     count = math.floor(experiment.duration / interval + 1e-9) + 1
-    return _evaluate(experiment, course, np.arange(count) * interval)
+    return evaluate(experiment, course, np.arange(count) * interval)
 
 
 def checked_course(experiment: Experiment) -> LevelCourse | UnevenCourse:
@@ -162,7 +162,7 @@ def checked_course(experiment: Experiment) -> LevelCourse | UnevenCourse:
     course = course_of(experiment)
     for times in checked_times(experiment, course):
         check_reach(experiment, course, times)
-        walk = _evaluate(experiment, course, times)
+        walk = evaluate(experiment, course, times)
         check_speed(experiment, course, times, walk.qd)
         check_support(experiment, course, times, walk.support_margin)
     return course
@@ -191,9 +191,16 @@ def is_plain(terrain: Ground) -> bool:
     return terrain.is_level and not terrain.patches
 
 
-def _evaluate(
+def evaluate(
     experiment: Experiment, course: LevelCourse | UnevenCourse, time: Float[np.ndarray, " time"]
 ) -> Walk:
+    """Return the motion of an experiment's robot on a course, unchecked.
+
+    Args:
+        experiment: The experiment.
+        course: Motion of trunk and feet.
+        time: Times [s], shape (N,).
+    """
     trunk, feet = course.motion(time)
     robot, gait = course.robot, course.gait
     R = robot.arrays.R_body_hip

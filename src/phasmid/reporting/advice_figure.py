@@ -1,4 +1,4 @@
-"""Figure of an advice: torque and temperature of every joint."""
+"""Figures of an advice: load of the joints over a cycle, and temperature over time."""
 
 from __future__ import annotations
 
@@ -6,76 +6,66 @@ from typing import Any
 
 import numpy as np
 
-from phasmid.advice.advice import MINUTES, Advice
+from phasmid.advice import Advice
+from phasmid.advice.verdict import heat_losses
 from phasmid.reporting.panels import Entry, Panels
 from phasmid.reporting.style import INK, JOINT_COLOURS, LIMIT_COLOUR, Figure, Layout, styled
 from phasmid.robot import JOINTS
+from phasmid.servo.heat import temperature_after
 from phasmid.servo.words import servo_label
 
-WIDTH = 0.26
-"""Width of a joint's bar [distances between legs]."""
-
-SHADES = 0.35, 0.65, 1.0
-"""Opacities of the temperatures after the times of `MINUTES`."""
+MINUTES = 60.0
+"""Time over which temperatures are drawn [min]."""
 
 
 @styled()
 def advice_figure(advice: Advice) -> Figure:
-    """Draw the torque and the temperature of every servo.
+    """Draw the load of the joints over a cycle and the temperature of the warmest servo.
 
-    Bars of torque are the largest values, marks in them the root mean squares. Bars of temperature
-    are expected values, lines on them the estimates from the lowest to the highest.
+    Bands reach from the best help of the floor to none. The load of a kind of joint is the largest
+    share of its stall torque over the legs.
     """
-    load, verdict = advice.load, advice.verdict
-    legs = np.arange(len(advice.robot.legs))
-    warmth = [advice.temperature(minutes) for minutes in MINUTES]
-    known = all(rows is not None for rows in warmth)
+    verdict, bounds = advice.verdict, advice.bounds
     notes = [
-        f"{servo_label(verdict.servo)} at {advice.voltage:g} V, {verdict.gait} gait, "
-        f"{1000 * advice.speed:.3g} mm/s, payload {advice.experiment.payload:g} kg",
-        "simulated with the servos' own law" if known else "simulated with ideal servos",
+        f"{servo_label(verdict.servo)} at {verdict.voltage:g} V, {verdict.gait} gait, "
+        f"{1000 * advice.speed:.3g} mm/s, payload {1000 * advice.experiment.payload:g} g",
+        "solid: no help from the floor; dashed: its best help",
     ]
-    drawing = Panels(Layout(), [2.3, 2.1] if known else [2.3], share_y=False)
-    torque = drawing.axes[0]
-    entries: list[Entry] = []
-    for k, (joint, colour) in enumerate(zip(JOINTS, JOINT_COLOURS, strict=True)):
-        at = legs + (k - 1) * (WIDTH + 0.02)
-        torque.bar(at, load.peak_torque[:, k], WIDTH, color=colour, alpha=0.55)
-        torque.hlines(
-            load.rms_torque[:, k], at - WIDTH / 2, at + WIDTH / 2, color=INK, linewidth=1.4
-        )
-        entries.append((joint, {"color": colour, "linewidth": 5, "alpha": 0.7}))
-        if known:
-            _draw_warmth(drawing.axes[1], at, [rows[:, :, k] for rows in warmth], colour)  # type: ignore[index]
+    losses, servo = heat_losses(bounds, advice.robot), advice.robot.servo
+    known = losses is not None
+    drawing = Panels(Layout(), [2.3, 2.1] if known else [2.3], share_x=False, share_y=False)
     limit: dict[str, Any] = {"color": LIMIT_COLOUR, "linewidth": 1.0}
-    # One line where all joints are alike.
-    for ratio in np.unique(advice.robot.arrays.strength):
-        servo = advice.servo
-        continuous = min(servo.continuous_torque, servo.stall_torque)
-        torque.axhline(ratio * servo.stall_torque, **limit)
-        torque.axhline(ratio * continuous, linestyle=(0, (4, 2)), **limit)
-    torque.set_ylabel("torque [N·m]")
-    entries += [
-        ("rms", {"color": INK, "linewidth": 1.4}),
-        ("limit", limit),
-        ("continuous", limit | {"linestyle": (0, (4, 2))}),
-    ]
-    if known:
-        axis = drawing.axes[1]
-        axis.axhline(advice.servo.temperature_limit, **limit)
-        after = ", ".join(f"{minutes:g}" for minutes in MINUTES)
-        axis.set_ylabel(f"after {after} min [°C]")
-        axis.set_ylim(bottom=advice.servo.ambient_temperature)
-    names = [leg.name.replace("_", " ") for leg in advice.robot.legs]
-    drawing.axes[-1].set_xticks(legs, names)
-    title = f"Torque and heat of the servos, {advice.robot.name}"
-    return drawing.complete(title, notes, entries, columns=6)
-
-
-def _draw_warmth(axis: Any, at: np.ndarray, warmth: list[np.ndarray], colour: str) -> None:
-    """Draw three bars side by side, one for each time; rows of `warmth` have shape (3, L)."""
-    narrow = WIDTH / len(warmth)
-    for i, ((low, expected, high), shade) in enumerate(zip(warmth, SHADES, strict=True)):
-        place = at + (i - 1) * narrow
-        axis.bar(place, expected, 0.9 * narrow, color=colour, alpha=shade)
-        axis.vlines(place, low, high, color=INK, linewidth=0.8)
+    entries: list[Entry] = []
+    load = drawing.axes[0]
+    walks = bounds.postures.weight > 0
+    phase = 100 * bounds.postures.phase[walks]
+    for k, (joint, colour) in enumerate(zip(JOINTS, JOINT_COLOURS, strict=True)):
+        share = bounds.torque[:, walks][..., k] / bounds.statics.limit[:, k]
+        high, low = 100 * np.nanmax(share, axis=2)
+        load.fill_between(phase, low, high, color=colour, alpha=0.25, linewidth=0)
+        load.plot(phase, high, color=colour)
+        load.plot(phase, low, "--", color=colour, linewidth=1.0)
+        entries.append((joint, {"color": colour, "linewidth": 5, "alpha": 0.7}))
+    load.axhline(100, **limit)
+    load.set_ylabel("share of stall torque [%]")
+    load.set_xlabel("part of the cycle [%]")
+    load.set_ylim(bottom=0)
+    load.set_title("largest load of each kind of joint, at rest")
+    load.set_xlim(phase[0], phase[-1])
+    entries.append(("limit", limit))
+    if losses is not None:
+        axis, air = drawing.axes[1], servo.ambient_temperature
+        minutes = np.linspace(0, MINUTES, 200)
+        hot, cool = np.array([temperature_after(servo, 60 * t, air, losses) for t in minutes]).T
+        axis.fill_between(minutes, cool, hot, color=INK, alpha=0.2, linewidth=0)
+        axis.plot(minutes, hot, color=INK)
+        axis.plot(minutes, cool, "--", color=INK, linewidth=1.0)
+        axis.axhline(verdict.temperature_limit, **limit)
+        axis.set_ylabel("warmest servo [°C]")
+        axis.set_xlabel("time of walking or standing [min]")
+        axis.set_xlim(0, MINUTES)
+        axis.set_title("heat, from cold")
+        # A servo beyond its limit has shut down, or burnt.
+        axis.set_ylim(verdict.ambient_temperature, verdict.temperature_limit + 15)
+    title = f"Load and heat of the servos, {advice.robot.name}"
+    return drawing.complete(title, notes, entries, columns=4)

@@ -163,7 +163,7 @@ def _known_joints(summary: dict[str, Any], name: str) -> list[tuple[float, str]]
 
 
 def _servos(summary: dict[str, Any]) -> Iterator[str]:
-    """Warn of shutdowns, saturation, and heat of servos of their own law."""
+    """Warn of shutdowns and saturation of servos of their own law."""
     time, joint = largest_joint(summary, "shutdown_time", least=True)
     if joint:
         more = len(_known_joints(summary, "shutdown_time")) - 1
@@ -173,9 +173,3 @@ def _servos(summary: dict[str, Any]) -> Iterator[str]:
     if share > NOTABLE_SATURATION:
         often = f"{100 * share:.0f} % of the time"
         yield f"The servo of the {joint} gives all it has {often} and cannot follow."
-    time, joint = largest_joint(summary, "time_to_limit", least=True)
-    if joint:
-        yield (
-            f"The servo of the {joint} would be too hot after about {time / 60:.2g} min more of "
-            f"this: {summary['servos']['temperature_limit']:g} °C. The heat figures are assumed."
-        )

@@ -5,7 +5,6 @@ Each function returns what is recorded; the summary leaves out what is absent.
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -13,7 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid import kinematics
-from phasmid.errors import InvalidInput
+from phasmid.advice import servo_verdict
+from phasmid.errors import InvalidInput, Unreachable
 from phasmid.experiment.contact_law import STANDING_SPEED
 from phasmid.gait import support_margin, sway
 from phasmid.kinematics.shared_kernels import turned
@@ -26,7 +26,6 @@ from phasmid.reporting.steps import (
     middle_halves,
     rms,
 )
-from phasmid.servo.heat import HEAT_RANGE, temperature_after, time_to_limit
 from phasmid.terrain.sliding import find_slide
 
 SHORTEST_DISTANCE = 1e-3
@@ -545,20 +544,22 @@ def energy(run: Run, distance: float | None) -> dict[str, Any]:
     }
 
 
-def servo_verdict(run: Run) -> dict[str, Any]:
-    """Return the verdict on the servos that the recording carries.
+def verdict(run: Run) -> dict[str, Any]:
+    """Return the verdict on the servos of the run's experiment.
 
     Args:
-        run: Its attribute ``servo_verdict`` is read: `phasmid.forces.ServoVerdict` as JSON.
+        run: The run.
 
     Returns:
-        Its numbers and ``lines``, its sentences; empty without the attribute.
+        `phasmid.advice.ServoVerdict` as a dictionary; empty for a trajectory, whose stance is
+        unknown, and where a neutral foot is out of reach.
     """
-    try:
-        found = json.loads(str(run.recording.attrs.get("servo_verdict", "{}")))
-    except ValueError:
+    if "trajectory" in run.recording.attrs:
         return {}
-    return found if isinstance(found, dict) else {}
+    try:
+        return servo_verdict(run.experiment).as_dict()
+    except Unreachable:
+        return {}
 
 
 def servos(run: Run) -> dict[str, Any]:
@@ -570,20 +571,15 @@ def servos(run: Run) -> dict[str, Any]:
     Returns:
         Of each joint, shape (L, 3): ``saturated`` and ``above_continuous``, the parts of the time
         at the largest output and above the continuous torque; ``peak_temperature``,
-        ``final_temperature`` and ``steady_temperature`` [°C], to which the mean loss in the
-        winding leads; ``time_to_limit`` [s] at this load, NaN where it is not reached;
-        ``shutdown_time`` [s]. Then the supply, the limits, and ``peak_range`` and
-        ``steady_range``: lowest and highest estimates of the warmest joint [°C], warmings times
-        `HEAT_RANGE`, the highest with the current that the torques take without help from
-        friction. Empty without the servos' channels.
+        ``final_temperature`` [°C], and ``shutdown_time`` [s]. Then the supply and the limits.
+        Empty without the servos' channels.
     """
     duty, current = run.channel("servo_duty"), run.channel("servo_current")
     warmth, down = run.channel("servo_temperature"), run.channel("servo_shutdown")
     if duty is None or current is None or warmth is None or down is None:
         return {}
     servo, time = run.robot.servo, run.time
-    ambient = servo.ambient_temperature
-    motor, weights = servo.motor, durations(time) / durations(time).sum()
+    weights = durations(time) / durations(time).sum()
 
     def mean(values: np.ndarray) -> np.ndarray:
         return np.asarray(np.einsum("t,tlj->lj", weights, values.astype(float)))
@@ -591,31 +587,16 @@ def servos(run: Run) -> dict[str, Any]:
     found: dict[str, Any] = {
         "voltage": servo.voltage,
         "torque_limit": servo.torque_limit,
-        "ambient_temperature": ambient,
+        "ambient_temperature": servo.ambient_temperature,
         "temperature_limit": servo.temperature_limit,
         "saturated": mean(np.abs(duty) >= servo.torque_limit * (1 - 1e-12)).tolist(),
     }
-    # Mean loss in the winding, and at the most without help from friction.
-    loss = most_loss = motor.resistance * mean(current**2)
     torque = run.channel("joint_torque")
     if torque is not None:
         above = np.abs(torque) > run.joint_continuous_torque
         found["above_continuous"] = mean(above).tolist()
-        unaided = motor.lifting_current(np.abs(torque))
-        most_loss = motor.resistance * mean(np.maximum(np.abs(current), unaided) ** 2)
-    steady, hot = (temperature_after(servo, np.inf, ambient, p) for p in (loss, most_loss))
-    rise, most = steady - ambient, hot - ambient
-    final, peak = warmth[-1], warmth.max(axis=0) - ambient
-    with np.errstate(invalid="ignore", divide="ignore"):
-        hottest = np.where(rise > 0, peak * most / rise, peak)
-    rest = time_to_limit(servo, final, loss)
-    low, high = HEAT_RANGE
     return found | {
         "peak_temperature": warmth.max(axis=0).tolist(),
-        "final_temperature": final.tolist(),
-        "steady_temperature": steady.tolist(),
-        "peak_range": [ambient + low * float(peak.max()), ambient + high * float(hottest.max())],
-        "steady_range": [ambient + low * float(rise.max()), ambient + high * float(most.max())],
-        "time_to_limit": np.where(np.isfinite(rest), rest, np.nan).tolist(),
+        "final_temperature": warmth[-1].tolist(),
         "shutdown_time": np.where(down.any(axis=0), time[np.argmax(down, axis=0)], np.nan).tolist(),
     }

@@ -17,7 +17,6 @@ from phasmid.reporting.numbers import (
     least_support,
     load,
     model_difference,
-    servo_verdict,
     servos,
     slip,
     speed,
@@ -26,6 +25,7 @@ from phasmid.reporting.numbers import (
     torque,
     travel,
     velocity,
+    verdict,
 )
 from phasmid.reporting.run import events, read_run
 
@@ -50,8 +50,8 @@ NUMBERS = {
         ("torque.simulation", "torque.model"), "largest largest_over_stall share_above_continuous"
     ),
     "speed": "largest largest_over_no_load",
-    "servo_verdict": "ambient_temperature continuous_torque highest_voltage "
-    "is_continuous_assumed rms_torque "
+    "servo_verdict": "ambient_temperature continuous_torque floor_friction highest_voltage "
+    "least_friction least_margin speed_share "
     "stall_torque temperature_limit torque voltage",
     "servos": "ambient_temperature temperature_limit torque_limit voltage",
     "support": "least_margin",
@@ -164,7 +164,7 @@ def summarise(recording: Recording) -> Summary:
             "model": torque(part, "joint_torque_model"),
         },
         "speed": speed(part),
-        "servo_verdict": servo_verdict(part),
+        "servo_verdict": verdict(part),
         "servos": servos(part),
         "support": {"least_margin": least_support(part)},
         "energy": energy(part, way.get("distance")),

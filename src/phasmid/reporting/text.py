@@ -274,7 +274,7 @@ def _seen(summary: Summary, section: str) -> dict[str, Any]:
 
 
 def _servos(summary: Summary) -> Iterator[tuple[str, str]]:
-    """Yield output and heat of servos that move the joints by their own law."""
+    """Yield output and temperature of servos that move the joints by their own law."""
     servos = summary.get("servos")
     if not servos:
         return
@@ -285,17 +285,8 @@ def _servos(summary: Summary) -> Iterator[tuple[str, str]]:
     if "above_continuous" in servos:
         share, joint = largest_joint(summary, "above_continuous")
         line += f", above continuous torque {100 * share:.0f} %" + (f" ({joint})" if share else "")
-    yield "Servos", f"{line}, at most"
-    _, joint = largest_joint(summary, "peak_temperature")
-    peak, steady = (
-        " to ".join(dict.fromkeys(f"{end:.0f}" for end in servos[name]))
-        for name in ("peak_range", "steady_range")
-    )
-    yield (
-        "Heat, estimated",
-        f"{peak} °C at most ({joint}), {steady} °C if this went on; "
-        f"limit {servos['temperature_limit']:g} °C",
-    )
+    warmest, joint = largest_joint(summary, "peak_temperature")
+    yield "Servos", f"{line}, at most; warmest {warmest:.0f} °C ({joint})"
 
 
 def leg_row(summary: Summary, leg: int) -> list[str]:

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Set
 
 from phasmid.robot import Robot
 from phasmid.scenario.scenario import Scenario, option_keys
+from phasmid.scenario.tables import ServoTable
+from phasmid.scenario.terrain import TerrainTable
 from phasmid.servo.words import servo_label
 from phasmid.tables import Of, Table
 
@@ -39,6 +41,9 @@ PLAN = {
 REFUSABLE = {"drive", "servo", "voltage", "torque_limit", "kind", "patches", "planned_on"}
 """Fields for which a plan may be refused, whatever else they do."""
 
+POSITION_LAW = {*ServoTable.model_fields} - JUDGED
+"""Fields of the servo that only its position law uses."""
+
 _NO_RUN = dict.fromkeys(("footing", "simulation", "contact", "servo", "sensors"), ("*",))
 
 UNUSED: Mapping[str, Mapping[str, Iterable[str]]] = {
@@ -55,10 +60,12 @@ UNUSED: Mapping[str, Mapping[str, Iterable[str]]] = {
         "terrain": {"planned_on"},
     },
     "the advice on servos": {
+        **_NO_RUN,
         "": {"duration"},
+        "stride": {"samples"},
         "model": ANALYSIS,
-        "simulation": {"start_posture", "record_interval"},
-        "sensors": ("*",),
+        "servo": POSITION_LAW,
+        "terrain": {*TerrainTable.model_fields} - {"friction", "patches"},
     },
     "the list of gaits": {
         **_NO_RUN,

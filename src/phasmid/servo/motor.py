@@ -73,6 +73,37 @@ class Motor:
         kept = 1 - f.load_loss - still * f.stribeck_load_loss
         return (needed + still * f.stribeck) / (self.constant * kept)
 
+    def holding_current(self, torque: Array) -> Array:
+        """Return the current below which a load at rest turns the output back [A].
+
+        Args:
+            torque: Of the load, 0 or more [N·m].
+        """
+        given = np.zeros_like(torque)
+        # The gears' friction helps. Each pass leaves the share of the motor's torque that they
+        # lose, below 1, of the error.
+        for _ in range(MOST_ITERATIONS):
+            before, friction = given, self.friction.limit(given, torque, 0.0)
+            given = np.maximum(torque - friction, 0.0)
+            if np.abs(given - before).max(initial=0.0) <= 1e-12:
+                break
+        return given / self.constant  # type: ignore[return-value]
+
+    def working_current(self, torque: Array) -> Array:
+        """Return the rms current of a joint that moves to and fro under a load [A].
+
+        Half of the time it drives against the load, half of the time the gears help to hold it.
+        An STS3215 of 12 V that was lifted to 1.04 N·m drew 0.55 A by its position error; these
+        currents are 1.01 A, 0.28 A and, as rms, 0.74 A.
+
+        Args:
+            torque: Of the load, 0 or more [N·m].
+
+        Source: robonine.com, test of an STS3215-C018, 2025: 1.5 kg at 10 cm and 45°, 25 ticks.
+        """
+        squares = self.lifting_current(torque) ** 2 + self.holding_current(torque) ** 2
+        return (squares / 2) ** 0.5
+
     def no_load_speed(self, voltage: float) -> float:
         """Return the no-load speed of the output [rad/s].
 
@@ -96,4 +127,4 @@ class Motor:
 
 
 MOST_ITERATIONS = 200
-"""Most iterations of the no-load speed; each step shrinks the error several times."""
+"""Most iterations of the no-load speed and the holding current, whose errors shrink each time."""

@@ -31,6 +31,7 @@ from phasmid.tables import (
 )
 
 Law = Literal["compliance", "pid"]
+Interface = Literal["pwm", "bus", "smart"]
 
 
 def both_directions(value: Any) -> Any:
@@ -136,6 +137,9 @@ class Servo:
         thermal_resistance: Warming per power lost in the winding, when steady [K/W].
         heat_capacity: Heat that warms it by a degree [J/K].
         standby_current: Current of the electronics while the motor rests [A].
+        interface: ``pwm``: pulses, nothing comes back and nothing protects it; ``bus``: a serial
+            bus, the servo reports its position and shuts down when it is too hot; ``smart``: it
+            reports load and temperature, too; None: not known.
         mass: Mass [kg]; None: not known.
         price: About what one costs [US dollars]; None: not known.
         supply: Supply voltage [V]; None: `rated_voltage`.
@@ -187,6 +191,7 @@ class Servo:
     p_gain: NotNegative = 850.0
     d_gain: NotNegative = 0.0
     derivative_time: Annotated[Time, Gt(0)] = 0.01
+    interface: Interface | None = None
     mass: Annotated[Mass, Gt(0)] | None = None
     price: Positive | None = None
     supply: Annotated[Voltage, Gt(0)] | None = None

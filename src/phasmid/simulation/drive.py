@@ -24,7 +24,6 @@ from phasmid.control.sequences import packing
 from phasmid.errors import InvalidInput, plain
 from phasmid.experiment import Command, Controller, Experiment, ScenarioLike, built
 from phasmid.experiment.sensors import SENSORS
-from phasmid.forces.servo_verdict import verdict_text
 from phasmid.motion import Motion
 from phasmid.recording import Recording
 from phasmid.recording.recording import Attributes
@@ -136,8 +135,6 @@ def new_drive(
         "control_rate": float(rate),
         "faults": json.dumps(list(checked.texts)),
     }
-    if not isinstance(controller, Player):
-        attributes["servo_verdict"] = verdict_text(experiment)
     table = experiment.sensors
     if table.measured == "everything":
         # A reading of a step arrives after it.

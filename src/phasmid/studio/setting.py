@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any, Literal
 
+from phasmid.advice import servo_verdict
 from phasmid.errors import InvalidInput, PhasmidError
 from phasmid.experiment import Experiment, usual_drive
-from phasmid.forces import scenario_verdict
 from phasmid.formats import ImportOptions, load_robot
 from phasmid.gait import Gait, gaits_of
 from phasmid.kinematics import body_height
@@ -102,7 +102,7 @@ class Setting:
     def servo_verdict(self) -> dict[str, Any] | None:
         """Verdict on the servos, as all commands give it; None for a robot that cannot stand."""
         try:
-            return scenario_verdict(self.experiment).as_dict()
+            return servo_verdict(self.experiment).as_dict()
         except PhasmidError:
             return None
 
