@@ -10,7 +10,7 @@ from functools import cached_property
 from phasmid.advice.answer import Grade, ServoVerdict
 from phasmid.advice.bounds import Postures, TorqueBounds, postures, torque_bounds
 from phasmid.advice.supply import Currents, Supply, Wiring, currents, supply
-from phasmid.advice.verdict import judge, margins_of
+from phasmid.advice.verdict import heat_losses, judge, margins_of
 from phasmid.arguments import checked
 from phasmid.errors import InvalidInput
 from phasmid.experiment import Experiment, ScenarioLike, built
@@ -123,7 +123,8 @@ def advise(
         experiment = experiment.replace(voltage=left)
         bounds = torque_bounds(experiment, chosen=chosen)
     robot = experiment.robot
-    choices = [_choice(experiment, chosen, load_servo(name)) for name in servo_names()]
+    empty = experiment.replace(payload=0.0).robot
+    choices = [_choice(experiment, empty, chosen, load_servo(name)) for name in servo_names()]
     choices.sort(key=lambda c: (ORDER.index(c.verdict.grade), -c.verdict.margin[0]))
     return Advice(
         experiment=experiment,
@@ -160,20 +161,31 @@ def at_speed(experiment: Experiment, speed: float | None) -> Experiment:
     return experiment.replace(period=stride.step_length / (duty * speed))
 
 
-def _choice(experiment: Experiment, chosen: Postures, servo: Servo) -> ServoChoice:
-    """Return another servo on a robot; what it weighs more is counted in the trunk."""
+def _choice(experiment: Experiment, empty: Robot, chosen: Postures, servo: Servo) -> ServoChoice:
+    """Return another servo on a robot; what it weighs more is counted in the trunk.
+
+    Args:
+        experiment: The walk.
+        empty: Its robot without payload.
+        chosen: Its postures.
+        servo: The servo.
+    """
     own = experiment.robot
     servo = replace(servo, ambient_temperature=own.servo.ambient_temperature)
     count, more = 3 * len(own.legs), 0.0
     if servo.mass is not None and own.servo.mass is not None:
         more = max(count * (servo.mass - own.servo.mass), 0.0)
-    empty = with_servo(experiment.replace(payload=0.0).robot, servo)
+    empty = with_servo(empty, servo)
 
     def margin(payload: float) -> float:
         """Return the least margin without help; 0 where the robot topples."""
         robot = with_payload(empty, more + payload)
         found = torque_bounds(experiment, robot, chosen, with_help=False)
-        return min(low for low, _ in margins_of(found, robot).values()) if found.is_stable else 0.0
+        return (
+            min(low for low, _ in margins_of(found, robot, heat_losses(found, robot)).values())
+            if found.is_stable
+            else 0.0
+        )
 
     robot = with_payload(empty, more + experiment.payload)
     return ServoChoice(

@@ -65,7 +65,7 @@ def judge(experiment: Experiment, robot: Robot, bounds: TorqueBounds) -> ServoVe
     if losses is not None:
         hour = _pair(temperature_after(servo, HOUR, air, losses))
         until = _pair(time_to_limit(servo, air, losses))
-    margins = margins_of(bounds, robot)
+    margins = margins_of(bounds, robot, losses)
     deciding = min(margins, key=lambda name: margins[name])
     low, high = (min(pair[end] for pair in margins.values()) for end in (0, 1))
     needed = bounds.statics.least_friction(bounds.torque[0])
@@ -119,10 +119,17 @@ def judge(experiment: Experiment, robot: Robot, bounds: TorqueBounds) -> ServoVe
     return replace(found, grade=Grade.NO) if found.is_supply_too_high else found
 
 
-def margins_of(bounds: TorqueBounds, robot: Robot) -> dict[str, tuple[float, float]]:
+def margins_of(
+    bounds: TorqueBounds, robot: Robot, losses: Float[np.ndarray, "2"] | None
+) -> dict[str, tuple[float, float]]:
     """Return allowed over needed by name, without help and with the best help.
 
     The continuous torque stands for heat, and counts where heat is unknown.
+
+    Args:
+        bounds: The robot's static torques.
+        robot: The robot as supplied.
+        losses: Result of `heat_losses` [W].
     """
     servo, arrays = robot.servo, robot.arrays
     speed = (bounds.postures.fastest / arrays.no_load_speed).max()
@@ -130,7 +137,7 @@ def margins_of(bounds: TorqueBounds, robot: Robot) -> dict[str, tuple[float, flo
         "peak": bounds.largest(bounds.torque / bounds.statics.limit),
         "speed": np.array([speed, speed]),
     }
-    losses, air = heat_losses(bounds, robot), servo.ambient_temperature
+    air = servo.ambient_temperature
     if losses is not None:
         rise, room = (
             temperature_after(servo, HOUR, air, losses) - air,
