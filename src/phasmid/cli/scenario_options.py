@@ -131,8 +131,11 @@ def scenario_of(options: argparse.Namespace, default: str | None = "paper") -> S
     scenario = scenario_as_named(options, default)
     source = scenario.robot
     from phasmid.formats import Severity, import_robot, is_foreign, possible
+    from phasmid.scenario import option_keys
 
-    if isinstance(source, str) and is_foreign(source):
+    # Options of reading are refused for a robot that is not imported.
+    reads = any(option_keys()[key][0] == "robot_import" for key in given_fields(options))
+    if isinstance(source, str) and (reads or is_foreign(source)):
         imported = import_robot(source, scenario.robot_import, strict=options.strict)
         scenario = scenario.replace(robot=possible(imported, source))
         notes = [f for f in imported.findings if f.severity is Severity.NOTE]
