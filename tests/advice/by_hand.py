@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from phasmid.advice.bounds import Postures, postures, statics
+from phasmid.advice.bounds import Postures, postures, static_loads
 from phasmid.scenario import Scenario
 
 
@@ -28,8 +28,8 @@ def with_numbers(robot, **numbers):
 
 
 def stance_of(robot):
-    """The statics of a robot that stands on all feet."""
+    """The static loads of a robot that stands on all feet."""
     experiment = Scenario(robot=robot).build()
     chosen = postures(experiment)
     rows = (getattr(chosen, name)[-1:] for name in ("q", "qd", "stance", "phase", "weight"))
-    return statics(experiment.robot, Postures(*rows, chosen.fastest), experiment.world.gravity)
+    return static_loads(experiment, chosen=Postures(*rows, chosen.fastest))

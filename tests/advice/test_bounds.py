@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import phasmid
-from phasmid.advice.bounds import Postures, statics
+from phasmid.advice.bounds import Postures, static_loads
 
 FILTERED = 0.1
 """Part of a stance over which the simulated torques are averaged."""
@@ -41,7 +41,7 @@ def outside(robot, load):
 
     def bounds(q, stance):
         postures = Postures(q, planned.qd, stance, *np.zeros((2, len(q))), np.zeros(1))
-        return statics(experiment.robot, postures, experiment.world.gravity)
+        return static_loads(experiment, chosen=postures)
 
     # Without help the planned feet carry. Any foot that touches the ground may help.
     unaided = bounds(planned.q, planned.stance).unaided()

@@ -13,7 +13,7 @@ from phasmid.advice.bounds import (
     FACES,
     MOST_FRICTION,
     postures,
-    statics,
+    static_loads,
 )
 from phasmid.kinematics import body_from_hip, foot_position
 from phasmid.robot import load_robot
@@ -73,7 +73,7 @@ def test_the_least_friction_of_a_symmetric_stance():
     inwards = (LOAD * out - limit) / down
     assert max(torques_by_hand(QUADRUPED, inwards)) == pytest.approx(limit)
     stance = stance_of(with_numbers(QUADRUPED, rated_stall_torque=limit))
-    least = stance.least_friction(stance.unaided())
+    least = stance.least_friction()
     step = math.log(MOST_FRICTION / 1e-3) / 2**BISECTIONS
     excess = math.log(least * LOAD * PYRAMID / inwards)
     assert -SOLVER <= excess <= step + SOLVER
@@ -82,9 +82,9 @@ def test_the_least_friction_of_a_symmetric_stance():
 def test_no_friction_is_enough_for_servos_that_are_too_small():
     # One force cannot point at the axes of both femur and tibia and carry the weight.
     stance = stance_of(with_numbers(QUADRUPED, rated_stall_torque=1e-4))
-    assert math.isinf(stance.least_friction(stance.unaided()))
+    assert math.isinf(stance.least_friction())
     strong = stance_of(with_numbers(QUADRUPED, rated_stall_torque=9.0))
-    assert strong.least_friction(strong.unaided()) == 0.0
+    assert strong.least_friction() == 0.0
 
 
 def points_of_contact(robot, q):
@@ -141,7 +141,7 @@ def test_the_best_help_is_that_of_a_linear_programme(name, friction):
     robot = with_massless_legs(load_robot(name), MASS)
     experiment = Scenario(robot=robot).build()
     chosen = postures(experiment)
-    found = statics(robot, chosen, GRAVITY)
+    found = static_loads(experiment, chosen=chosen)
     shares = (np.abs(found.aided(friction)) / robot.arrays.stall_torque).max(axis=(1, 2))
     stable = found.stable
     assert stable.sum() > 10

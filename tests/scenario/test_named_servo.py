@@ -95,12 +95,33 @@ def test_an_unknown_servo_is_told_with_the_nearest(tmp_path, name, hint):
         Scenario().replace(servo=3)
 
 
-def test_a_walk_serves_other_servos_that_are_quick_enough():
+def test_heavier_servos_count_in_the_trunk_and_lighter_ones_leave_the_masses():
+    """An MX-28 weighs 77 g, an AX-12A 54.6 g and an LX-16A 52 g."""
+    own = Scenario().replace(payload=0.2).load_robot()
+    heavier = Scenario().replace(payload=0.2, servo="MX-28").load_robot()
+    assert heavier.mass - own.mass == pytest.approx(18 * (MX.mass - own.servo.mass), rel=1e-12)
+    assert MX.mass - own.servo.mass == pytest.approx(0.0224)
+    for ours, theirs in zip(heavier.legs, own.legs, strict=True):
+        assert [link.mass for link in ours.links] == [link.mass for link in theirs.links]
+    lighter = Scenario().replace(payload=0.2, servo="LX-16A").load_robot()
+    assert lighter.servo.mass < own.servo.mass
+    assert lighter.mass == own.mass
+    # A servo of unknown mass, and the way back, change nothing.
+    unknown = with_servo(own, replace(MX, mass=None))
+    assert unknown.mass == own.mass
+    assert with_servo(unknown, MX).mass == own.mass
+    back = Scenario().replace(payload=0.2, servo="MX-28").replace(servo=None)
+    assert back.load_robot().mass == own.mass
+
+
+@pytest.mark.parametrize(("one", "other"), [(None, "MX-28"), ("MX-28", None)])
+def test_a_walk_serves_other_servos_that_are_quick_enough(one, other):
     """An MX-28 turns 5.8 rad/s without load, an AX-12A 6.2; the walk needs 1.5."""
-    walk = phasmid.plan(Scenario())
-    other = walk.for_experiment(Scenario().replace(servo="MX-28"))
-    assert other.robot.servo == MX
-    np.testing.assert_array_equal(other.q, walk.q)
+    walk = phasmid.plan(Scenario().replace(servo=one))
+    scenario = Scenario().replace(servo=other)
+    served = walk.for_experiment(scenario)
+    assert robot_to_toml(served.robot) == robot_to_toml(scenario.load_robot())
+    np.testing.assert_array_equal(served.q, walk.q)
 
 
 def test_a_run_repeats_with_the_servo_that_it_had():

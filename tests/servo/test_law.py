@@ -312,7 +312,8 @@ def test_the_gears_never_pull():
 
 
 def test_a_steady_current_warms_as_its_closed_form_says():
-    # T = Ta + R_th i^2 R (1 - exp(-t/(R_th C))), exact at each step: round-off alone.
+    # T = Ta + R_th (i^2 R + P) (1 - exp(-t/(R_th C))) with P of the electronics, exact at each
+    # step: round-off alone.
     servo = replace(AX, **NEVER)
     bench = Bench(servo, ambient=20.0)
     bench["duty"], bench["wait"] = 0.5, 1e9
@@ -320,7 +321,7 @@ def test_a_steady_current_warms_as_its_closed_form_says():
     assert bench["speed"] == 0.0
     bench["temperature"] = 20.0
     bench.run(30.0, 0.0, blocked=True)
-    loss = (0.5 * 12.0) ** 2 / servo.motor.resistance
+    loss = (0.5 * 12.0) ** 2 / servo.motor.resistance + servo.standby_current * 12.0
     final = servo.thermal_resistance * loss
     fading = math.exp(-30.0 / (servo.thermal_resistance * servo.heat_capacity))
     assert bench["temperature"] == pytest.approx(20.0 + final * (1 - fading), rel=1e-10)
@@ -342,7 +343,7 @@ def test_full_output_for_too_long_shuts_the_servo_down():
 def test_a_servo_that_is_too_hot_shuts_down():
     # At stall it loses 18 W: (70 - 25) C / 18 W by the heat alone, later by what it gives away:
     # t = -R_th C ln(1 - 45/(R_th 18 W)).
-    servo = replace(AX, overload_time=1e9, heat_capacity=0.5)
+    servo = replace(AX, overload_time=1e9, heat_capacity=0.5, standby_current=0.0)
     late = -10.2 * 0.5 * math.log(1 - 45 / (10.2 * 18))
     bench = Bench(servo)
     time = 0.0

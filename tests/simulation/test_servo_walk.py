@@ -57,7 +57,7 @@ def test_saturation_load_and_heat_are_in_the_summary():
 
 def test_a_robot_whose_servos_shut_down_falls_and_says_so():
     # Overheated as soon as they lift anything: no torque, and the trunk comes down.
-    scenario = PAPER.replace(robot=with_servo(temperature_limit=25.004))
+    scenario = PAPER.replace(robot=with_servo(temperature_limit=25.004, standby_current=0.0))
     run = simulate(scenario, plan(scenario))
     assert run.attrs["ending"] == "FELL"
     reason = run.attrs["ending_reason"]

@@ -43,7 +43,7 @@ def test_the_page_on_servos_has_the_numbers_of_the_catalogue():
 
 def test_the_loss_of_a_daisy_chain_by_hand():
     # 2 × 0.2 m of 0.5 mm²; the first cable carries the current of three servos, the last of one.
-    each = 2 * 0.2 * 0.0179e-6 / 0.5e-6
+    each = 2 * 0.2 * 0.020e-6 / 0.5e-6
     found = pages.holding.chain_drop(3, 0.8, 0.5e-6, 0.2)
     assert found == pytest.approx(0.8 * each * (3 + 2 + 1), rel=1e-12)
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -48,6 +49,7 @@ CHAIN_AREA, CHAIN_LENGTH = 0.2e-6, 0.15
 """Supply wires of a chain's cables [m²], AWG 24, and the length of each [m]."""
 
 PIXELS_PER_INCH = 110
+COLUMNS = 80
 
 Pair = tuple[float, float]
 
@@ -129,12 +131,26 @@ def cases() -> list[Case]:
     """Return the cases of the tables; needs the folder of the robot file."""
     presets = [Case(f"`{name}`", Scenario(robot=name)) for name in PRESETS]
     mine = Scenario(robot=ROBOT)
-    return presets + [Case(f"`{ROBOT}`", mine.replace(servo=servo)) for servo in SERVOS]
+    quick = Case(f"`{ROBOT}`, 80 mm/s", mine.replace(servo=SERVOS[-1], period=1.0))
+    return [
+        *presets,
+        *(Case(f"`{ROBOT}`", mine.replace(servo=servo)) for servo in SERVOS),
+        quick,
+    ]
+
+
+class Terminal(io.StringIO):
+    """A terminal, in which lines are broken."""
+
+    def isatty(self) -> bool:
+        """It is one."""
+        return True
 
 
 def output(*arguments: str) -> str:
-    """Return a command with what it prints, as a block."""
-    text = io.StringIO()
+    """Return a command with what it prints in a terminal of `COLUMNS`, as a block."""
+    text = Terminal()
+    os.environ["COLUMNS"] = str(COLUMNS)
     with contextlib.redirect_stdout(text):
         command(list(arguments))
     return f"```\n$ phasmid {' '.join(arguments)}\n{text.getvalue().strip()}\n```"

@@ -57,7 +57,6 @@ class ServoVerdict:
 
     Attributes:
         holding: The answer.
-        grade: What the least margin means.
         servo: Name of the servo.
         interface: How it is commanded, as of `Servo`; None: not known.
         gait: Name of the gait.
@@ -73,7 +72,6 @@ class ServoVerdict:
         floor_friction: Coefficient of friction of the floor.
         rms_torque: Largest torque of a joint as rms over the cycle, or in the stance [N·m].
         continuous_torque: Continuous torque of the servo [N·m].
-        speed_share: Largest share of a joint's no-load speed on the planned walk.
         voltage: Supply voltage [V].
         highest_voltage: Highest supply voltage of the data sheet [V].
         ambient_temperature: Temperature of the air [°C].
@@ -82,16 +80,13 @@ class ServoVerdict:
             highest and lowest estimate [°C]; None where the servo's current is unknown.
         time_to_limit: Time to the temperature limit: soonest and latest [s], infinite where it is
             never reached; None likewise.
-        margins: Allowed over needed, by name, as bounds: ``peak``, ``speed`` and ``heat``, or
-            ``continuous`` where heat is unknown.
-        margin: Least margin.
-        deciding: Name of the least margin.
+        margins: Allowed over needed, by name, as bounds: ``peak``, ``heat``, or ``continuous``
+            where that is unknown, and ``speed``, absent where the legs have no room for the walk.
         sources: Numbers of the servo behind the verdict, by the kind of their source: ``data
             sheet``, ``identified``, ``assumed``, ``robot file``, ``scenario`` or ``unknown``.
     """
 
     holding: Holding
-    grade: Grade
     servo: str
     interface: str | None
     gait: str
@@ -104,7 +99,6 @@ class ServoVerdict:
     floor_friction: float
     rms_torque: tuple[float, float]
     continuous_torque: float
-    speed_share: float
     voltage: float
     highest_voltage: float
     ambient_temperature: float
@@ -112,9 +106,31 @@ class ServoVerdict:
     hour_temperature: tuple[float, float] | None
     time_to_limit: tuple[float, float] | None
     margins: dict[str, tuple[float, float]]
-    margin: tuple[float, float]
-    deciding: str
     sources: dict[str, tuple[str, ...]]
+
+    @property
+    def margin(self) -> tuple[float, float]:
+        """Least margin; NaN where there is none."""
+        low, high = zip(*self.margins.values(), strict=True) if self.margins else ([], [])
+        return min(low, default=math.nan), min(high, default=math.nan)
+
+    @property
+    def deciding(self) -> str:
+        """Name of the least margin; empty where there is none."""
+        return min(self.margins, key=lambda name: self.margins[name], default="")
+
+    @property
+    def grade(self) -> Grade:
+        """What the least margin means."""
+        low, high = self.margin
+        if high < 1 or not self.holding.is_possible or self.is_supply_too_high:
+            return Grade.NO
+        return Grade.GOOD if low >= GOOD else Grade.TIGHT
+
+    @property
+    def speed_share(self) -> float:
+        """Largest share of a joint's no-load speed on the planned walk; NaN without a walk."""
+        return 1 / self.margins["speed"][0] if "speed" in self.margins else math.nan
 
     @property
     def is_supply_too_high(self) -> bool:
@@ -147,13 +163,22 @@ class ServoVerdict:
             "holding": self.holding.value,
             "grade": self.grade.value,
             "answer": self.answer,
+            "margin": self.margin,
             "least_margin": self.margin[0],
+            "deciding": self.deciding,
+            "speed_share": self.speed_share,
             "lines": list(self.lines),
         }
         return {name: _plain(value) for name, value in found.items()}
 
     def _answer_line(self) -> str:
         """Return the answer with what decides it."""
+        reason = self._reason()
+        if self.holding.is_possible and "speed" not in self.margins:
+            reason += " The legs have no room for this stride: judged in steps on the spot."
+        return reason
+
+    def _reason(self) -> str:
         feet, word, floor = ", ".join(map(str, self.feet)), self.holding.value, self.floor_friction
         if self.holding is Holding.NOT_STABLE:
             return (
@@ -170,7 +195,9 @@ class ServoVerdict:
             share = f"{100 * self.speed_share:.0f} %"
             return f"{word}: the walk needs {share} of a servo's no-load speed. {need}"
         if self.holding is Holding.NEEDS_FRICTION:
-            return f"{word} of {least} or more; the floor has {floor:g}: {need}"
+            is_hot = self.time_to_limit is not None and math.isfinite(self.time_to_limit[0])
+            time = ", and perhaps for a limited time" if is_hot else ""
+            return f"{word} of {least} or more{time}; the floor has {floor:g}: {need}"
         if math.isinf(self.least_friction):
             return f"{word} on any floor: {need}"
         if self.least_friction > floor:
@@ -186,9 +213,12 @@ class ServoVerdict:
             for name, pair in self.margins.items()
             if name != self.deciding
         )
+        limit = f" (at least {GOOD:g})" if self.grade is Grade.GOOD else ""
+        if self.grade is Grade.TIGHT:
+            limit = " (below 1 without help)" if self.margin[0] < 1 else f" ({GOOD:g} is good)"
         return (
-            f"Margin {margin_words(self.margin)}, {self.grade.value}: {self.deciding} decides; "
-            f"{others}. Good is {GOOD:g} without help, no is below 1 with the best help."
+            f"Margin {margin_words(self.margin)}, {self.grade.value}{limit}: "
+            f"{self.deciding} decides; {others}."
         )
 
     def _heat_line(self) -> str:
@@ -201,13 +231,14 @@ class ServoVerdict:
             return "Heat: unknown, since the servo has no stall current."
         hot, cool = map(_degrees, self.hour_temperature)
         soonest, latest = self.time_to_limit
+        at_last = "never" if math.isinf(latest) else f"after {_duration(latest)}"
         line = (
-            f"Heat in air of {air:g} °C: {cool} (best help, a frame that cools) to {hot} °C (no "
-            f"help, the servo alone) after an hour; the limit of {limit:g} °C "
+            f"Heat in air of {air:g} °C: {cool} (best help, cooled by the frame) to {hot} °C (no "
+            f"help, uncooled) after an hour; the limit of {limit:g} °C "
         )
         if math.isinf(soonest):
             return f"{line}is never reached."
-        line += f"after {duration_words(soonest)} (no help) or {_after(latest)} (best help)."
+        line += f"after {_duration(soonest)} (no help) or {at_last} (best help)."
         end = {"pwm": " Nothing stops this servo there: it wears out or burns.", None: ""}
         return line + end.get(self.interface, " The servo then shuts down.")
 
@@ -217,7 +248,10 @@ class ServoVerdict:
         subject = self.servo if servo == self.servo else servo.capitalize()
         low, high = (f"{torque:.2g}" for torque in self.rms_torque[::-1])
         rms = "" if self.holding is Holding.NOT_STABLE else f", rms of the walk {low} to {high} N·m"
-        sources = "; ".join(f"{kind}: {', '.join(names)}" for kind, names in self.sources.items())
+        named = {kind: ", ".join(names) for kind, names in self.sources.items()}
+        if len(named) > 1 and named.pop("data sheet", ""):
+            named["data sheet"] = "the rest"
+        sources = "; ".join(f"{kind}: {names}" for kind, names in named.items())
         return (
             f"{subject} at {self.voltage:g} V: stall {self.stall_torque:.3g} N·m, continuous "
             f"{self.continuous_torque:.3g} N·m{rms}. Static loads on level ground. "
@@ -241,15 +275,11 @@ def _degrees(temperature: float) -> str:
     return f"{temperature:.0f}" if temperature <= DEADLY else f"over {DEADLY:g}"
 
 
-def duration_words(seconds: float) -> str:
+def _duration(seconds: float) -> str:
     """Return a time in seconds, minutes or hours, such as ``12 min``."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 100 * 60 else f"{seconds / 3600:.1f} h"
-
-
-def _after(seconds: float) -> str:
-    return "never" if math.isinf(seconds) else f"after {duration_words(seconds)}"
 
 
 def _plain(value: Any) -> Any:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import daqp
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.linalg import block_diag
 
 from phasmid.dynamics import BodyMotion, inverse_dynamics
 from phasmid.experiment import Experiment
@@ -48,11 +50,11 @@ EVEN = 1e-3
 """Weight of half of the sum of squared shares beside the largest share: among distributions with
 nearly the same largest share, the one of least heat counts."""
 
-MOST_FRICTION = 16.0
-"""Coefficient above which friction counts as unlimited."""
+LEAST_FRICTION, MOST_FRICTION = 1e-3, 16.0
+"""Least coefficient that counts as help, and that above which friction counts as unlimited."""
 
 BISECTIONS = 12
-"""Bisections of the least friction, from `MOST_FRICTION` down to 0.4 % of it."""
+"""Bisections of the least friction between them: to 0.3 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,8 @@ class Postures:
         stance: Feet that stand, shape (N, L).
         phase: Part of the cycle; NaN while standing up, shape (N,).
         weight: Share of the cycle for which each posture counts; 0 while standing up, shape (N,).
-        fastest: Largest speed of each joint on the walk [rad/s], shape (L, 3).
+        fastest: Largest speed of each joint on the walk [rad/s], shape (L, 3); NaN where the legs
+            have no room for it.
     """
 
     q: Float[np.ndarray, "postures legs 3"]
@@ -89,7 +92,8 @@ def postures(experiment: Experiment) -> Postures:
     robot, gait, stride = experiment.robot, experiment.course.gait, experiment.course.stride
     neutral = neutral_feet(robot)
     standing = joint_angles(robot.arrays, hip_from_body(robot, neutral))
-    if not has_room_for(robot, gait, stride):
+    has_room = has_room_for(robot, gait, stride)
+    if not has_room:
         stride = stride.scaled(0.0).model_copy(update={"step_height": 0.0})
     course = LevelCourse(robot, gait, stride)
     cycle = timing(gait, PHASES)
@@ -109,32 +113,56 @@ def postures(experiment: Experiment) -> Postures:
         stance=np.concatenate([cycle.stance, np.ones((count, len(neutral)), dtype=bool)]),
         phase=np.append(cycle.phase, np.full(count, np.nan)),
         weight=np.append((width[:, None] * SIMPSON).ravel(), np.zeros(count)),
-        fastest=np.nan_to_num(np.abs(fastest).max(axis=0)),
+        fastest=np.nan_to_num(np.abs(fastest).max(axis=0)) if has_room else np.nan * neutral,
     )
 
 
 @dataclass(frozen=True, eq=False)
-class Statics:
+class StaticLoads:
     """Loads of a robot at rest in N postures on level ground.
 
     Attributes:
-        joints: Jacobians of the standing feet, torques without ground and torque limits.
-        contacts: Points of contact; friction has no effect.
+        robot: The robot, L legs.
+        postures: The postures.
+        friction: Coefficient of friction of the ground; None: it gives no help.
+        joints: Jacobians of the standing feet, and torques without ground.
+        feet: Points of contact in body axes [m], shape (N, L, 3).
         wrench: Force and moment of the ground [N, N·m], shape (N, 6).
-        margin: Support margin [m], shape (N,).
-        limit: Stall torque of each joint [N·m], shape (L, 3).
+        support_margin: Of each posture [m], shape (N,).
     """
 
+    robot: Robot
+    postures: Postures
+    friction: float | None
     joints: JointLoad
-    contacts: Contacts
+    feet: Float[np.ndarray, "postures legs 3"]
     wrench: Float[np.ndarray, "postures 6"]
-    margin: Float[np.ndarray, " postures"]
-    limit: Float[np.ndarray, "legs 3"]
+    support_margin: Float[np.ndarray, " postures"]
 
     @property
     def stable(self) -> Bool[np.ndarray, " postures"]:
         """Postures in which the centre of mass is between the standing feet."""
-        return self.margin > LEAST_MARGIN
+        return self.support_margin > LEAST_MARGIN
+
+    @property
+    def is_stable(self) -> bool:
+        """All postures are stable."""
+        return bool(self.stable.all())
+
+    @cached_property
+    def torque(self) -> Float[np.ndarray, "2 postures legs 3"]:
+        """Bounds of the sizes of the torques [N·m], NaN where the robot topples.
+
+        Those of `unaided`, then those of `aided`.
+        """
+        high = np.abs(self.unaided())
+        low = high if self.friction is None else np.abs(self.aided(self.friction))
+        return np.stack([high, np.where(np.isnan(low), high, low)])
+
+    @property
+    def share(self) -> Float[np.ndarray, "2 postures legs 3"]:
+        """Shares of the joints' stall torques."""
+        return self.torque / self.robot.arrays.stall_torque
 
     def unaided(self) -> Float[np.ndarray, "postures legs 3"]:
         """Return the torques of vertical foot forces [N·m], NaN where the robot topples.
@@ -144,9 +172,7 @@ class Statics:
         stable = self.stable
         torque = np.full(self.joints.torque.shape, np.nan)
         if stable.any():
-            contacts = Contacts(
-                self.contacts.feet[stable], self.contacts.stance[stable], friction=0.0
-            )
+            contacts = Contacts(self.feet[stable], self.postures.stance[stable], friction=0.0)
             force = share_load(contacts, self.wrench[stable], "friction-cone")
             joints = JointLoad(self.joints.jacobian[stable], self.joints.torque[stable])
             torque[stable] = joints.with_ground(force)
@@ -165,75 +191,74 @@ class Statics:
             torque[i] = self._least_share(i, friction)
         return torque
 
-    def least_friction(self, unaided: Float[np.ndarray, "postures legs 3"]) -> float:
+    def least_friction(self) -> float:
         """Return the least coefficient of friction with which no joint exceeds its limit.
 
-        Args:
-            unaided: Result of `unaided`.
-
-        Returns:
-            0 where no help is needed; infinite where no friction is enough.
+        0 where no help is needed, else at least `LEAST_FRICTION`; infinite where no friction is
+        enough.
         """
-        share = np.nan_to_num(np.abs(unaided) / self.limit).max(axis=(1, 2))
-        least = 0.0
+        share = np.nan_to_num(self.share[0]).max(axis=(1, 2))
+        loaded = sorted(np.flatnonzero(share > 1).tolist(), key=lambda i: -share[i])
+        least = LEAST_FRICTION if loaded else 0.0
         # The most loaded posture first: it decides, and the others only need a check.
-        for i in sorted(np.flatnonzero(share > 1).tolist(), key=lambda i: -share[i]):
+        for i in loaded:
             if self._share(i, least) <= 1:
                 continue
             if self._share(i, MOST_FRICTION) > 1:
                 return math.inf
             low, high = least, MOST_FRICTION
             for _ in range(BISECTIONS):
-                middle = math.sqrt(max(low, 1e-3) * high)
+                middle = math.sqrt(low * high)
                 low, high = (low, middle) if self._share(i, middle) <= 1 else (middle, high)
             least = high
         return least
 
+    def largest(self, share: Float[np.ndarray, "2 ..."]) -> Float[np.ndarray, "2"]:
+        """Return the largest of both bounds, NaN where no posture is stable."""
+        rows = share.reshape(2, -1)
+        return np.where(np.isfinite(rows).any(axis=1), np.nan_to_num(rows).max(axis=1), np.nan)
+
+    def sustained(
+        self, values: Float[np.ndarray, "2 postures legs 3"]
+    ) -> Float[np.ndarray, "2 legs 3"]:
+        """Return the mean of values over a cycle, or their value in the stance if larger."""
+        mean = np.einsum("n,enlj->elj", self.postures.weight, values)
+        return np.asarray(np.maximum(mean, values[:, -1]))
+
+    def rms(self) -> Float[np.ndarray, "2 legs 3"]:
+        """Return the rms torques of a cycle, or those of the stance if larger [N·m]."""
+        return np.asarray(np.sqrt(self.sustained(self.torque**2)))
+
     def _share(self, i: int, friction: float) -> float:
-        share = np.abs(self._least_share(i, friction)) / self.limit
+        share = np.abs(self._least_share(i, friction)) / self.robot.arrays.stall_torque
         return float(np.nan_to_num(share, nan=np.inf).max())
 
     def _least_share(self, i: int, friction: float) -> Float[np.ndarray, "legs 3"]:
         """Return the joint torques of one posture [N·m] with the smallest largest share."""
-        on = self.contacts.stance[i]
-        feet, wrench = self.contacts.feet[i, on], self.wrench[i]
+        on = self.postures.stance[i]
+        feet, wrench, limit = self.feet[i, on], self.wrench[i], self.robot.arrays.stall_torque[on]
         jacobian, torque = self.joints.jacobian[i, on], self.joints.torque[i, on]
-        limit = self.limit[on]
         k, load = len(feet), float(np.abs(wrench[:3]).max())
         # Unknowns: forces in units of the load, and the largest share.
-        rows = np.zeros((3 * k, 3 * k))
-        for leg in range(k):
-            part = slice(3 * leg, 3 * leg + 3)
-            rows[part, part] = -load * jacobian[leg].T / limit[leg][:, None]
+        rows = -load * block_diag(*(np.swapaxes(jacobian, 1, 2) / limit[:, :, None]))
         own = (torque / limit).ravel()
         one, none = np.ones((3 * k, 1)), np.zeros((6, 1))
-        grasp = np.hstack([grasp_matrix(feet), none])
-        push = np.zeros((k, 3 * k + 1))
-        push[range(k), range(2, 3 * k, 3)] = 1.0
         blocks = [
-            (grasp, wrench / load, wrench / load),
-            (push, np.zeros(k), np.full(k, np.inf)),
+            (np.hstack([grasp_matrix(feet), none]), wrench / load, wrench / load),
+            (np.eye(3 * k, 3 * k + 1)[2::3], np.zeros(k), np.full(k, np.inf)),
             (np.hstack([rows, -one]), np.full(3 * k, -np.inf), -own),
             (np.hstack([rows, one]), -own, np.full(3 * k, np.inf)),
         ]
         if math.isfinite(friction):
             blocks.append(_cones(k, friction))
         A, lower, upper = (np.concatenate(part) for part in zip(*blocks, strict=True))
-        bound = 1e30
         cost = np.zeros((3 * k + 1, 3 * k + 1))
         cost[:-1, :-1] = EVEN * rows.T @ rows
         # Strictly convex: with t the least largest share of n joints, the result is at most
         # t + EVEN n t² / 2.
         cost += np.diag(np.append(np.full(3 * k, 1e-9), EVEN))
-        slope = np.append(EVEN * own @ rows, 1.0)
-        x, _, flag, _ = daqp.solve(
-            cost,
-            slope,
-            np.ascontiguousarray(A),
-            np.minimum(upper, bound),
-            np.maximum(lower, -bound),
-            np.zeros(len(A), dtype=np.int32),
-        )
+        slope, kind = np.append(EVEN * own @ rows, 1.0), np.zeros(len(A), dtype=np.int32)
+        x, _, flag, _ = daqp.solve(cost, slope, np.ascontiguousarray(A), upper, lower, kind)
         found = self.joints.torque[i].copy()
         # Vertical forces are possible in a stable posture: a solver that gives up is no answer.
         found[on] = (rows @ x[:-1] + own).reshape(k, 3) * limit if flag == 1 else np.nan
@@ -251,87 +276,42 @@ def _cones(feet: int, friction: float) -> tuple[np.ndarray, np.ndarray, np.ndarr
     return rows, np.full(len(rows), -np.inf), np.zeros(len(rows))
 
 
-def statics(robot: Robot, chosen: Postures, gravity: float) -> Statics:
-    """Return the loads of a robot at rest in postures, on level ground.
-
-    Args:
-        robot: The robot, L legs.
-        chosen: The postures.
-        gravity: Gravitational acceleration [m/s²].
-    """
-    q, count = chosen.q, len(chosen.q)
-    feet = body_from_hip(robot, foot_position(robot.arrays, q))
-    still = np.zeros_like(q)
-    body = BodyMotion.at_rest(np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)))
-    free, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
-    com = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
-    up = np.array([0.0, 0.0, 1.0])
-    return Statics(
-        joints=JointLoad(contact_jacobian(robot, q, np.eye(3), up), free),
-        contacts=Contacts(contact_points(robot, feet, up), chosen.stance),
-        wrench=wrench,
-        margin=np.asarray(support_margin(feet[..., :2], chosen.stance, com)),
-        limit=robot.arrays.stall_torque,
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class TorqueBounds:
-    """Sizes of the static joint torques of a robot between two bounds, in N postures.
-
-    Attributes:
-        postures: The postures.
-        statics: The loads.
-        torque: Sizes of the torques [N·m], shape (2, N, L, 3), NaN where the robot topples: first
-            of vertical foot forces, then those with the smallest largest share of a joint's stall
-            torque that the floor's friction allows.
-    """
-
-    postures: Postures
-    statics: Statics
-    torque: Float[np.ndarray, "2 postures legs 3"]
-
-    @property
-    def is_stable(self) -> bool:
-        """The centre of mass is between the standing feet in all postures."""
-        return bool(self.statics.stable.all())
-
-    def largest(self, share: Float[np.ndarray, "2 ..."]) -> Float[np.ndarray, "2"]:
-        """Return the largest of both ends, NaN where no posture is stable."""
-        rows = share.reshape(2, -1)
-        return np.where(np.isfinite(rows).any(axis=1), np.nan_to_num(rows).max(axis=1), np.nan)
-
-    def lasting(
-        self, values: Float[np.ndarray, "2 postures legs 3"]
-    ) -> Float[np.ndarray, "2 legs 3"]:
-        """Return the mean of values over a cycle, or their value in the stance if larger."""
-        mean = np.einsum("n,enlj->elj", self.postures.weight, values)
-        return np.asarray(np.maximum(mean, values[:, -1]))
-
-
-def torque_bounds(
+def static_loads(
     experiment: Experiment,
     robot: Robot | None = None,
     chosen: Postures | None = None,
     *,
     with_help: bool = True,
-) -> TorqueBounds:
-    """Return the bounds of an experiment's static joint torques on level ground.
+) -> StaticLoads:
+    """Return the static loads of an experiment's robot on level ground.
 
     Args:
         experiment: The experiment; the least friction of its ground counts.
-        robot: A robot of other masses and servos in its place.
+        robot: A robot of other masses in its place.
         chosen: Result of `postures` for the experiment.
         with_help: False: both bounds are those without help, which are found sooner.
 
     Raises:
         Unreachable: A neutral foot is out of reach.
     """
-    chosen = chosen or postures(experiment)
-    found = statics(robot or experiment.robot, chosen, experiment.world.gravity)
-    high = np.abs(found.unaided())
-    low = np.abs(found.aided(floor_friction(experiment))) if with_help else high
-    return TorqueBounds(chosen, found, np.stack([high, np.where(np.isnan(low), high, low)]))
+    robot, chosen = robot or experiment.robot, chosen or postures(experiment)
+    q, count = chosen.q, len(chosen.q)
+    feet = body_from_hip(robot, foot_position(robot.arrays, q))
+    still = np.zeros_like(q)
+    body = BodyMotion.at_rest(np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)))
+    gravity = experiment.world.gravity
+    free, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
+    com = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
+    up = np.array([0.0, 0.0, 1.0])
+    return StaticLoads(
+        robot=robot,
+        postures=chosen,
+        friction=floor_friction(experiment) if with_help else None,
+        joints=JointLoad(contact_jacobian(robot, q, np.eye(3), up), free),
+        feet=contact_points(robot, feet, up),
+        wrench=wrench,
+        support_margin=np.asarray(support_margin(feet[..., :2], chosen.stance, com)),
+    )
 
 
 def floor_friction(experiment: Experiment) -> float:

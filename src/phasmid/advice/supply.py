@@ -9,9 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.advice.answer import OVER_FULL
-from phasmid.advice.bounds import TorqueBounds
+from phasmid.advice.bounds import StaticLoads
 from phasmid.errors import InvalidInput
-from phasmid.robot import Robot
 from phasmid.servo import Servo
 
 CELL, FULL_CELL, EMPTY_CELL = 3.7, 4.2, 3.3
@@ -25,11 +24,11 @@ CAPACITY, USABLE = 2.2, 0.8
 """Default capacity of the battery [A h], and its share that may be used: lithium cells suffer
 below a fifth of their charge."""
 
-COPPER = 0.0179e-6
-"""Resistivity of copper at 25 °C [Ω·m], IEC 60228."""
+COPPER = 0.020e-6
+"""Resistance times cross-section of stranded copper over its length [Ω·m], IEC 60228 class 5."""
 
 WIRES = {0.75e-6: 7.5, 1e-6: 9.5, 1.5e-6: 12.0, 2.5e-6: 16.0, 4e-6: 21.0, 6e-6: 27.0, 10e-6: 36.5}
-"""Current that a wire carries without an end [A], by its cross-section [m²]: half of what DIN VDE
+"""Current that a wire carries continuously [A], by its cross-section [m²]: half of what DIN VDE
 0298-4 allows a single one with PVC in free air, since wires of robots lie in bundles."""
 
 LARGEST_DROP = 0.03
@@ -41,7 +40,7 @@ FUSES = 2, 3, 4, 5, 7.5, 10, 15, 20, 25, 30, 35
 FUSE_OPENS = 2.0
 """Current over a blade fuse's rating at which it opens within seconds, ISO 8820-3."""
 
-REGULATORS = 3, 5, 8, 10, 15, 20, 25, 30, 40
+REGULATORS = 3, 5, 8, 10, 15, 20, 25, 30
 """Usual current ratings of step-down regulators [A]."""
 
 REGULATOR_LOSS, REGULATOR_EFFICIENCY = 0.5, 0.9
@@ -50,15 +49,15 @@ REGULATOR_LOSS, REGULATOR_EFFICIENCY = 0.5, 0.9
 
 @dataclass(frozen=True)
 class Currents:
-    """Current that all servos take from their supply, with their electronics [A].
+    """Current that all servos take from their supply [A].
 
     Pairs are bounds: without help from the floor, then with its best help. The loads are static:
     starts and impacts are not in them; `to_carry` has room for them.
 
     Attributes:
-        mean: Mean of a cycle.
-        walking: Largest of a cycle.
-        rising: Largest while standing up, or in the stance.
+        mean: Mean of a cycle, with the electronics.
+        walking: Largest of a cycle, with the electronics.
+        rising: Largest while standing up, or in the stance, with the electronics.
         stall: Sum of the stall currents.
         leg_stall: Stall currents of one leg.
     """
@@ -76,41 +75,40 @@ class Currents:
 
     @property
     def to_carry(self) -> float:
-        """Current that battery, fuse, wire and regulator must carry: a caught leg beside it [A]."""
+        """What battery, fuse, wire and regulator must carry: one leg stalled beside it [A]."""
         return self.largest + self.leg_stall
 
 
-def currents(bounds: TorqueBounds, robot: Robot, full: float | None = None) -> Currents | None:
+def currents(loads: StaticLoads, servo: Servo, full: float) -> Currents | None:
     """Return the currents of a robot that walks and stands up.
 
-    A servo takes the winding's loss and the motor's power. The upper end of the mean counts the rms
-    current of joints that move to and fro, of the largest that which drives against the load. The
-    lower ends count joints at rest, whose gears help to hold. No servo takes more than at stall.
+    A servo takes the winding's loss and the motor's power, at most that at stall. The upper end of
+    the mean counts the rms current of joints that move to and fro, of the largest that which drives
+    against the load. The lower ends count joints at rest, whose gears help to hold.
 
     Args:
-        bounds: The robot's static torques.
-        robot: The robot, at the lowest voltage of its supply: there the loads take most.
-        full: Highest voltage of the supply, for the stall currents [V]; None: the same.
+        loads: The static loads of the robot.
+        servo: Its servo at the lowest voltage of its supply: there the loads take most.
+        full: Highest voltage of the supply, for the stall currents [V].
 
     Returns:
         The currents; None without a known motor, and where the robot topples.
     """
-    servo, motor = robot.servo, robot.servo.known_motor
-    if motor is None or not bounds.is_stable:
+    motor = servo.known_motor
+    if motor is None or not loads.is_stable:
         return None
-    strength, voltage = robot.arrays.strength, servo.voltage
-    stall = strength * (full or voltage) / motor.resistance
-    torque, speed = bounds.torque / strength, np.abs(bounds.postures.qd)
+    strength, voltage, resistance = loads.robot.arrays.strength, servo.voltage, motor.resistance
+    stall = strength * full / resistance
+    torque, speed = loads.torque / strength, np.abs(loads.postures.qd)
 
     def drawn(
         current: Float[np.ndarray, "postures legs 3"], moving: float = 1.0
     ) -> Float[np.ndarray, " postures"]:
-        current = np.minimum(current, voltage / motor.resistance)
-        power = motor.resistance * current + moving * motor.constant * speed
-        power = (strength * current * power).sum(axis=(1, 2))
+        power = current * (resistance * current + moving * motor.constant * speed)
+        power = (strength * np.minimum(power, voltage**2 / resistance)).sum(axis=(1, 2))
         return np.asarray(power / voltage + stall.size * servo.standby_current)
 
-    weight = bounds.postures.weight
+    weight = loads.postures.weight
     walks = weight > 0
     most = drawn(motor.lifting_current(torque[0]))
     mean = drawn(motor.working_current(torque[0]))
@@ -158,7 +156,7 @@ class Wiring:
     def battery(self, servo: Servo) -> tuple[int, bool]:
         """Return the cells of a battery for a servo, and whether it does without a regulator."""
         voltage = min(servo.voltage, servo.maximum_voltage)
-        cells = self.cells or max(round(voltage / CELL), 1)
+        cells = self.cells or math.ceil(voltage / FULL_CELL - 1e-9)
         direct = FULL_CELL * cells <= OVER_FULL * servo.maximum_voltage
         if self.cells is None and not direct:
             cells = math.ceil((voltage + REGULATOR_LOSS) / EMPTY_CELL)
@@ -169,7 +167,8 @@ class Wiring:
         cells, direct = self.battery(servo)
         if direct:
             return EMPTY_CELL * cells, FULL_CELL * cells
-        return (min(servo.voltage, servo.maximum_voltage),) * 2
+        left = EMPTY_CELL * cells - REGULATOR_LOSS
+        return (min(servo.voltage, servo.maximum_voltage, left),) * 2
 
     def resistance(self, servo: Servo) -> float:
         """Return the resistance between the source of a constant voltage and the servos [Ω]."""
@@ -177,34 +176,34 @@ class Wiring:
         wire = wire_resistance(self.wire_length, self.wire_area) if self.wire_area else 0.0
         return cells * CELL_RESISTANCE * CAPACITY / self.capacity + wire
 
-    def voltage_at_servo(self, servo: Servo, current: float) -> float:
-        """Return the voltage that is left at the servos, rounded down to 10 mV [V].
 
-        Args:
-            servo: The servo at the voltage of a supply, which counts where no cells are given.
-            current: Of all servos [A].
+def currents_and_voltage(loads: StaticLoads, wiring: Wiring) -> tuple[Currents | None, float]:
+    """Return the currents of a robot on a nearly empty battery, and the voltage at its servos [V].
 
-        Raises:
-            InvalidInput: Less than half would be left.
-        """
-        source = servo.voltage if self.cells is None else self.voltages(servo)[0]
-        left = source - current * self.resistance(servo)
-        if left <= source / 2:
+    The voltage is rounded down to 10 mV. It falls with the current, and the current rises as it
+    falls. Where no cells are given, the battery and wire lose it from the servos' own supply.
+
+    Raises:
+        InvalidInput: Less than half of the voltage would be left.
+    """
+    servo = loads.robot.servo
+    low, high = wiring.voltages(servo)
+    resistance, lost, before = wiring.resistance(servo), 0.0, math.nan
+    while lost != before:
+        needed = currents(loads, servo.at(low - lost), high)
+        current = needed.largest if needed else 0.0
+        lost, before = math.ceil(100 * current * resistance) / 100, lost
+        if lost >= low / 2:
             raise InvalidInput(
-                f"battery and wire would lose more than half of {source:.3g} V at {current:.1f} A; "
-                "no servo works on the rest.",
+                f"battery and wire would lose more than half of {low:.3g} V at {current:.1f} A; no "
+                "servo works on the rest.",
                 hint="a larger --wire-mm2 or a shorter --wire-length-mm",
             )
-        return math.floor(100 * left) / 100
+    return needed, round((low if wiring.cells else servo.voltage) - lost, 2)
 
 
 def wire_resistance(length: float, area: float) -> float:
-    """Return the resistance of a wire there and back [Ω].
-
-    Args:
-        length: One way [m].
-        area: Cross-section [m²].
-    """
+    """Return the resistance there and back [Ω] of a wire, of its length [m] and area [m²]."""
     return 2 * length * COPPER / area
 
 
@@ -258,9 +257,9 @@ def supply(servo: Servo, needed: Currents, wiring: Wiring) -> Supply | None:
     if fuse is None or leg_fuse is None or carried is None:
         return None
     drops = {area: needed.largest * wire_resistance(length, area) for area in WIRES}
-    area = _wire(carried, [area for area in WIRES if drops[area] <= LARGEST_DROP * voltage])
-    leg_area = _wire(leg_fuse, list(WIRES))
-    if area is None or leg_area is None:
+    fit = (a for a in WIRES if WIRES[a] >= carried and drops[a] <= LARGEST_DROP * voltage)
+    area = next(fit, None)
+    if area is None:
         return None
     charge = 60 * USABLE * wiring.capacity / ratio
     return Supply(
@@ -268,7 +267,7 @@ def supply(servo: Servo, needed: Currents, wiring: Wiring) -> Supply | None:
         c_rating=math.ceil(FUSE_OPENS * fuse / wiring.capacity),
         fuse=fuse,
         leg_fuse=leg_fuse,
-        leg_area=leg_area,
+        leg_area=next(area for area in WIRES if WIRES[area] >= leg_fuse),
         regulator=None if direct else voltage,
         regulator_current=regulator or 0.0,
         wire_area=area,
@@ -280,8 +279,3 @@ def supply(servo: Servo, needed: Currents, wiring: Wiring) -> Supply | None:
 def _usual(ratings: tuple[float, ...], current: float) -> float | None:
     """Return the least usual rating for a current [A]; None where all are too small."""
     return next((rating for rating in ratings if rating >= current), None)
-
-
-def _wire(current: float, areas: list[float]) -> float | None:
-    """Return the thinnest of some wires that carries a current [A]; None where none does."""
-    return next((area for area in areas if WIRES[area] >= current), None)

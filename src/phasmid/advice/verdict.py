@@ -7,15 +7,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
-from phasmid.advice.answer import GOOD, Grade, Holding, ServoVerdict
-from phasmid.advice.bounds import TorqueBounds, floor_friction, torque_bounds
+from phasmid.advice.answer import Holding, ServoVerdict
+from phasmid.advice.bounds import StaticLoads, floor_friction, static_loads
 from phasmid.experiment import Experiment, ScenarioLike, built
-from phasmid.robot import JOINTS, Robot
+from phasmid.robot import JOINTS
 from phasmid.servo import Servo
 from phasmid.servo.heat import HEAT_RANGE, temperature_after, time_to_limit
 
@@ -48,63 +47,53 @@ def servo_verdict(scenario: ScenarioLike | Experiment) -> ServoVerdict:
     Source: docs/holding.md.
     """
     experiment = built(scenario)
-    return judge(experiment, experiment.robot, torque_bounds(experiment))
+    return judge(experiment, static_loads(experiment))
 
 
-def judge(experiment: Experiment, robot: Robot, bounds: TorqueBounds) -> ServoVerdict:
-    """Return the verdict on the servos of a robot of known loads.
-
-    Args:
-        experiment: Gait and ground.
-        robot: The robot as supplied.
-        bounds: Its static torques.
-    """
-    servo, limit = robot.servo, robot.servo.temperature_limit
-    air, friction = servo.ambient_temperature, floor_friction(experiment)
-    losses, hour, until = heat_losses(bounds, robot), None, None
-    if losses is not None:
-        hour = _pair(temperature_after(servo, HOUR, air, losses))
-        until = _pair(time_to_limit(servo, air, losses))
-    margins = margins_of(bounds, robot, losses)
-    deciding = min(margins, key=lambda name: margins[name])
-    low, high = (min(pair[end] for pair in margins.values()) for end in (0, 1))
-    needed = bounds.statics.least_friction(bounds.torque[0])
-    if needed > friction or air >= limit:
-        holding = Holding.DOES_NOT_HOLD
-    elif not bounds.is_stable:
+def judge(experiment: Experiment, loads: StaticLoads) -> ServoVerdict:
+    """Return the verdict on the servos of an experiment's robot, whose loads are known."""
+    robot, servo = loads.robot, loads.robot.servo
+    limit, air, friction = (
+        servo.temperature_limit,
+        servo.ambient_temperature,
+        floor_friction(experiment),
+    )
+    warming, hour, until = warming_power(loads), None, None
+    if warming is not None:
+        hour = _pair(temperature_after(servo, HOUR, air, warming))
+        until = _pair(time_to_limit(servo, air, warming))
+    margins = margins_of(loads)
+    needed = loads.least_friction()
+    if not loads.is_stable:
         holding = Holding.NOT_STABLE
-    elif margins["speed"][0] < 1:
+    elif needed > friction or air >= limit:
+        holding = Holding.DOES_NOT_HOLD
+    elif "speed" in margins and margins["speed"][0] < 1:
         holding = Holding.TOO_SLOW
     elif needed > 0:
         holding = Holding.NEEDS_FRICTION
-    elif low < 1 if until is None else math.isfinite(until[0]):
+    elif margins["continuous"][0] < 1 if until is None else math.isfinite(until[0]):
         holding = Holding.LIMITED
     else:
         holding = Holding.HOLDS
-    grade = Grade.TIGHT if holding.is_possible and high >= 1 else Grade.NO
-    if grade is Grade.TIGHT and low >= GOOD:
-        grade = Grade.GOOD
-    leg, joint, posture = _most_loaded(bounds)
+    leg, joint, posture = _most_loaded(loads)
     named = posture
     if holding is Holding.NOT_STABLE:
-        named = int(np.argmin(bounds.statics.margin))
-    rms = np.sqrt(bounds.lasting(bounds.torque**2)).reshape(2, -1).max(axis=1)
-    found = ServoVerdict(
+        named = int(np.argmin(loads.support_margin))
+    return ServoVerdict(
         holding=holding,
-        grade=grade,
         servo=servo.name,
         interface=servo.interface,
         gait=experiment.course.gait.name,
         joint=f"{robot.legs[leg].name}.{JOINTS[joint]}",
-        feet=tuple(int(each) + 1 for each in np.flatnonzero(bounds.postures.stance[named])),
-        torque=float(bounds.torque[0, posture, leg, joint]),
-        stall_torque=float(bounds.statics.limit[leg, joint]),
-        peak_share=_pair(bounds.largest(bounds.torque / bounds.statics.limit)),
+        feet=tuple(int(each) + 1 for each in np.flatnonzero(loads.postures.stance[named])),
+        torque=float(loads.torque[0, posture, leg, joint]),
+        stall_torque=float(robot.arrays.stall_torque[leg, joint]),
+        peak_share=_pair(loads.largest(loads.share)),
         least_friction=needed,
         floor_friction=friction,
-        rms_torque=_pair(rms),
+        rms_torque=_pair(loads.largest(loads.rms())),
         continuous_torque=min(servo.continuous_torque, servo.stall_torque),
-        speed_share=1 / margins["speed"][0],
         voltage=servo.voltage,
         highest_voltage=servo.maximum_voltage,
         ambient_temperature=air,
@@ -112,42 +101,26 @@ def judge(experiment: Experiment, robot: Robot, bounds: TorqueBounds) -> ServoVe
         hour_temperature=hour,
         time_to_limit=until,
         margins=margins,
-        margin=(low, high),
-        deciding=deciding,
         sources=_sources(servo),
     )
-    return replace(found, grade=Grade.NO) if found.is_supply_too_high else found
 
 
-def margins_of(
-    bounds: TorqueBounds, robot: Robot, losses: Float[np.ndarray, "2"] | None
-) -> dict[str, tuple[float, float]]:
+def margins_of(loads: StaticLoads) -> dict[str, tuple[float, float]]:
     """Return allowed over needed by name, without help and with the best help.
 
     The continuous torque stands for heat, and counts where heat is unknown.
-
-    Args:
-        bounds: The robot's static torques.
-        robot: The robot as supplied.
-        losses: Result of `heat_losses` [W].
     """
-    servo, arrays = robot.servo, robot.arrays
-    speed = (bounds.postures.fastest / arrays.no_load_speed).max()
-    needed = {
-        "peak": bounds.largest(bounds.torque / bounds.statics.limit),
-        "speed": np.array([speed, speed]),
-    }
-    air = servo.ambient_temperature
-    if losses is not None:
-        rise, room = (
-            temperature_after(servo, HOUR, air, losses) - air,
-            servo.temperature_limit - air,
-        )
+    servo, arrays = loads.robot.servo, loads.robot.arrays
+    speed = (loads.postures.fastest / arrays.no_load_speed).max()
+    needed = {"peak": loads.largest(loads.share), "speed": np.full(2, speed)}
+    air, warming = servo.ambient_temperature, warming_power(loads)
+    if warming is not None:
+        room = servo.temperature_limit - air
+        rise = temperature_after(servo, HOUR, air, warming) - air
         needed["heat"] = rise / room if room > 0 else np.full(2, np.inf)
     else:
         continuous = arrays.strength * min(servo.continuous_torque, servo.stall_torque)
-        rms = np.sqrt(bounds.lasting(bounds.torque**2))
-        needed["continuous"] = bounds.largest(rms / continuous)
+        needed["continuous"] = loads.largest(loads.rms() / continuous)
     return {
         name: _pair(1 / np.maximum(shares, 1e-300))
         for name, shares in needed.items()
@@ -155,24 +128,24 @@ def margins_of(
     }
 
 
-def heat_losses(bounds: TorqueBounds, robot: Robot) -> Float[np.ndarray, "2"] | None:
-    """Return the mean loss in the winding of the warmest servo [W], as it heats the servo.
+def warming_power(loads: StaticLoads) -> Float[np.ndarray, "2"] | None:
+    """Return the loss that warms the warmest servo [W]: winding and electronics.
 
     The highest is without help from the floor and for the servo alone, the lowest with the best
     help and in a frame that cools it. None without a known motor, and where the robot topples.
     """
-    motor = robot.servo.known_motor
-    if motor is None or not bounds.is_stable:
+    servo, motor = loads.robot.servo, loads.robot.servo.known_motor
+    if motor is None or not loads.is_stable:
         return None
     # In torques of the servo: a stronger joint counts with less.
-    current = motor.working_current(bounds.torque / robot.arrays.strength)
-    power = motor.resistance * bounds.largest(bounds.lasting(current**2))
-    return np.asarray(power * HEAT_RANGE[::-1])
+    current = motor.working_current(loads.torque / loads.robot.arrays.strength)
+    winding = motor.resistance * loads.largest(loads.sustained(current**2))
+    return np.asarray((winding + servo.standby_power) * HEAT_RANGE[::-1])
 
 
-def _most_loaded(bounds: TorqueBounds) -> tuple[int, int, int]:
+def _most_loaded(loads: StaticLoads) -> tuple[int, int, int]:
     """Return leg, joint and posture of the largest share without help; of equal legs the first."""
-    share = np.nan_to_num(bounds.torque[0] / bounds.statics.limit)
+    share = np.nan_to_num(loads.share[0])
     joints = share.max(axis=0)
     leg, joint = (int(i) for i in np.argwhere(joints >= joints.max() * (1 - TIE))[0])
     return leg, joint, int(np.argmax(share[:, leg, joint] >= joints[leg, joint] * (1 - TIE)))

@@ -6,9 +6,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from phasmid.advice import Advice, Wiring, advise
-from phasmid.advice.answer import degrees_words, margin_words
-from phasmid.advice.supply import EMPTY_CELL, USABLE
+from phasmid.advice import Advice, ServoChoice, ServoVerdict, Wiring, advise
+from phasmid.advice.answer import Grade, Holding, degrees_words, margin_words
+from phasmid.advice.supply import EMPTY_CELL, FULL_CELL, USABLE
 from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
@@ -25,6 +25,9 @@ OPTIONS = {
     "--out FILE": "draw load and heat: svg, png or pdf",
     "--force": "replace an older figure",
 }
+
+QUICK = 2.0
+"""Margin of speed below which a simulated walk takes more current than a robot at rest."""
 
 INTERFACES = {
     "pwm": "PWM servos: feed them from the supply, not through the controller board. Nothing "
@@ -48,10 +51,8 @@ def run(options: argparse.Namespace) -> int:
     figure = None if options.out is None else Path(options.out)
     if figure is not None:
         check_figure_path("--out", figure, force=options.force)
-    if options.cells is not None and options.cells % 1:
-        raise InvalidInput(f"--cells is {options.cells:g}; it must be a whole number.")
     wiring = Wiring(
-        cells=None if options.cells is None else int(options.cells),
+        cells=options.cells,
         capacity=options.battery_mah / 1000,
         wire_area=None if options.wire_mm2 is None else options.wire_mm2 / 1e6,
         wire_length=options.wire_length_mm / 1000,
@@ -59,6 +60,12 @@ def run(options: argparse.Namespace) -> int:
     speed = None if options.speed_mm_s is None else options.speed_mm_s / 1000
     scenario = scenario_of(options, default=None)
     print_idle(scenario, options, "the advice on servos")
+    servo = scenario.load_robot().servo
+    if wiring.cells and wiring.battery(servo)[1] and scenario.servo.voltage is not None:
+        raise InvalidInput(
+            f"{wiring.cells:g} cells are connected to the servos and set their voltage.",
+            hint="--cells or --voltage, and not both",
+        )
     advice = advise(scenario, speed=speed, wiring=wiring)
     _print(advice)
     if figure is not None:
@@ -66,26 +73,44 @@ def run(options: argparse.Namespace) -> int:
 
         write_figure(advice_figure(advice), [figure])
         say(f"Written to {plain(str(figure))}")
-    if not advice.verdict.holding.is_possible:
-        verdict = advice.verdict
+    verdict = advice.verdict
+    if verdict.grade is Grade.NO:
         what = f"{advice.robot.name} with the {servo_label(verdict.servo)}: {verdict.answer}."
-        say(f"phasmid: {InvalidInput(what, hint='another --servo or --gait')}", file=sys.stderr)
+        say(f"phasmid: {InvalidInput(what, hint=_remedy(verdict))}", file=sys.stderr)
         return 2
     return 0
+
+
+def _remedy(verdict: ServoVerdict) -> str:
+    """Return what to try where the servos do not hold, or have little margin."""
+    if verdict.is_supply_too_high:
+        return f"--voltage {verdict.highest_voltage:g}"
+    if verdict.holding is Holding.NOT_STABLE:
+        return "another --gait"
+    if verdict.deciding == "speed":
+        return "longer steps at the same speed (--step-length-mm), a lower speed, or more volts"
+    return "feet nearer to the hips (--stance-radius-mm), a lighter robot, or another --servo"
 
 
 def _print(advice: Advice) -> None:
     """Print the verdict, the servos of the catalogue, and the supply."""
     experiment, verdict, wiring = advice.experiment, advice.verdict, advice.wiring
+    stride = experiment.course.stride
     say(
-        f"{plain(advice.robot.name)}, {plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s, "
-        f"payload {1000 * experiment.payload:g} g"
+        f"{plain(advice.robot.name)}, {plain(verdict.gait)} gait, {1000 * advice.speed:.3g} mm/s "
+        f"(steps of {1000 * stride.step_length:.3g} mm, period {stride.period:.3g} s), payload "
+        f"{1000 * experiment.payload:g} g"
     )
     if resistance := wiring.resistance(advice.robot.servo):
-        words = f"through {1000 * resistance:.0f} mΩ of battery and wire"
-        say(f"{verdict.voltage:g} V reach the servos, {words}.")
+        parts = ["battery"] * bool(wiring.cells) + ["wire"] * bool(wiring.wire_area)
+        say(
+            f"{verdict.voltage:g} V reach the servos, through {1000 * resistance:.0f} mΩ of "
+            f"{' and '.join(parts)}. The table is at rated voltage."
+        )
     for line in verdict.lines:
         say(plain(line))
+    if verdict.grade is Grade.TIGHT:
+        say(f"More margin: {_remedy(verdict)}.")
     _print_catalogue(advice)
     _print_supply(advice)
 
@@ -93,7 +118,7 @@ def _print(advice: Advice) -> None:
 def _print_catalogue(advice: Advice) -> None:
     count = 3 * len(advice.robot.legs)
     say("")
-    rows = [["servo", "at V", f"{count} cost", "margin", "", "decides", "after 1 h", "holds"]]
+    rows = [["servo", "at V", f"{count} cost", "margin", "", "decides", "after 1 h", "payload"]]
     for choice in advice.choices:
         verdict = choice.verdict
         hour = verdict.hour_temperature
@@ -101,10 +126,10 @@ def _print_catalogue(advice: Advice) -> None:
             [
                 choice.servo.name,
                 f"{choice.servo.rated_voltage:g}",
-                "unknown" if choice.price is None else f"~${choice.price:.0f}",
+                _cost(choice),
                 margin_words(verdict.margin),
                 verdict.grade.value,
-                verdict.deciding,
+                "balance" if verdict.holding is Holding.NOT_STABLE else verdict.deciding,
                 "unknown" if hour is None else degrees_words(hour),
                 f"{1000 * choice.payload:.0f} g",
             ]
@@ -113,38 +138,51 @@ def _print_catalogue(advice: Advice) -> None:
     if advice.best is None:
         say("None of them holds.")
         return
-    cheapest = ", ".join(choice.servo.name for choice in advice.cheapest) or "none"
+    best, cheapest = advice.best, advice.cheapest
+    names = ", ".join(choice.servo.name for choice in cheapest) or "none"
     say(
-        f"Best at {1000 * advice.speed:.3g} mm/s: {advice.best.servo.name}. Cheapest that hold "
-        f"without help from the floor: {cheapest}. Rows count the servos' masses; --servo does not."
+        f"Best at {1000 * advice.speed:.3g} mm/s: {best.servo.name} ({_cost(best)}). Cheapest that "
+        f"hold without help from the floor{f' ({_cost(cheapest[0])})' if cheapest else ''}: "
+        f"{names}. --servo NAME advises its supply."
     )
+
+
+def _cost(choice: ServoChoice) -> str:
+    return "unknown" if choice.price is None else f"~${choice.price:.0f}"
 
 
 def _print_supply(advice: Advice) -> None:
     """Print currents, and what to buy for them."""
     needed, bought, wiring = advice.currents, advice.supply, advice.wiring
     servo = advice.robot.servo
+    say("")
+    if not advice.verdict.holding.is_possible:
+        say("Supply: not advised, since the robot cannot walk so.")
+        return
     if needed is None:
-        unknown = servo.known_motor is None
-        reason = "the servo has no stall current" if unknown else "the robot is not stable"
-        say(f"Supply: unknown, since {reason}.")
+        say("Supply: unknown, since the servo has no stall current.")
         return
     say(
-        f"Current of all servos: {_pair(needed.mean)} A on average, at most "
-        f"{needed.walking[0]:.2g} A in the walk and {needed.rising[0]:.2g} A standing up, without "
-        f"starts; {needed.to_carry:.2g} A with a caught leg, {needed.stall:.3g} A with all stalled."
+        f"Current of the {servo_label(servo.name)}, all {3 * len(advice.robot.legs)}: "
+        f"{_pair(needed.mean)} A on average, at most {needed.walking[0]:.2g} A in the walk and "
+        f"{needed.rising[0]:.2g} A standing up, without starts; {needed.to_carry:.2g} A with one "
+        f"leg stalled, {needed.stall:.3g} A with all stalled."
     )
+    if advice.verdict.margins["speed"][0] < QUICK:
+        say("This walk is quick for these servos: its motion takes more, as `phasmid walk` shows.")
     if bought is None:
         say("Supply: no usual fuse and wire carry this current; divide the servos.")
         return
     empty = EMPTY_CELL * bought.cells
     say(
-        f"Supply: LiPo {bought.cells}S, {1000 * wiring.capacity:g} mAh, at least "
+        f"Supply: LiPo {bought.cells:g}S, {1000 * wiring.capacity:g} mAh, at least "
         f"{bought.c_rating} C, to stop at {empty:.3g} V; fuse {bought.fuse:g} A at the battery, "
         f"{bought.leg_fuse:g} A and {1e6 * bought.leg_area:g} mm² for each leg."
     )
     if bought.regulator is None:
-        say("Regulator (BEC): none is needed.")
+        full = FULL_CELL * bought.cells
+        over = f"; the full battery has {full:.3g} V" if full > servo.maximum_voltage else ""
+        say(f"Regulator (BEC): none for the servos{over}.")
     else:
         say(f"Regulator (BEC): {bought.regulator:g} V, {bought.regulator_current:g} A.")
     thin = wiring.wire_area is not None and wiring.wire_area < bought.wire_area
@@ -156,7 +194,10 @@ def _print_supply(advice: Advice) -> None:
     low, high = bought.minutes
     say(f"{low:.0f} to {high:.0f} min on {100 * USABLE:.0f} % of it, without the robot's computer.")
     if wiring.cells is None and bought.regulator is None:
-        say(f"Judged at {servo.voltage:g} V; --cells {bought.cells} judges near its end.")
+        say(
+            f"The verdict is for {servo.voltage:g} V; --cells {bought.cells:g} gives that for the "
+            "nearly empty battery."
+        )
     if servo.interface is not None:
         say(INTERFACES[servo.interface])
 

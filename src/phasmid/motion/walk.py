@@ -180,10 +180,11 @@ def course_of(experiment: Experiment) -> LevelCourse | UnevenCourse:
 
 
 def _are_one(ours: Robot, theirs: Robot) -> bool:
-    """Return whether two robots are equal, apart from their servos."""
+    """Return whether two robots are equal, apart from their servos and the mass of the trunk."""
     if ours is theirs:
         return True
-    return len({robot_to_toml(with_servo(robot, ours.servo)) for robot in (ours, theirs)}) == 1
+    alike = (with_servo(robot, ours.servo) for robot in (ours, theirs))
+    return len({robot_to_toml(replace(r, body=replace(r.body, mass=1.0))) for r in alike}) == 1
 
 
 def is_plain(terrain: Ground) -> bool:

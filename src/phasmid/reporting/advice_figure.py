@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from phasmid.advice import Advice
-from phasmid.advice.verdict import heat_losses
+from phasmid.advice.verdict import warming_power
 from phasmid.reporting.panels import Entry, Panels
 from phasmid.reporting.style import INK, JOINT_COLOURS, LIMIT_COLOUR, Figure, Layout, styled
 from phasmid.robot import JOINTS
@@ -25,22 +25,22 @@ def advice_figure(advice: Advice) -> Figure:
     Bands reach from the best help of the floor to none. The load of a kind of joint is the largest
     share of its stall torque over the legs.
     """
-    verdict, bounds = advice.verdict, advice.bounds
+    verdict, loads = advice.verdict, advice.loads
     notes = [
         f"{servo_label(verdict.servo)} at {verdict.voltage:g} V, {verdict.gait} gait, "
         f"{1000 * advice.speed:.3g} mm/s, payload {1000 * advice.experiment.payload:g} g",
         "solid: no help from the floor; dashed: its best help",
     ]
-    losses, servo = heat_losses(bounds, advice.robot), advice.robot.servo
+    losses, servo = warming_power(loads), advice.robot.servo
     known = losses is not None
     drawing = Panels(Layout(), [2.3, 2.1] if known else [2.3], share_x=False, share_y=False)
     limit: dict[str, Any] = {"color": LIMIT_COLOUR, "linewidth": 1.0}
     entries: list[Entry] = []
     load = drawing.axes[0]
-    walks = bounds.postures.weight > 0
-    phase = 100 * bounds.postures.phase[walks]
+    walks = loads.postures.weight > 0
+    phase = 100 * loads.postures.phase[walks]
     for k, (joint, colour) in enumerate(zip(JOINTS, JOINT_COLOURS, strict=True)):
-        share = bounds.torque[:, walks][..., k] / bounds.statics.limit[:, k]
+        share = loads.share[:, walks][..., k]
         high, low = 100 * np.nanmax(share, axis=2)
         load.fill_between(phase, low, high, color=colour, alpha=0.25, linewidth=0)
         load.plot(phase, high, color=colour)

@@ -91,10 +91,17 @@ def with_neutral_foot(robot: Robot, radius: float | None, height: float | None) 
 
 
 def with_servo(robot: Robot, servo: Servo) -> Robot:
-    """Return the robot with the same servo at every joint."""
+    """Return the robot with the same servo at every joint.
+
+    The additional mass of heavier servos is added at the trunk's centre of mass, since a robot does
+    not say where its servos are. Lighter ones leave the masses: no load is underestimated.
+    """
     alike: dict[str, Any] = dict.fromkeys(RATIOS, np.ones(3))
     legs = tuple(replace(leg, **alike) for leg in robot.legs)
-    return replace(robot, servo=servo, legs=legs)
+    body, own = robot.body, robot.servo.mass
+    if own is not None and servo.mass is not None and servo.mass > own:
+        body = replace(body, mass=body.mass + 3 * len(legs) * (servo.mass - own))
+    return replace(robot, servo=servo, legs=legs, body=body)
 
 
 def with_payload(robot: Robot, mass: float) -> Robot:

@@ -63,7 +63,7 @@ def servo_parameters(servo: Servo, dt: float) -> np.ndarray:
         "play": servo.backlash / 2,
         "stiffness": servo.gear_stiffness,
         "damping": servo.gear_stiffness * servo.gear_damping_time,
-        "ambient": servo.ambient_temperature,
+        "ambient": servo.ambient_temperature + servo.thermal_resistance * servo.standby_power,
         "warming": servo.thermal_resistance * motor.resistance,
         "fading": remaining(servo, dt),
         "hottest": servo.temperature_limit,

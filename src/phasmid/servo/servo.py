@@ -306,6 +306,11 @@ class Servo:
         return self.rated_voltage if self.supply is None else self.supply
 
     @property
+    def standby_power(self) -> float:
+        """Power of the electronics [W]; all of it is heat."""
+        return self.standby_current * self.voltage
+
+    @property
     def supply_words(self) -> str:
         """Words such as `` at 9 V`` where supply or torque limit lower its numbers, else none."""
         words = [] if self.voltage == self.rated_voltage else [f"at {self.voltage:g} V"]
