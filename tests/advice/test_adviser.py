@@ -197,9 +197,16 @@ def test_a_battery_and_a_voltage_are_two_supplies(capsys):
     arguments = ["advise", "--robot", "phantomx-ax", "--cells", "3", "--voltage", "11"]
     assert main(arguments) == 2
     assert "3 cells are connected to the servos and set their voltage." in capsys.readouterr().err
+    # Without battery and wire the verdict is for the very voltage that is named.
+    named = TRIPOD.replace(voltage=11.1234567)
+    assert advise(named).verdict.as_dict() == servo_verdict(named).as_dict()
     # Four cells need a regulator, whose output is named.
     assert main([*arguments[:4], "4", *arguments[5:]]) == 0
-    assert "Regulator (BEC): 11 V" in capsys.readouterr().out
+    assert "Regulator (BEC): 11 V" in (printed := capsys.readouterr().out)
+    assert "reach the servos" not in printed
+    # Its battery may sag; only the wire behind it loses voltage.
+    assert main([*arguments[:4], "4", *arguments[5:], "--wire-mm2", "1.5"]) == 0
+    assert "through 8 mΩ of wire." in capsys.readouterr().out
 
 
 def test_little_margin_gets_a_remedy(capsys):

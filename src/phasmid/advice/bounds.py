@@ -124,7 +124,7 @@ class StaticLoads:
     Attributes:
         robot: The robot, L legs.
         postures: The postures.
-        friction: Coefficient of friction of the ground; None: it gives no help.
+        friction: Least coefficient of friction of the ground; None: it gives no help.
         joints: Jacobians of the standing feet, and torques without ground.
         feet: Points of contact in body axes [m], shape (N, L, 3).
         wrench: Force and moment of the ground [N, N·m], shape (N, 6).
@@ -299,22 +299,17 @@ def static_loads(
     feet = body_from_hip(robot, foot_position(robot.arrays, q))
     still = np.zeros_like(q)
     body = BodyMotion.at_rest(np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)))
-    gravity = experiment.world.gravity
+    terrain, gravity = experiment.world.terrain, experiment.world.gravity
+    friction = min([terrain.coefficient, *(patch.coefficient for patch in terrain.patches)])
     free, wrench = inverse_dynamics(robot, body, q, still, still, gravity=gravity)
     com = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
     up = np.array([0.0, 0.0, 1.0])
     return StaticLoads(
         robot=robot,
         postures=chosen,
-        friction=floor_friction(experiment) if with_help else None,
+        friction=friction if with_help else None,
         joints=JointLoad(contact_jacobian(robot, q, np.eye(3), up), free),
         feet=contact_points(robot, feet, up),
         wrench=wrench,
         support_margin=np.asarray(support_margin(feet[..., :2], chosen.stance, com)),
     )
-
-
-def floor_friction(experiment: Experiment) -> float:
-    """Return the least coefficient of friction of the ground."""
-    terrain = experiment.world.terrain
-    return min([terrain.coefficient, *(patch.coefficient for patch in terrain.patches)])

@@ -199,7 +199,7 @@ def currents_and_voltage(loads: StaticLoads, wiring: Wiring) -> tuple[Currents |
                 "servo works on the rest.",
                 hint="a larger --wire-mm2 or a shorter --wire-length-mm",
             )
-    return needed, round((low if wiring.cells else servo.voltage) - lost, 2)
+    return needed, round((low if wiring.cells else servo.voltage) - lost, 9)
 
 
 def wire_resistance(length: float, area: float) -> float:

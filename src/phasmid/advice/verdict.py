@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from phasmid.advice.answer import Holding, ServoVerdict
-from phasmid.advice.bounds import StaticLoads, floor_friction, static_loads
+from phasmid.advice.bounds import StaticLoads, static_loads
 from phasmid.experiment import Experiment, ScenarioLike, built
 from phasmid.robot import JOINTS
 from phasmid.servo import Servo
@@ -52,12 +52,8 @@ def servo_verdict(scenario: ScenarioLike | Experiment) -> ServoVerdict:
 
 def judge(experiment: Experiment, loads: StaticLoads) -> ServoVerdict:
     """Return the verdict on the servos of an experiment's robot, whose loads are known."""
-    robot, servo = loads.robot, loads.robot.servo
-    limit, air, friction = (
-        servo.temperature_limit,
-        servo.ambient_temperature,
-        floor_friction(experiment),
-    )
+    robot, servo, friction = loads.robot, loads.robot.servo, loads.friction or 0.0
+    limit, air = servo.temperature_limit, servo.ambient_temperature
     warming, hour, until = warming_power(loads), None, None
     if warming is not None:
         hour = _pair(temperature_after(servo, HOUR, air, warming))

@@ -101,8 +101,10 @@ def _print(advice: Advice) -> None:
         f"(steps of {1000 * stride.step_length:.3g} mm, period {stride.period:.3g} s), payload "
         f"{1000 * experiment.payload:g} g"
     )
-    if resistance := wiring.resistance(advice.robot.servo):
-        parts = ["battery"] * bool(wiring.cells) + ["wire"] * bool(wiring.wire_area)
+    servo = advice.robot.servo
+    if resistance := wiring.resistance(servo):
+        sags = wiring.cells is not None and wiring.battery(servo)[1]
+        parts = ["battery"] * sags + ["wire"] * (wiring.wire_area is not None)
         say(
             f"{verdict.voltage:g} V reach the servos, through {1000 * resistance:.0f} mΩ of "
             f"{' and '.join(parts)}. The table is at rated voltage."
@@ -142,7 +144,7 @@ def _print_catalogue(advice: Advice) -> None:
     names = ", ".join(choice.servo.name for choice in cheapest) or "none"
     say(
         f"Best at {1000 * advice.speed:.3g} mm/s: {best.servo.name} ({_cost(best)}). Cheapest that "
-        f"hold without help from the floor{f' ({_cost(cheapest[0])})' if cheapest else ''}: "
+        f"hold without help{f' ({_cost(cheapest[0])})' if cheapest else ''}: "
         f"{names}. --servo NAME advises its supply."
     )
 
@@ -169,7 +171,7 @@ def _print_supply(advice: Advice) -> None:
         f"leg stalled, {needed.stall:.3g} A with all stalled."
     )
     if advice.verdict.margins["speed"][0] < QUICK:
-        say("This walk is quick for these servos: its motion takes more, as `phasmid walk` shows.")
+        say("This walk is quick for its servos: motion takes more; see phasmid walk --drive servo.")
     if bought is None:
         say("Supply: no usual fuse and wire carry this current; divide the servos.")
         return
