@@ -202,11 +202,23 @@ def test_a_battery_and_a_voltage_are_two_supplies(capsys):
     assert advise(named).verdict.as_dict() == servo_verdict(named).as_dict()
     # Four cells need a regulator, whose output is named.
     assert main([*arguments[:4], "4", *arguments[5:]]) == 0
-    assert "Regulator (BEC): 11 V" in (printed := capsys.readouterr().out)
-    assert "reach the servos" not in printed
+    printed = capsys.readouterr().out
+    assert "11 V reach the servos. The table is at rated voltage." in printed
+    assert "Regulator (BEC): 11 V, " in printed
+    assert "all that" not in printed
     # Its battery may sag; only the wire behind it loses voltage.
     assert main([*arguments[:4], "4", *arguments[5:], "--wire-mm2", "1.5"]) == 0
     assert "through 8 mΩ of wire." in capsys.readouterr().out
+
+
+def test_few_cells_and_a_quick_walk_are_explained(capsys):
+    arguments = ["advise", "--robot", "phantomx-ax", "--servo", "STS3215-7.4V"]
+    assert main([*arguments, "--cells", "2", "--speed-mm-s", "60"]) == 0
+    printed = capsys.readouterr().out
+    assert "6.1 V reach the servos. The table" in printed
+    assert "Regulator (BEC): 6.1 V, all that 2 nearly empty cells allow, " in printed
+    assert "More margin: longer steps at the same speed" in printed
+    assert "see phasmid walk --drive servo --period 1.33 --voltage 6.1, " in printed
 
 
 def test_little_margin_gets_a_remedy(capsys):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 
 from phasmid.advice import Advice, ServoChoice, ServoVerdict, Wiring, advise
 from phasmid.advice.answer import Grade, Holding, degrees_words, margin_words
-from phasmid.advice.supply import EMPTY_CELL, FULL_CELL, USABLE
+from phasmid.advice.supply import EMPTY_CELL, FULL_CELL, REGULATOR_LOSS, USABLE
 from phasmid.cli.figures import check_figure_path, write_figure
 from phasmid.cli.options import Number
 from phasmid.cli.output import print_table, say
@@ -102,16 +103,19 @@ def _print(advice: Advice) -> None:
         f"{1000 * experiment.payload:g} g"
     )
     servo = advice.robot.servo
-    if resistance := wiring.resistance(servo):
-        sags = wiring.cells is not None and wiring.battery(servo)[1]
-        parts = ["battery"] * sags + ["wire"] * (wiring.wire_area is not None)
+    sags = wiring.cells is not None and wiring.battery(servo)[1]
+    parts = ["battery"] * sags + ["wire"] * (wiring.wire_area is not None)
+    words = f", through {1000 * wiring.resistance(servo):.0f} mΩ of {' and '.join(parts)}"
+    if wiring.cells or parts:
         say(
-            f"{verdict.voltage:g} V reach the servos, through {1000 * resistance:.0f} mΩ of "
-            f"{' and '.join(parts)}. The table is at rated voltage."
+            f"{verdict.voltage:g} V reach the servos{words if parts else ''}. "
+            "The table is at rated voltage."
         )
     for line in verdict.lines:
         say(plain(line))
-    if verdict.grade is Grade.TIGHT:
+    if verdict.grade is Grade.TIGHT or (
+        verdict.grade is Grade.GOOD and verdict.deciding == "speed"
+    ):
         say(f"More margin: {_remedy(verdict)}.")
     _print_catalogue(advice)
     _print_supply(advice)
@@ -171,7 +175,11 @@ def _print_supply(advice: Advice) -> None:
         f"leg stalled, {needed.stall:.3g} A with all stalled."
     )
     if advice.verdict.margins["speed"][0] < QUICK:
-        say("This walk is quick for its servos: motion takes more; see phasmid walk --drive servo.")
+        period = advice.experiment.course.stride.period
+        say(
+            "This walk is quick for its servos, and motion takes more; see phasmid walk --drive "
+            f"servo --period {period:.3g} --voltage {servo.voltage:g}, with robot and load."
+        )
     if bought is None:
         say("Supply: no usual fuse and wire carry this current; divide the servos.")
         return
@@ -183,10 +191,14 @@ def _print_supply(advice: Advice) -> None:
     )
     if bought.regulator is None:
         full = FULL_CELL * bought.cells
-        over = f"; the full battery has {full:.3g} V" if full > servo.maximum_voltage else ""
+        most = servo.maximum_voltage
+        over = f"; {full:.3g} V when full are above the {most:g} V of their data sheet"
+        over = over if full > most else ""
         say(f"Regulator (BEC): none for the servos{over}.")
     else:
-        say(f"Regulator (BEC): {bought.regulator:g} V, {bought.regulator_current:g} A.")
+        is_low = math.isclose(bought.regulator, empty - REGULATOR_LOSS)
+        why = f", all that {bought.cells:g} nearly empty cells allow" if is_low else ""
+        say(f"Regulator (BEC): {bought.regulator:g} V{why}, {bought.regulator_current:g} A.")
     thin = wiring.wire_area is not None and wiring.wire_area < bought.wire_area
     say(
         f"Wire before the legs divide: {1e6 * bought.wire_area:g} mm² or more, which loses "
