@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 from phasmid.advice.answer import Grade, ServoVerdict
 from phasmid.advice.bounds import Postures, StaticLoads, postures, static_loads
@@ -69,12 +68,12 @@ class Advice:
         """The robot as supplied, with its payload, L legs."""
         return self.experiment.robot
 
-    @cached_property
+    @property
     def best(self) -> ServoChoice | None:
         """Servo of the catalogue with the largest margin; None where none holds."""
         return self.choices[0] if self.choices[0].verdict.grade is not Grade.NO else None
 
-    @cached_property
+    @property
     def cheapest(self) -> tuple[ServoChoice, ...]:
         """Cheapest servos of the catalogue whose margin is at least 1 without help from the floor.
 

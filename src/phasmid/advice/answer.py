@@ -146,7 +146,10 @@ class ServoVerdict:
     @property
     def lines(self) -> tuple[str, ...]:
         """Sentences that every command shows, the answer first."""
-        lines = [self._answer_line()]
+        reason = self._reason()
+        if self.holding.is_possible and "speed" not in self.margins:
+            reason += " The legs have no room for this stride: judged in steps on the spot."
+        lines = [reason]
         if self.voltage > self.highest_voltage:
             lines.append(
                 f"WARNING: the supply of {self.voltage:g} V is above the {self.highest_voltage:g} "
@@ -171,14 +174,8 @@ class ServoVerdict:
         }
         return {name: _plain(value) for name, value in found.items()}
 
-    def _answer_line(self) -> str:
-        """Return the answer with what decides it."""
-        reason = self._reason()
-        if self.holding.is_possible and "speed" not in self.margins:
-            reason += " The legs have no room for this stride: judged in steps on the spot."
-        return reason
-
     def _reason(self) -> str:
+        """Return the answer with what decides it."""
         feet, word, floor = ", ".join(map(str, self.feet)), self.holding.value, self.floor_friction
         if self.holding is Holding.NOT_STABLE:
             return (

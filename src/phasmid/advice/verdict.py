@@ -23,7 +23,7 @@ HOUR = 3600.0
 
 BEHIND = (
     *("stall_torque", "no_load_speed", "stall_current", "friction", "continuous_torque"),
-    *("thermal_resistance", "heat_capacity", "temperature_limit"),
+    *("thermal_resistance", "heat_capacity", "standby_current", "temperature_limit"),
 )
 """Numbers of a servo behind its verdict."""
 
@@ -127,8 +127,8 @@ def margins_of(loads: StaticLoads) -> dict[str, tuple[float, float]]:
 def warming_power(loads: StaticLoads) -> Float[np.ndarray, "2"] | None:
     """Return the loss that warms the warmest servo [W]: winding and electronics.
 
-    The highest is without help from the floor and for the servo alone, the lowest with the best
-    help and in a frame that cools it. None without a known motor, and where the robot topples.
+    The highest is without help from the floor and for an uncooled servo, the lowest with the best
+    help and cooled by the frame. None without a known motor, and where the robot topples.
     """
     servo, motor = loads.robot.servo, loads.robot.servo.known_motor
     if motor is None or not loads.is_stable:

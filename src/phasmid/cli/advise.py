@@ -61,8 +61,8 @@ def run(options: argparse.Namespace) -> int:
     speed = None if options.speed_mm_s is None else options.speed_mm_s / 1000
     scenario = scenario_of(options, default=None)
     print_idle(scenario, options, "the advice on servos")
-    servo = scenario.load_robot().servo
-    if wiring.cells and wiring.battery(servo)[1] and scenario.servo.voltage is not None:
+    two = wiring.cells and scenario.servo.voltage is not None
+    if two and wiring.battery(scenario.load_robot().servo)[1]:
         raise InvalidInput(
             f"{wiring.cells:g} cells are connected to the servos and set their voltage.",
             hint="--cells or --voltage, and not both",
@@ -193,8 +193,7 @@ def _print_supply(advice: Advice) -> None:
         full = FULL_CELL * bought.cells
         most = servo.maximum_voltage
         over = f"; {full:.3g} V when full are above the {most:g} V of their data sheet"
-        over = over if full > most else ""
-        say(f"Regulator (BEC): none for the servos{over}.")
+        say(f"Regulator (BEC): none for the servos{over if full > most else ''}.")
     else:
         is_low = math.isclose(bought.regulator, empty - REGULATOR_LOSS)
         why = f", all that {bought.cells:g} nearly empty cells allow" if is_low else ""
